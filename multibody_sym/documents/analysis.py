@@ -12,12 +12,11 @@ import numpy as np
 from multibody_sym.analysis.deviations import NO_EIGENVALUES
 from multibody_sym.analysis.equilibrium import TOUCHES, Equilibrium
 from multibody_sym.analysis.linearize import Linearization, Multipliers
-from multibody_sym.analysis.modes.record import Mode, Modes
+from multibody_sym.analysis.modes.record import Modes
 from multibody_sym.analysis.rest.range_of_rest import LeastForMotion, RangeOfRest, RestBound
 from multibody_sym.derivation.notation import escaped
 from multibody_sym.documents.formulas import latex_document
 from multibody_sym.documents.notes import shifts_text
-from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import SI, Units, Value, held
 
@@ -30,31 +29,31 @@ def rest_text(found: RangeOfRest, units: Units = SI) -> str:
     if not lines:
         why = f" ({', '.join(found.gives_way)})" if found.gives_way else ""
         lines = [f"{_NOWHERE} {found.parameter}{why}"]
-    return "\n".join([*lines, *_notes(found, units)])
+    low, high = found.searched
+    if low not in (None, 0.0) or high is not None:
+        first, last = (units.said(x or 0.0, found.unit, 6) for x in (low, high))
+        turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
+        lines.append(f"note: looked for {'through a whole turn, ' if turn else ''}from {first} to {last}")
+    return "\n".join(lines)
 
 
 def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) -> str:
     name = found.parameter
-    if _is_all(found, low, high):
-        return f"rest is possible at every value of {name}"
     if low.value is None or high.value is None:
+        if low.value is high.value:
+            return f"rest is possible at every value of {name}"
         end, sign = (high, "<=") if low.value is None else (low, ">=")
         sign = sign[0] if end.open else sign
-        return f"rest is possible for {name} {sign} {told(end, found.unit, units)}"
-    first, last = (told(x, found.unit, units) + (", excluded" if x.open else "") for x in (low, high))
+        return f"rest is possible for {name} {sign} {_bound_text(end, found.unit, units)}"
+    if found.unit == "rad" and not low.gives_way + high.gives_way and isclose(high.value - low.value, 2 * pi):
+        return f"rest is possible at every value of {name}"
+    first, last = (_bound_text(x, found.unit, units) + (", excluded" if x.open else "") for x in (low, high))
     if units.said(low.value, found.unit) == units.said(high.value, found.unit):
         return f"rest is possible only for {name} = {min(first, last, key=len)}"
     return f"rest is possible for {name} from {first}\n  to {last}"
 
 
-def _is_all(found: RangeOfRest, low: RestBound, high: RestBound) -> bool:
-    """Return whether a range is all values that were looked at: without ends, or a whole turn."""
-    if low.value is None or high.value is None:
-        return low.value is high.value
-    return found.unit == "rad" and not low.gives_way + high.gives_way and isclose(high.value - low.value, 2 * pi)
-
-
-def told(bound: RestBound, unit: str, units: Units = SI) -> str:
+def _bound_text(bound: RestBound, unit: str, units: Units) -> str:
     """Return `formula = exact number = number unit (what gives way)`."""
     assert bound.value is not None
     number = units.said(bound.value, unit, error=bound.error)
@@ -70,19 +69,9 @@ def least_text(found: LeastForMotion, units: Units = SI) -> str:
     lines = []
     for words, value, at in pairs:
         if value is not None and at is not None:
-            lines.append(f"{words} {found.least} = {told(value, found.unit, units)}")
-            lines.append(f"  where {found.vary} = {told(at, found.vary_unit, units)}")
+            lines.append(f"{words} {found.least} = {_bound_text(value, found.unit, units)}")
+            lines.append(f"  where {found.vary} = {_bound_text(at, found.vary_unit, units)}")
     return "\n".join(lines)
-
-
-def _notes(found: RangeOfRest, units: Units) -> list[str]:
-    """Return from where to where values were looked at, where that is not everywhere."""
-    low, high = found.searched
-    if low in (None, 0.0) and high is None:
-        return []
-    told = [units.said(x or 0.0, found.unit, 6) for x in (low, high)]
-    turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
-    return [f"note: looked for {'through a whole turn, ' if turn else ''}from {told[0]} to {told[1]}"]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -95,9 +84,11 @@ _WORDS: Final = {True: "stable", False: "unstable", None: "indifferent"}
 def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
     """Return the positions for a person to read, in chosen units."""
     lines = []
-    told = [_position(found, number, units) for number in range(len(found.positions))]
-    each = zip(told, found.stable, found.free, found.beyond, found.one_sided, found.closed, strict=True)
-    for values, stable, free, beyond, one_sided, closed in each:
+    ways = zip(found.free, found.beyond, found.one_sided, found.closed, strict=True)
+    each = zip(found.positions, found.errors, found.stable, ways, strict=True)
+    for position, errors, stable, (free, beyond, one_sided, closed) in each:
+        known = {name: units.said(x, found.units[name], 9, errors[name]) for name, x in position.items()}
+        values = ", ".join(f"{name} = {number}" for name, number in known.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
         edge = "; a force has no real value on one side of it" if one_sided else ""
@@ -105,16 +96,10 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
         holding = "; " + ", ".join(f"{name} {word}" for name, word in closed.items()) if closed else ""
         word = "not decided" if one_sided or open_ else _WORDS[stable] if values else "at rest"
         lines.append(f"{word}: {values or 'nothing is free to move'}{holding}{along}{past}{edge}")
-    return "\n".join([*lines, *_statics_notes(found)])
+    return "\n".join([*lines, *_equilibrium_notes(found)])
 
 
-def _position(found: Equilibrium, number: int, units: Units) -> str:
-    """Return the coordinates of a position, with the digits that hold."""
-    position, errors, known = found.positions[number], found.errors[number], found.units
-    return ", ".join(f"{name} = {units.said(x, known[name], 9, errors[name])}" for name, x in position.items())
-
-
-def _statics_notes(found: Equilibrium) -> list[str]:
+def _equilibrium_notes(found: Equilibrium) -> list[str]:
     """Return what is not known of the answer, and what it leaves out."""
     notes = []
     if found.cut_short:
@@ -152,25 +137,24 @@ def modes_text(found: Modes, units: Units = SI) -> str:
         "roots in omega of": [found.characteristic] if found.characteristic else [],
         "motions": list(_modes(found, units)),
         "stability": _stability(found),
-        "eigenvalues, dampers included": _eigenvalues(found) if _moves(found.rates) else [],
+        "eigenvalues, dampers included": list(_eigenvalues(found)) if _moves(found.rates) else [],
         "motion from the declared start, of its own amplitude": [] if found.period is None else [
             f"T = {found.period.told(units)}"
         ],
         "notes": list(found.notes),
     }
     parts = [f"{title}\n" + "\n".join(f"  {line}" for line in lines) for title, lines in sections.items() if lines]
-    return "\n".join([*_head(found, units), *parts])
-
-
-def _head(found: Modes, units: Units) -> Iterator[str]:
-    yield f"{found.name}: small motions about {'an' if found.about == 'equilibrium' else 'a'} {found.about}"
     place = ", ".join(f"{name} = {value.told(units)}" for name, value in found.at.items())
-    yield f"at {place}" + (" (found beside the declared start)" if found.found else "")
+    head = [
+        f"{found.name}: small motions about {'an' if found.about == 'equilibrium' else 'a'} {found.about}",
+        f"at {place}" + (" (found beside the declared start)" if found.found else ""),
+    ]
     if found.held:
-        yield f"the momenta of {', '.join(found.held)} are held, and leave"
+        head.append(f"the momenta of {', '.join(found.held)} are held, and leave")
     if found.mass:
         terms = ["M x''", *(["C x'"] if _moves(found.rates) else []), "K x"]
-        yield f"{' + '.join(terms)} = 0 in x = ({', '.join(found.coordinates)})"
+        head.append(f"{' + '.join(terms)} = 0 in x = ({', '.join(found.coordinates)})")
+    return "\n".join([*head, *parts])
 
 
 def _moves(rows: Sequence[Sequence[Value]]) -> bool:
@@ -199,10 +183,16 @@ def _modes(found: Modes, units: Units) -> Iterator[str]:
             yield f"omega{place} = {mode.frequency.told(units)}"
             yield f"  T{place} = {mode.period.told(units)}"
             if mode.rate is not None and mode.rate.value:
-                yield f"  {'fades' if mode.rate.value < 0 else 'grows'} like exp({_exponent(mode.rate)})"
+                yield f"  {'fades' if mode.rate.value < 0 else 'grows'} like exp({_short(mode.rate)}*t)"
+        elif mode.motion == "free":
+            yield _MOVES_OFF
         else:
-            yield _other(mode)
-        yield from _shape(mode, len(found.coordinates))
+            swings = "" if mode.frequency is None else f" while it swings with omega = {mode.frequency}"
+            yield f"{'grows' if mode.motion == 'grows' else 'fades'} like exp(rate*t){swings}, rate = {mode.rate}"
+        if len(found.coordinates) > 1:
+            yield f"  shape: {_amplitudes(mode.shape)}"
+            if mode.quarter:
+                yield f"  a quarter of a period ahead: {_amplitudes(mode.quarter)}"
     if several:
         yield f"({_ORDER})"
     if swinging:
@@ -210,50 +200,30 @@ def _modes(found: Modes, units: Units) -> Iterator[str]:
         yield f"(expressions name omega{place} frequency(1), T{place} period(1))"
 
 
-def _exponent(rate: Value) -> str:
-    return f"{_short(rate)}*t"
-
-
-def _other(mode: Mode) -> str:
-    if mode.motion == "free":
-        return _MOVES_OFF
-    word = "grows" if mode.motion == "grows" else "fades"
-    swings = "" if mode.frequency is None else f" while it swings with omega = {mode.frequency}"
-    return f"{word} like exp(rate*t){swings}, rate = {mode.rate}"
-
-
-def _shape(mode: Mode, size: int) -> Iterator[str]:
-    """Yield the amplitudes, where there is more than one freedom."""
-    if size < 2:
-        return
-    yield f"  shape: {_amplitudes(mode.shape)}"
-    if mode.quarter:
-        yield f"  a quarter of a period ahead: {_amplitudes(mode.quarter)}"
-
-
 def _amplitudes(shape: Mapping[str, Value]) -> str:
     return ", ".join(f"{name} {_short(value)}" for name, value in shape.items())
 
 
 def _stability(found: Modes) -> list[str]:
+    where = f" where {' and '.join(found.conditions)}" if found.conditions else ""
     if found.stable is False:
-        where = f" where {' and '.join(found.conditions)}" if found.conditions else ""
         return [f"unstable{where}"]
-    where = " where " + " and ".join(found.conditions) if found.conditions else ""
     if found.stable is None and not found.oscillating:
         return ["indifferent: nothing brings it back"]
     return [f"stable{where}" if found.stable else f"oscillations are stable{where}; what moves off uniformly is not"]
 
 
-def _eigenvalues(found: Modes) -> list[str]:
-    lines = []
+def _eigenvalues(found: Modes) -> Iterator[str]:
+    for real, imaginary, _, _ in _eigenvalue_pairs(found, 1.0):
+        yield f"{real} 1/s" if imaginary == "0" else f"{real} +- {imaginary} i 1/s"
+
+
+def _eigenvalue_pairs(found: Modes | Linearization, size: float) -> Iterator[tuple[str, str, complex, float]]:
+    """Yield real and imaginary part in a unit of a size, the number and its error; of each pair the upper one."""
     for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
-        real, imaginary = (held(part, error, _DIGITS) for part in (x.real, x.imag))
-        if imaginary == "0":
-            lines.append(f"{real} 1/s")
-        elif x.imag > 0.0:
-            lines.append(f"{real} +- {imaginary} i 1/s")
-    return lines
+        real, imaginary = (held(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+        if imaginary == "0" or x.imag > 0.0:
+            yield real, imaginary, x, error
 
 
 def modes_document(found: Modes) -> str:
@@ -288,25 +258,21 @@ def linearization_text(found: Linearization, units: Units = SI) -> str:
     """
     if not found.states:
         return "nothing is free to move: there are no states"
-    begun = [*_place(found, units), *shifts_text(found.shifts, found.units, units)]
-    lines = [f"linearised in {_named(found, found.states, units)}", *begun, *_linearization_notes(found, units)]
+    clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
+    place = ", ".join(f"{name} = {units.said(x, found.units[name], 6)}" for name, x in clear.items())
+    begun = [*([f"about {place}"] if clear else []), *shifts_text(found.shifts, found.units, units)]
+    names = ", ".join(units.named(name, found.units[name]) for name in found.states)
+    lines = [f"linearised in {names}", *begun, *_linearization_notes(found, units)]
     if found.steady:
         lines += [f"eigenvalues in {units.of('1/s')}", *(f"  {text}" for text in _linear_eigenvalues(found, units))]
-    states, inputs = (_sizes(found, names, units) for names in (found.states, found.inputs))
+    states, inputs = (  # sizes of chosen units in SI units
+        np.array([units.size(found.units[name]) for name in names]) for names in (found.states, found.inputs)
+    )
     lines += ["A", *_linearization_matrix((found.A * states / states[:, None]).tolist())]
     if found.inputs:
-        by = _named(found, found.inputs, units)
+        by = ", ".join(units.named(name, found.units[name]) for name in found.inputs)
         lines += [f"B (by {by})", *_linearization_matrix((found.B * inputs / states[:, None]).tolist())]
     return "\n".join(lines)
-
-
-def _named(found: Linearization, names: Sequence[str], units: Units) -> str:
-    return ", ".join(units.named(name, found.units[name]) for name in names)
-
-
-def _sizes(found: Linearization, names: Sequence[str], units: Units) -> Floats:
-    """Return how large the units are in which these are told, in SI units."""
-    return np.array([units.size(found.units[name]) for name in names])
 
 
 def multipliers_text(found: Multipliers, units: Units = SI) -> str:
@@ -319,13 +285,6 @@ def multipliers_text(found: Multipliers, units: Units = SI) -> str:
         elif x.imag > 0.0:
             lines.append(f"  {x.real:.6g} +- {x.imag:.6g} i   (size {abs(x):.6g})")
     return "\n".join(lines)
-
-
-def _place(found: Linearization, units: Units) -> list[str]:
-    """Return the state about which the system was linearised."""
-    clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
-    told = [f"{name} = {units.said(x, found.units[name], 6)}" for name, x in clear.items()]
-    return [f"about {', '.join(told)}"] if told else []
 
 
 def _linearization_notes(found: Linearization, units: Units) -> list[str]:
@@ -349,19 +308,16 @@ def _linearization_notes(found: Linearization, units: Units) -> list[str]:
     return notes
 
 
-def _linear_eigenvalues(found: Linearization, units: Units) -> list[str]:
-    """Return one line for each real eigenvalue and for each pair, with frequency and damping ratio."""
-    lines, size = [], units.size("1/s")
-    for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
-        real, imaginary = (held(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+def _linear_eigenvalues(found: Linearization, units: Units) -> Iterator[str]:
+    """Yield a line for each real eigenvalue and for each pair, with frequency and damping ratio."""
+    for real, imaginary, x, error in _eigenvalue_pairs(found, units.size("1/s")):
         if imaginary == "0":
-            lines.append(real)
-        elif x.imag > 0.0:
+            yield real
+        else:
             frequency = held(abs(x) / (2 * math.pi), error / (2 * math.pi), _FEW)
             damping = held(0.0 - x.real / abs(x), error / abs(x), _FEW)
             decays = f"{real} " if x.real else ""
-            lines.append(f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})")
-    return lines
+            yield f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})"
 
 
 def _linearization_matrix(rows: Sequence[Sequence[float]]) -> list[str]:

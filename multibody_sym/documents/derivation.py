@@ -8,7 +8,7 @@ from multibody_sym.derivation.notation import READABLE, Equation
 from multibody_sym.derivation.prepare import SIDES
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 from multibody_sym.derivation.theorems import CONSERVED
-from multibody_sym.documents.document import Document, Equations, Note, Section
+from multibody_sym.documents.document import Document, EquationRows, PlainLines, Section
 from multibody_sym.documents.notes import withheld_lines
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.units import MechanismUnits
@@ -56,14 +56,15 @@ def _sections(equations: ClosedForm, steps: bool) -> list[Section]:
     if equations.method == "newton_euler" and withheld:
         first, *others = withheld_lines({name: x.components for name, x in withheld.items()}, reasons(withheld))
         as_if = "the equations have such a force drive each joint along its own axis"
-        sections.append(Section("Reactions", (Note((f"not determined: {first}; {as_if}", *others)),)))
+        sections.append(Section("Reactions", (PlainLines((f"not determined: {first}; {as_if}", *others)),)))
     for step in equations.steps:
         is_result = bool(step.equations) or step.title in (SIDES, CONSERVED)
         if steps or (is_result and step.title not in _ON_THE_WAY):
-            rows = (Equations(step.equations),) if step.equations else ()
-            sections.append(Section(step.title, (*rows, *([Note(tuple(step.note.splitlines()))] if step.note else ()))))
+            rows = [EquationRows(step.equations)] if step.equations else []
+            note = [PlainLines(tuple(step.note.splitlines()))] if step.note else []
+            sections.append(Section(step.title, (*rows, *note)))
     if equations.definitions:
-        names = Equations(tuple(Equation(name, e) for name, e in equations.definitions))
+        names = EquationRows(tuple(Equation(name, e) for name, e in equations.definitions))
         sections.append(Section("Names", (names,), text_title="where"))
     return sections
 

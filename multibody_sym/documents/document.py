@@ -43,21 +43,21 @@ _DEGREES: Final = 180 / math.pi
 
 
 @dataclass(frozen=True)
-class Equations:
+class EquationRows:
     """Equations that stand below each other."""
 
     rows: tuple[Equation, ...]
 
 
 @dataclass(frozen=True)
-class Note:
+class PlainLines:
     """Lines of plain text."""
 
     lines: tuple[str, ...]
 
 
 Block = Any
-"""A Sentence, Formula, Equations or Note; in reports also a whole Document and what `report` declares."""
+"""A Sentence, Formula, EquationRows or PlainLines; in reports also a whole Document and what `report` declares."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,9 @@ class Writer(ABC):
                 return self.sentence(block.words)
             case Formula():
                 return self.formula(block)
-            case Equations():
+            case EquationRows():
                 return self.equations(block.rows)
-            case Note():
+            case PlainLines():
                 return self.note(block.lines)
         raise TypeError(f"no block of a document: {type(block).__name__}")
 

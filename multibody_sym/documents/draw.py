@@ -21,7 +21,7 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import callback, flag
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.system import System
-from multibody_sym.pictures.draw import Figure, Shown, ending_of
+from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.scene.items import ArrowItem, Path
 from multibody_sym.pictures.scene.scene import Scene, scene_of
@@ -74,10 +74,13 @@ def draw(
     with numbers_of(asked):
         scene = scene_of(asked)
         run = _run(asked, at, formalism, callback("on_progress", on_progress), reactions=wanted["reactions"])
-        motion = scene.motion() if run is None else _reached(scene, run)
-        shown = Shown(names=wanted["names"], forces=wanted["forces"], marked=_marked(asked, mark))
+        motion = scene.motion()
+        if run is not None:  # a moment after the start is the start
+            k = 0 if run.t[-1] <= _MOMENT else -1
+            motion = scene.motion(run.q[k], run.u[k], float(run.t[k]))
+        shown = FigureContent(names=wanted["names"], forces=wanted["forces"], marked=_marked_paths(asked, mark))
         if wanted["forces"] or wanted["reactions"]:
-            shown = replace(shown, reactions=_acting(asked, scene, motion, run, wanted))
+            shown = replace(shown, reactions=_arrows(asked, scene, motion, run, wanted))
         if wanted["reactions"] and run is not None:
             shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
@@ -123,7 +126,7 @@ def _run(
     return run
 
 
-def _acting(
+def _arrows(
     system: System, scene: Scene, motion: Motion, run: Trajectory | None, wanted: Mapping[str, bool]
 ) -> tuple[ArrowItem, ...]:
     """Return what acts on the bodies beside declared forces: weights and springs, and the reactions at a run's end."""
@@ -135,7 +138,7 @@ def _acting(
     return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
 
 
-def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
+def _with_open(shown: FigureContent, run: Trajectory, scene: Scene) -> FigureContent:
     """Return what is shown with what is not unique: the elements, each once, whether they are drawn and how."""
     from multibody_sym.answers.free_bodies import shown_components
     from multibody_sym.derivation.force_letters import component_label
@@ -157,13 +160,7 @@ def _with_open(shown: Shown, run: Trajectory, scene: Scene) -> Shown:
     return replace(shown, not_unique=tuple(told.values()), undrawn=tuple(undrawn))
 
 
-def _reached(scene: Scene, run: Trajectory) -> Motion:
-    """Return the motion where a run has led, which for a moment after the start is where it began."""
-    k = 0 if run.t[-1] <= _MOMENT else -1
-    return scene.motion(run.q[k], run.u[k], float(run.t[k]))
-
-
-def _marked(system: System, marked: Mapping[str, str] | Sequence[str] | None) -> dict[Path, str]:
+def _marked_paths(system: System, marked: Mapping[str, str] | Sequence[str] | None) -> dict[Path, str]:
     """Return paths with words of what is to stand out. Raises InputError for a place that the model does not have."""
     if isinstance(marked, str):
         marked = [marked]

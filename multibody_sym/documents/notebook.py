@@ -20,7 +20,7 @@ _LONGEST: Final = 400
 """A formula longer than this is left out for its number: nobody would read it."""
 
 
-class Shown(NamedTuple):
+class ShownType(NamedTuple):
     """How a type is shown: as text/html or text/markdown, by the function of this module with that name."""
 
     module: str
@@ -30,25 +30,25 @@ class Shown(NamedTuple):
 
 
 SHOWN: Final = (
-    Shown("multibody_sym.model.system", "System", "text/html", "system_html"),
-    Shown("multibody_sym.motion.results.trajectory", "Trajectory", "text/html", "run_html"),
-    Shown("multibody_sym.text.tables", "Table", "text/html", "table_html"),
-    Shown("multibody_sym.answers.records", "Solution", "text/markdown", "solution_markdown"),
-    Shown("multibody_sym.analysis.linearize", "Linearization", "text/markdown", "linearization_markdown"),
-    Shown("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
-    Shown("multibody_sym.dynamics.constraints.redundancy", "Redundancy", "text/html", "redundancy_html"),
-    Shown("multibody_sym.analysis.rest.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
-    Shown("multibody_sym.analysis.check", "CheckReport", "text/html", "check_html"),
+    ShownType("multibody_sym.model.system", "System", "text/html", "system_html"),
+    ShownType("multibody_sym.motion.results.trajectory", "Trajectory", "text/html", "run_html"),
+    ShownType("multibody_sym.text.tables", "Table", "text/html", "table_html"),
+    ShownType("multibody_sym.answers.records", "Solution", "text/markdown", "solution_markdown"),
+    ShownType("multibody_sym.analysis.linearize", "Linearization", "text/markdown", "linearization_markdown"),
+    ShownType("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
+    ShownType("multibody_sym.dynamics.constraints.redundancy", "Redundancy", "text/html", "redundancy_html"),
+    ShownType("multibody_sym.analysis.rest.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
+    ShownType("multibody_sym.analysis.check", "CheckReport", "text/html", "check_html"),
 )
 
 
 def register(formatters: Mapping[str, Any]) -> None:
     """Register what is shown with the formatters of an IPython shell, by the kind of output."""
     for each in SHOWN:
-        formatters[each.kind].for_type_by_name(each.module, each.name, _called(each.function))
+        formatters[each.kind].for_type_by_name(each.module, each.name, _shower(each.function))
 
 
-def _called(name: str) -> Callable[[Any], str | None]:
+def _shower(name: str) -> Callable[[Any], str | None]:
     def show(found: Any) -> str | None:
         function: Callable[[Any], str | None] = globals()[name]
         return function(found)
@@ -125,12 +125,19 @@ def _text(lines: str) -> str:
 
 def solution_markdown(found: Any) -> str:
     """Return accelerations, forces, conditions and answers as formulas with their numbers."""
+    each = [
+        (rf"\text{{{_plain(name)}}}\ \text{{{_plain(part.replace('_', ' '))}}}", x)
+        for name, parts in found.reactions.items()
+        for part, x in parts.items()
+    ]
+    least = _ROUNDING * max((abs(x.value or 0.0) for _, x in each), default=0.0)
+    forces = [(letters, x) for letters, x in each if abs(x.value or 0.0) > least or not x.unique]
     dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
     lines = {
         "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
-        "Forces": [(_force(name, part), x) for name, part, x in _forces(found)],
+        "Forces": forces,
         "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
-        "Where": [(latex_name(name), _defined(one)) for name, one in found.where.items()],
+        "Where": [(latex_name(name), Value(x.value, x.expression, x.unit)) for name, x in found.where.items()],
     }
     sections = {title: [_equation(left, x, found.labels) for left, x in each] for title, each in lines.items()}
     state = [f"*{_plain(', '.join(found.found))}*"] if found.found else []
@@ -139,24 +146,13 @@ def solution_markdown(found: Any) -> str:
         from multibody_sym.documents.solution import solution_text
 
         return f"```\n{solution_text(found)}\n```"
-    blocks = [f"**{title}**\n\n{_aligned(lines)}" for title, lines in sections.items() if lines]
+    aligned = {title: r" \\ ".join(lines) for title, lines in sections.items() if lines}
+    blocks = [
+        rf"**{title}**" + "\n\n" + rf"$$\begin{{aligned}}{rows}\end{{aligned}}$$" for title, rows in aligned.items()
+    ]
     equations = [f"`{name}` from `{one.formula}`" for name, one in found.where.items() if one.equation is not None]
     blocks += [", ".join(equations)] if equations else []
     return "\n\n".join([f"**{_plain(found.name)}** at t = 0", *state, *blocks, *where])
-
-
-def _defined(one: Any) -> Value:
-    return Value(one.value, one.expression, one.unit)
-
-
-def _forces(found: Any) -> Iterable[tuple[str, str, Value]]:
-    each = [(name, part, x) for name, parts in found.reactions.items() for part, x in parts.items()]
-    least = _ROUNDING * max((abs(x.value or 0.0) for *_, x in each), default=0.0)
-    return [(name, part, x) for name, part, x in each if abs(x.value or 0.0) > least or not x.unique]
-
-
-def _force(name: str, part: str) -> str:
-    return rf"\text{{{_plain(name)}}}\ \text{{{_plain(part.replace('_', ' '))}}}"
 
 
 def _equation(left: str, value: Value, labels: Mapping[str, str]) -> str:
@@ -170,10 +166,6 @@ def _equation(left: str, value: Value, labels: Mapping[str, str]) -> str:
     return f"{left} &= {' = '.join(parts)}"
 
 
-def _aligned(lines: Iterable[str]) -> str:
-    return r"$$\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$$"
-
-
 def linearization_markdown(found: Any) -> str:
     """Return x' = A x + B w with the matrices, and the eigenvalues."""
     if not found.states:
@@ -183,8 +175,13 @@ def linearization_markdown(found: Any) -> str:
     rates = rf"$$\frac{{d}}{{dt}} {x} = {A} {x}{by}$$"
     if not found.steady:
         return f"{rates}\n\nA is not constant: it has no eigenvalues that tell the motion"
-    values = ", ".join(f"${_complex(value)}$" for value in found.eigenvalues if value.imag >= 0)
-    return f"{rates}\n\nEigenvalues in 1/s: {values}"
+    values = []
+    for x in found.eigenvalues:
+        if x.imag == 0:
+            values.append(f"${x.real:.5g}$")
+        elif x.imag > 0:
+            values.append(rf"${f'{x.real:.5g} ' if x.real else ''}\pm {x.imag:.5g}\,i$")
+    return f"{rates}\n\nEigenvalues in 1/s: {', '.join(values)}"
 
 
 def equilibrium_markdown(found: Any) -> str:
@@ -195,16 +192,13 @@ def equilibrium_markdown(found: Any) -> str:
         return f"```\n{equilibrium_text(found)}\n```"
     names = list(found.positions[0])
     words = {True: "stable", False: "unstable", None: "indifferent"}
-    head = ["", *(f"${latex_name(name)}$ {_unit(found.units.get(name, ''))}".rstrip() for name in names)]
+    units = {name: f" [{found.units[name]}]" if found.units.get(name) else "" for name in names}
+    head = ["", *(f"${latex_name(name)}${units[name]}" for name in names)]
     rows = [
         [words[stable], *(f"{position[name]:.6g}" for name in names)]
         for position, stable in zip(found.positions, found.stable, strict=True)
     ]
     return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows))
-
-
-def _unit(unit: str) -> str:
-    return f"[{unit}]" if unit else ""
 
 
 def _column(names: Iterable[str]) -> str:
@@ -213,12 +207,6 @@ def _column(names: Iterable[str]) -> str:
 
 def _matrix(rows: Iterable[Iterable[float]]) -> str:
     return _column(" & ".join(f"{x:.4g}" for x in row) for row in rows)
-
-
-def _complex(x: complex) -> str:
-    if not x.imag:
-        return f"{x.real:.5g}"
-    return rf"{f'{x.real:.5g} ' if x.real else ''}\pm {x.imag:.5g}\,i"
 
 
 def _plain(text: str) -> str:

@@ -30,7 +30,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     if all(len(circuit) == 1 for circuit in found.dependencies) and found.dependencies:
         rows = "1 row" if count == 1 else f"{count} rows"
         why = f"({rows}, against which nothing could move anyway; the motion is unique)"
-        forces = _listed(found.ambiguous_forces)
+        forces = ", ".join(found.ambiguous_forces)
         told = [f"forces that are not unique: {forces}; all others are"] if forces else []
         return [f"redundant constraints: {named} {why}", *told]
     rows = "1 row is" if count == 1 else f"{count} rows are"
@@ -41,23 +41,18 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
         lines.append(f"  nothing could move against {_forces_of(alone, found)} anyway")
     for circuit in dict.fromkeys(circuit for circuit in found.dependencies if len(circuit) > 1):
         lines.append(f"  each of {_forces_of(circuit, found)} follows from the others")
-    return [*lines, *_forces(found)]
-
-
-def _forces(found: Redundancy | CheckReport) -> list[str]:
-    named = _listed(found.ambiguous_forces)
-    if not named:
-        return []
-    return [
-        f"forces that are not unique: {named}",
-        "  only elasticity could tell them: to make them definite leave a row out, let a joint go in such a direction "
-        "(spherical or cylindrical in place of revolute), or put a spring in place of a constraint",
-    ]
+    if found.ambiguous_forces:
+        lines += [
+            f"forces that are not unique: {', '.join(found.ambiguous_forces)}",
+            "  only elasticity could tell them: to make them definite leave a row out, let a joint go in such a "
+            "direction (spherical or cylindrical in place of revolute), or put a spring in place of a constraint",
+        ]
+    return lines
 
 
 def _forces_of(rows: Iterable[str], found: Redundancy | CheckReport) -> str:
     """Return the constraints that rows are, or their forces, as expressions name them: `rod, fz(C)`."""
-    return _listed([_force_of(row, found.ambiguous_forces) for row in rows])
+    return ", ".join(_force_of(row, found.ambiguous_forces) for row in rows)
 
 
 def _force_of(row: str, forces: Sequence[str]) -> str:
@@ -69,10 +64,6 @@ def _force_of(row: str, forces: Sequence[str]) -> str:
     parts = (_ALONG.get(along, ""), word, f"{word}_{along[len(word) :]}")
     names = [force_name(owner, part) for part in parts if part in FORCE_NAMES]
     return next((name for name in (*names, *(force_name(row, x) for x in _WHOLE)) if name in forces), row)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -37,7 +37,7 @@ from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
-from multibody_sym.pictures.draw import Figure, Shown
+from multibody_sym.pictures.draw import Figure, FigureContent
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.page.svg import svg
 from multibody_sym.pictures.page.tikz import tikz
@@ -77,7 +77,7 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
             items = tuple(item for item in scene.items if item.body == k and item.role in _ROLES)
             others: dict[str, Any] = dict.fromkeys(("strands", "dimensions", "angles", "arrows", "ropes"), ())
             alone = replace(scene, name=body.name, items=items, **others)
-            shown = Shown(names=False, reactions=on_body, undrawn=tuple(undrawn.get(k, ())))
+            shown = FigureContent(names=False, reactions=on_body, undrawn=tuple(undrawn.get(k, ())))
             placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
             figures[body.name] = Figure(draw_scene(alone, placed, shown=shown))
     return figures

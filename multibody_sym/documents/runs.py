@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -37,9 +37,14 @@ _SINGULAR: Final = "singular position"
 
 def run_summary(run: Trajectory, units: Units = SI) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
-    started = shifts_text(run.ready.shifts, run.ready.told.state_units, units)
-    kept = [*_energy(run, units), *_constraints(run), *_withheld(run)]
-    return "\n".join([_headline(run, units), *started, *_stop(run), *_end(run, units), *kept, *_events(run, units)])
+    lines = [_headline(run, units), *shifts_text(run.ready.shifts, run.ready.told.state_units, units)]
+    if run.stop is not None and run.stop["t"] <= run.problem.t0:
+        lines.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
+    lines += [*_end(run, units), *_energy(run, units), *_constraints(run)]
+    lines += withheld_text(run.withheld, run.withheld_reasons)
+    untold = run.ready.told.untold
+    lines += [f"  outputs without a value for that: {', '.join(untold)}"] if untold else []
+    return "\n".join([*lines, *_events(run, units)])
 
 
 def _headline(run: Trajectory, units: Units) -> str:
@@ -58,12 +63,6 @@ def _headline(run: Trajectory, units: Units) -> str:
         f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
         f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
     )
-
-
-def _stop(run: Trajectory) -> list[str]:
-    if run.stop is None or run.stop["t"] > run.problem.t0:
-        return []
-    return [f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start"]
 
 
 def _time(t: float, units: Units) -> str:
@@ -86,11 +85,21 @@ def _end(run: Trajectory, units: Units) -> list[str]:
     known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
     width = max(map(len, values), default=0)
-    errors = _end_errors(run, values, known)
-    told = {name: _number(run, value, known[name], errors.get(name), units) for name, value in values.items()}
-    lines = [f"  {name:{width}} {text if text[0] == '-' else f' {text}'}" for name, text in told.items()]
+    errors, lines = _end_errors(run, values, known), []
+    for name, value in values.items():
+        if _is_nothing(run, value):
+            number = units.said(0.0, known[name])
+        elif name in errors:
+            number = units.said(value, known[name], error=errors[name])
+        else:
+            number = units.said(value, known[name], _OF_STEPS)
+        lines.append(f"  {name:{width}} {number if number[0] == '-' else f' {number}'}")
+    return [f"at t = {_end_time(run, units)}:", *_first_lines(lines)]
+
+
+def _first_lines(lines: list[str]) -> list[str]:
     more = [f"  ... {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
-    return [f"at t = {_end_time(run, units)}:", *lines[:_MOST_LINES], *more]
+    return [*lines[:_MOST_LINES], *more]
 
 
 def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str, str]) -> Mapping[str, float]:
@@ -111,13 +120,6 @@ def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str
     return {name: min(allowed[known[name]], abs(value) / 2) for name, value in values.items()}
 
 
-def _number(run: Trajectory, value: float, unit: str, error: float | None, units: Units) -> str:
-    """Return a number of a run with the digits that hold, zero for what the run does not tell from it."""
-    if _is_nothing(run, value):
-        return units.said(0.0, unit)
-    return units.said(value, unit, _OF_STEPS) if error is None else units.said(value, unit, error=error)
-
-
 def _is_nothing(run: Trajectory, value: float) -> bool:
     return not run.problem.step and abs(value) <= _UNRESOLVED * run.problem.atol
 
@@ -125,20 +127,29 @@ def _is_nothing(run: Trajectory, value: float) -> bool:
 def _energy(run: Trajectory, units: Units) -> list[str]:
     if len(run) == 0:
         return []
-    begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _moving(run) else run.energy_at_start
+    begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _largest_kinetic_energy(run) else run.energy_at_start
     closes = math.isfinite(run.energy_residual)
-    told = _account(run, units) if closes else f"; {_change(run, units)}"
-    return [f"total energy {units.said(begin, 'J', 6)} at the start{told}", *_taken(run, units)]
+    account = _account(run, units) if closes else f"; {_change(run, units)}"
+    lines = []
+    for name, work in run.friction_work.items():
+        bodies = _beyond_rounding(run, work.bodies)
+        if bodies or _beyond_rounding(run, {name: work.total}):
+            shares = [f"{units.said(x, 'J', 6)} on {body}" for body, x in bodies.items()]
+            parts = f" ({', '.join(shares)})" if len(shares) > 1 else ""
+            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', 6)}{parts}")
+    lost = _beyond_rounding(run, run.impact_losses)
+    lines += [f"  impact of {name} took {units.said(x, 'J', 6)}" for name, x in lost.items()]
+    return [f"total energy {units.said(begin, 'J', 6)} at the start{account}", *_first_lines(lines)]
 
 
-def _moving(run: Trajectory) -> float:
+def _largest_kinetic_energy(run: Trajectory) -> float:
     """Return the largest kinetic energy of the samples, 0 without one."""
     return float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
 
 
 def _beyond_rounding(run: Trajectory, taken: Mapping[str, float]) -> dict[str, float]:
     """Return what was taken by name, without what is rounding beside the energy that moved."""
-    least = _TAKEN * _moving(run)
+    least = _TAKEN * _largest_kinetic_energy(run)
     return {name: x for name, x in taken.items() if abs(x) > least}
 
 
@@ -150,7 +161,7 @@ def _change(run: Trajectory, units: Units) -> str:
     told = f"it changed by at most {units.said(run.drift['energy'], 'J', 2)}"
     rubbing = _beyond_rounding(run, {name: work.total for name, work in run.friction_work.items() if work.total < 0.0})
     lost = _beyond_rounding(run, run.impact_losses)
-    acting = _named(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
+    acting = _first_names(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
     return f"{told}, the work of {acting} included" if acting else told
 
 
@@ -160,31 +171,17 @@ def _account(run: Trajectory, units: Units) -> str:
     account = run.modes.account
     rubbing = _beyond_rounding(run, {name: work.total for name, work in account.friction.items()})
     lost, acting = _beyond_rounding(run, run.impact_losses), run.ready.told.working
-    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', 6)} at {_named(rubbing)}"] if rubbing else []
-    told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_named(lost)}"] if lost else []
-    told += [f"the work of {_named(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
+    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', 6)} at {_first_names(rubbing)}"] if rubbing else []
+    told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_first_names(lost)}"] if lost else []
+    told += [f"the work of {_first_names(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
     left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', 2)}"
     return "; ".join([f", {units.said(float(run.energy[-1]), 'J', 6)} at the end", *told, left])
 
 
-def _named(names: Collection[str]) -> str:
+def _first_names(names: Collection[str]) -> str:
     """Return the first of some names and how many more there are."""
     more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
     return ", ".join(list(names)[:_MOST_NAMED]) + more
-
-
-def _taken(run: Trajectory, units: Units) -> list[str]:
-    """Return what friction and impacts took."""
-    lines = []
-    for name, work in run.friction_work.items():
-        bodies = _beyond_rounding(run, work.bodies)
-        if bodies or _beyond_rounding(run, {name: work.total}):
-            shares = [f"{units.said(x, 'J', 6)} on {body}" for body, x in bodies.items()]
-            told = f" ({', '.join(shares)})" if len(shares) > 1 else ""
-            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', 6)}{told}")
-    lost = _beyond_rounding(run, run.impact_losses)
-    lines += [f"  impact of {name} took {units.said(x, 'J', 6)}" for name, x in lost.items()]
-    return [*lines[:_MOST_LINES], f"  ... {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else lines
 
 
 def _constraints(run: Trajectory) -> list[str]:
@@ -203,39 +200,24 @@ def _constraints(run: Trajectory) -> list[str]:
     return lines
 
 
-def _withheld(run: Trajectory) -> list[str]:
-    lines = withheld_text(run.withheld, run.withheld_reasons)
-    untold = run.ready.told.untold
-    return [*lines, f"  outputs without a value for that: {', '.join(untold)}"] if untold else lines
-
-
 def _events(run: Trajectory, units: Units) -> list[str]:
-    changes = [*run.begun, *run.changes]
-    told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
-    warnings = [_warning(event["kind"], event["element"], _found_time(run, event["t"], units)) for event in told]
-    return [*_changes(run, changes, units), *_singular(run, units), *warnings]
-
-
-def _changes(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
-    """Return what began to stick, slide, open or close, and when."""
-    told = [f"  t = {_found_time(run, x['t'], units)}: {x['element']} {_change_word(x)}" for x in changes]
-    more = [f"  ... {len(told) - _MOST_LINES} more"] if len(told) > _MOST_LINES else []
-    return ["changes of what holds one way only:", *told[:_MOST_LINES], *more] if told else []
-
-
-def _change_word(event: Mapping[str, Any]) -> str:
-    if event["kind"] != SEVERAL:
-        return str(event["kind"])
-    return f"{event['taken']}, one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
-
-
-def _singular(run: Trajectory, units: Units) -> list[str]:
+    """Return what began to stick, slide, open or close, and when; singular positions; warnings."""
+    changes, lines = [*run.begun, *run.changes], []
+    for x in changes:
+        word = str(x["kind"])
+        if word == SEVERAL:
+            left = "the laws leave several motions, and nothing says which one happens"
+            word = f"{x['taken']}, one of {SEVERAL}: {left}"
+        lines.append(f"  t = {_found_time(run, x['t'], units)}: {x['element']} {word}")
+    lines = ["changes of what holds one way only:", *_first_lines(lines)] if lines else []
     times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
-    if not times:
-        return []
-    shown = ", ".join(times if len(times) <= _MOST_LINES else [*times[:_MOST_LINES], "..."])
-    named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
-    return [f"passed {named}, in which constraints depend on each other, at t = {shown} {units.of('s')}"]
+    if times:
+        shown = ", ".join(times if len(times) <= _MOST_LINES else [*times[:_MOST_LINES], "..."])
+        named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
+        depend = "in which constraints depend on each other"
+        lines.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
+    told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
+    return [*lines, *(_warning(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told)]
 
 
 def _warning(kind: str, element: str, t: str) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.answers.records import ImpactFound, ImpactStep, OtherState, RowKind, Solution
+from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solution
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_lines, withheld_text
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
@@ -55,11 +55,22 @@ _JOINTS: Final = "impulses in joints, on the child, in the axes of the joint's f
 def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
     """Return the parts of what is told of an impact by their titles."""
     several = len(found.steps) > 1
+    energies = {f"kinetic energy {name}": value for name, value in found.kinetic_energy.items()}
+    energies |= {} if found.energy_given is None else {"energy given": found.energy_given}
+    energies["energy lost"] = found.energy_lost
+    if len(found.lost_by) > 1:
+        energies |= {f"lost at {name}": value for name, value in found.lost_by.items()}
     return {
-        "impact": [_how(found), *(f"{name} {word}" for name, word in found.states.items())],
-        "one after the other": [f"{k}. {_struck(step)}" for k, step in enumerate(found.steps, 1)][: _STEPS * several],
+        "impact": [
+            f"by {found.law.capitalize()}'s law, {found.sequence.replace('_', ' ')}; speeds jump, nothing moves",
+            *(f"{name} {word}" for name, word in found.states.items()),
+        ],
+        "one after the other": [
+            f"{k}. {', '.join(f'{name} with {impulse:.6g} N*s' for name, impulse in step.impulses.items())}"
+            for k, step in enumerate(found.steps[: _STEPS * several], 1)
+        ],
         "impulses": [
-            f"{_called(name, part)} = {value.told(units)}"
+            f"{_impulse_name(name, part)} = {value.told(units)}"
             for name, parts in found.impulses.items()
             for part, value in parts.items()
         ],
@@ -67,7 +78,7 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "speeds after": _equations(found.after, units),
         _JOINTS: joint_lines(found.joint_impulses, found.impulses, units),
         NOT_UNIQUE: not_unique_lines(
-            (_called(name, part), value)
+            (_impulse_name(name, part), value)
             for name, parts in (*found.impulses.items(), *found.joint_impulses.items())
             for part, value in parts.items()
         ),
@@ -75,21 +86,13 @@ def impact_lines(found: ImpactFound, units: Units = SI) -> dict[str, list[str]]:
         "speeds of closing before": _equations(found.closing, units),
         "speeds of opening after": _equations(found.opening, units),
         "enough friction, at least": _equations(found.needed, units),
-        "energy": _energies(found, units),
+        "energy": _equations(energies, units),
         "instantaneous centres": list(_centres(found)),
         "centres of percussion": _equations(found.centres_of_percussion, units),
     }
 
 
-def _struck(step: ImpactStep) -> str:
-    return ", ".join(f"{name} with {impulse:.6g} N*s" for name, impulse in step.impulses.items())
-
-
-def _how(found: ImpactFound) -> str:
-    return f"by {found.law.capitalize()}'s law, {found.sequence.replace('_', ' ')}; speeds jump, nothing moves"
-
-
-def _called(name: str, part: str) -> str:
+def _impulse_name(name: str, part: str) -> str:
     """Return the name of an impulse in questions, in which that of its force stands for it."""
     if part.startswith("impulse"):
         row = part.removeprefix("impulse_") if part != "impulse" else ""
@@ -102,13 +105,6 @@ def _called(name: str, part: str) -> str:
 
 def _equations(values: Mapping[str, Value], units: Units, before: str = "") -> list[str]:
     return [f"{before}{name} = {value.told(units)}" for name, value in values.items()]
-
-
-def _energies(found: ImpactFound, units: Units) -> list[str]:
-    lost = {f"lost at {name}": value for name, value in found.lost_by.items()} if len(found.lost_by) > 1 else {}
-    told = {f"kinetic energy {name}": value for name, value in found.kinetic_energy.items()}
-    given = {} if found.energy_given is None else {"energy given": found.energy_given}
-    return _equations({**told, **given, "energy lost": found.energy_lost, **lost}, units)
 
 
 def _centres(found: ImpactFound) -> Iterable[str]:
@@ -133,9 +129,12 @@ _REACTIONS: Final = "reactions of joints, on the child, in the axes of the joint
 def solution_text(solution: Solution, units: Units = SI) -> str:
     """Return a solution for people to read, in chosen units."""
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
+    several = [f"searched: {solution.searched}", *(f"another: {_other_motion(x)}" for x in solution.others)]
+    several = several if solution.verdict == "several" else []
+    limits = {condition: broken for condition, broken in solution.limits.items() if broken is not None}
     sections: dict[str, Iterable[str]] = {
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
-        SEVERAL_MOTIONS: _several(solution),
+        SEVERAL_MOTIONS: several,
         "start values that follow from the constraints": [
             f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
         ],
@@ -151,7 +150,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
             {name: x for name, x in solution.reactions.items() if "fx" in x}, solution.reactions, units
         ),
         NOT_UNIQUE: not_unique_lines(
-            (_named(solution, name, component), value)
+            (_force_name(solution, name, component), value)
             for name, components in solution.reactions.items()
             for component, value in components.items()
             if component not in AT
@@ -159,12 +158,12 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "withheld, because constraints do not say where their forces act": withheld_lines(
             solution.withheld, solution.withheld_reasons
         ),
-        "conditions": [_condition(solution, each) for each in solution.conditions],
+        "conditions": [f"{x}, else {limits[x]}" if x in limits else x for x in solution.conditions],
         "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
         _WHERE: list(_where(solution, primes, units)),
         "notes": solution.notes,
     }
-    parts = [f"{title}\n{_indented(lines)}" for title, lines in sections.items() if lines]
+    parts = ["\n".join([title, *(f"  {line}" for line in lines)]) for title, lines in sections.items() if lines]
     return "\n".join([f"{solution.name} at t = 0", *shifts_text(solution.shifts, solution.units, units), *parts])
 
 
@@ -180,41 +179,25 @@ def _where(solution: Solution, primes: Mapping[str, str], units: Units) -> Itera
         yield f"{name} = {same}" if same else f"{name} {one.told(units)}{says}"
 
 
-def _indented(lines: Iterable[str]) -> str:
-    return "\n".join(f"  {line}" for line in lines)
-
-
-def _named(solution: Solution, name: str, component: str) -> str:
+def _force_name(solution: Solution, name: str, component: str) -> str:
     """Return the name of a force in expressions; of constraints other than ropes and rods it is the multiplier."""
     return force_name(name, "multiplier" if solution.kinds.get(name) in ("force", "multiplier") else component)
 
 
 def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list[str]:
     return [
-        f"{_named(solution, name, part)} = {value.told(units)}"
+        f"{_force_name(solution, name, part)} = {value.told(units)}"
         for name, kind in solution.kinds.items()
         if kind in kinds
         for part, value in solution.reactions[name].items()
     ]
 
 
-def _several(solution: Solution) -> list[str]:
-    """Return that there are several motions, and those beside the one that is told."""
-    if solution.verdict != "several":
-        return []
-    return [f"searched: {solution.searched}", *(f"another: {_other(other)}" for other in solution.others)]
-
-
-def _other(other: OtherState) -> str:
+def _other_motion(other: OtherState) -> str:
     states = ", ".join(f"{name} {word}" for name, word in other.states.items())
     errors = other.errors
     moved = ", ".join(f"{name} {held(x, errors.get(name, 0.0), 6)}" for name, x in other.accelerations.items())
     return f"{states}: accelerations {moved}"
-
-
-def _condition(solution: Solution, condition: str) -> str:
-    broken = solution.limits.get(condition)
-    return condition if broken is None else f"{condition}, else {broken}"
 
 
 def _one_way_lines(solution: Solution, units: Units) -> list[str]:
@@ -234,10 +217,25 @@ def _one_way_lines(solution: Solution, units: Units) -> list[str]:
 
 def check_text(found: CheckReport, units: Units = SI) -> str:
     """Return the report for a person to read, in chosen units."""
+    hints = [f"hint: {hint}" for hint in found.hints]
     if found.failure is not None:
-        return "\n".join([f"no motion: {found.failure}", *_hints(found.hints)])
-    begun = [*_freedom(found), *_start(found, units), *_check_several(found)]
-    return "\n".join([*begun, *_agreement(found), *_theorems(found), *_hints(found.hints)])
+        return "\n".join([f"no motion: {found.failure}", *hints])
+    lines = _freedom(found)
+    lines += [f"held at the start: {', '.join(found.held)}"] if found.held else []
+    lines += [f"assembled: {', '.join(found.assembled)}"] if found.assembled else []
+    lines += shifts_text(found.shifts, found.units, units)
+    if found.verdict == "several":
+        lines.append(f"{SEVERAL_MOTIONS}; all this is of {_states(found.states)}")
+        lines += [f"  another: {_states(other)}" for other in found.others]
+    verdict = "all agree" if found.agrees else f"THEY DISAGREE: {', '.join(found.missing)}"
+    ratios = ", ".join(f"{name} {ratio:.2g}" for name, ratio in found.agreement.items())
+    bounds = "scaled residuals; rounding stays below 10, with constraints below 100"
+    lines.append(f"formalisms ({bounds}): {ratios}: {verdict}")
+    residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
+    nothing = "nothing has mass and nothing acts, all forces are zero"
+    lines.append(f"theorems (relative residuals): {residuals or nothing}")
+    lines += [f"conserved: {name} ({found.symmetries[name]})" for name in found.conserved]
+    return "\n".join([*lines, *hints])
 
 
 def _freedom(found: CheckReport) -> list[str]:
@@ -249,47 +247,14 @@ def _freedom(found: CheckReport) -> list[str]:
         speeds, rank = found.degrees_of_freedom + found.rank + more, found.rank + more
         keeps = f"keep{'s its' if len(found.doubles) == 1 else ' their'} coordinates beside them"
         lines.append(
-            f"  {_listed(list(found.doubles))} {keeps}, by massless doubles of their children "
+            f"  {', '.join(found.doubles)} {keeps}, by massless doubles of their children "
             f"(with these: {speeds} speeds, constraints of rank {rank})"
         )
     return [*lines, *redundancy_lines(found), *withheld_text(found.withheld, found.withheld_reasons)]
 
 
-def _start(found: CheckReport, units: Units) -> list[str]:
-    lines = [f"held at the start: {_listed(found.held)}"] if found.held else []
-    assembled = [f"assembled: {_listed(found.assembled)}"] if found.assembled else []
-    return [*lines, *assembled, *shifts_text(found.shifts, found.units, units)]
-
-
-def _check_several(found: CheckReport) -> list[str]:
-    if found.verdict != "several":
-        return []
-    taken = f"{SEVERAL_MOTIONS}; all this is of {_states(found.states)}"
-    return [taken, *(f"  another: {_states(other)}" for other in found.others)]
-
-
 def _states(states: Mapping[str, str]) -> str:
-    return _listed([f"{name} {word}" for name, word in states.items()])
-
-
-def _agreement(found: CheckReport) -> list[str]:
-    verdict = "all agree" if found.agrees else f"THEY DISAGREE: {_listed(found.missing)}"
-    ratios = ", ".join(f"{name} {ratio:.2g}" for name, ratio in found.agreement.items())
-    return [f"formalisms (scaled residuals; rounding stays below 10, with constraints below 100): {ratios}: {verdict}"]
-
-
-def _theorems(found: CheckReport) -> list[str]:
-    residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
-    lines = [f"theorems (relative residuals): {residuals or 'nothing has mass and nothing acts, all forces are zero'}"]
-    return [*lines, *(f"conserved: {name} ({found.symmetries[name]})" for name in found.conserved)]
-
-
-def _hints(hints: Sequence[str]) -> list[str]:
-    return [f"hint: {hint}" for hint in hints]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names)
+    return ", ".join(f"{name} {word}" for name, word in states.items())
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ from multibody_sym.pictures.page.picture import (
     LAYER_TEXT,
     Arc,
     Hatch,
+    LegendLine,
     Mark,
-    Note,
     Picture,
     Projection,
     Run,
@@ -38,9 +38,9 @@ from multibody_sym.pictures.page.svg import svg
 from multibody_sym.pictures.scene.items import (
     ArrowItem,
     Axes,
-    Dimension,
     Face,
     Item,
+    NamedLength,
     Path,
     Placed,
     Rail,
@@ -58,7 +58,7 @@ from multibody_sym.text.files import path_name, write_whole
 
 
 @dataclass(frozen=True)
-class Shown:
+class FigureContent:
     """What a picture shows: `names` of bodies and joints, weights and other `forces`, `reactions` at its instant.
 
     `not_unique` tells of which elements they could be others too, and how that is shown; `undrawn` are the letters of
@@ -93,7 +93,7 @@ _MORE: Final = ((", ..", "roman"),)
 Runs = tuple[Run, ...]
 
 
-def notes(shown: Shown) -> Iterator[Note]:
+def notes(shown: FigureContent) -> Iterator[LegendLine]:
     """Yield what is to be said of forces that are not unique: dashed ones, and those that are left out."""
     if any(arrow.open for arrow in shown.reactions):
         yield from listed("not unique", "dashed: not unique, other values would do as well", ())
@@ -101,7 +101,7 @@ def notes(shown: Shown) -> Iterator[Note]:
         yield from listed("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
 
 
-def in_legend(scene: Scene) -> tuple[Scene, list[Note]]:
+def in_legend(scene: Scene) -> tuple[Scene, list[LegendLine]]:
     """Return a scene without the places of centres of mass, and these as a legend, where more lengths are named.
 
     Such are seen already, and of so many dimension lines nobody could tell whose each is.
@@ -110,33 +110,32 @@ def in_legend(scene: Scene) -> tuple[Scene, list[Note]]:
     if len([each for each in scene.dimensions if not each.coordinate]) <= MOST_LENGTHS or not centres:
         return scene, []
     kept = tuple(each for each in scene.dimensions if each not in centres)
-    entries = [_place(scene, name, list(group)) for name, group in groupby(centres, key=lambda each: each.name)]
+    entries = [_centre_entry(scene, name, list(group)) for name, group in groupby(centres, key=lambda each: each.name)]
     words = "centres of mass, in the axes of their bodies: "
     return replace(scene, dimensions=kept), list(listed("centres of mass", words, entries))
 
 
-def _place(scene: Scene, name: str, given: Sequence[Dimension]) -> Runs:
+def _centre_entry(scene: Scene, name: str, given: Sequence[NamedLength]) -> Runs:
     """Return the name of a body with the components of its centre of mass, of a plane mechanism x and y."""
     end = np.array(given[0].b.point)
     told = ["0" if x == 0.0 else f"{x:.3g}".replace("-", "−") for x in end]
     for each in given:
         told[int(np.argmax(np.abs(end - np.array(each.a.point))))] = each.component
-    shown = [runs for text in told[: 2 if scene.plane else 3] for runs in ((", ", "roman"), *_signed(text))]
+    shown: list[Run] = []
+    for text in told[: 2 if scene.plane else 3]:
+        sign: list[Run] = [("−", "roman")] if text[:1] == "-" else []
+        shown += [(", ", "roman"), *sign, *letters(text[len(sign) :])]
     return (*letters(name.removesuffix(_CENTRE)), (" (", "roman"), *shown[1:], (")", "roman"))
 
 
-def _signed(text: str) -> Runs:
-    return (("−", "roman"), *letters(text[1:])) if text[:1] == "-" else letters(text)
-
-
-def listed(name: str, words: str, entries: Sequence[Runs]) -> Iterator[Note]:
+def listed(name: str, words: str, entries: Sequence[Runs]) -> Iterator[LegendLine]:
     """Yield words and entries behind them as lines that are no wider than a legend, named `name`."""
     line: list[Run] = [(words, "roman")]
     count = held = 0
     for k, entry in enumerate(entries):
         parted = [*entry, ("," if k + 1 < len(entries) else "", "roman")]
         apart: list[Run] = [(" ", "roman")] if held else []
-        if held and width_of([*line, *apart, *parted], Note.size) > _WIDE:
+        if held and width_of([*line, *apart, *parted], LegendLine.size) > _WIDE:
             count += 1
             if count == _MOST:
                 yield _line(name, [*line, *_MORE])
@@ -148,8 +147,8 @@ def listed(name: str, words: str, entries: Sequence[Runs]) -> Iterator[Note]:
     yield _line(name, line)
 
 
-def _line(name: str, runs: Sequence[Run]) -> Note:
-    return Note(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
+def _line(name: str, runs: Sequence[Run]) -> LegendLine:
+    return LegendLine(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -160,7 +159,7 @@ _DESCRIBED_MOST: Final = 30
 _REACTIONS: Final = ("reaction", "couple")
 
 
-def description(scene: Scene, placed: Placed, shown: Shown) -> str:
+def description(scene: Scene, placed: Placed, shown: FigureContent) -> str:
     """Return sentences that say what a picture shows."""
     view = "in its plane" if scene.plane else "in space"
     told = [
@@ -219,32 +218,16 @@ def scene_marks(
     in another colour.
     """
     sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
-    found = [mark for item in scene.items if _is_seen(item, frames) for mark in item_marks(sheet, item)]
+    items = (item for item in scene.items if frames or item.role != "frame")
+    found = [mark for item in items for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
-    found += free_axes(sheet, _low_corner(found, sheet))
-    found += arrow_marks(sheet, _corner(found, sheet), found)
+    lines = [np.asarray(mark.points) for mark in found if isinstance(mark, (Stroke, Arc, Hatch))]
+    found += free_axes(sheet, np.min([*(points.min(axis=0) for points in lines), sheet.span[0]], axis=0))
+    found += arrow_marks(sheet, np.max([*(points.max(axis=0) for points in lines), sheet.span[1]], axis=0), found)
     found += word_marks(sheet)
     if names:
         found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]
     return found
-
-
-def _corner(marks: list[Mark], sheet: Sheet) -> Floats:
-    """Return the place to the right and above of all that is drawn (2)."""
-    high = [np.asarray(mark.points).max(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
-    found: Floats = np.max([*high, sheet.span[1]], axis=0)
-    return found
-
-
-def _low_corner(marks: list[Mark], sheet: Sheet) -> Floats:
-    """Return the place to the left and below of all that is drawn (2)."""
-    low = [np.asarray(mark.points).min(axis=0) for mark in marks if isinstance(mark, (Stroke, Arc, Hatch))]
-    found: Floats = np.min([*low, sheet.span[0]], axis=0)
-    return found
-
-
-def _is_seen(item: Item, frames: bool) -> bool:
-    return frames or item.role != "frame"
 
 
 def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
@@ -279,29 +262,39 @@ _SPRING: Final = 120.0
 
 
 def draw(
-    scene: Scene, placed: Placed, *, view: str | Sequence[float] | None = None, shown: Shown | None = None
+    scene: Scene, placed: Placed, *, view: str | Sequence[float] | None = None, shown: FigureContent | None = None
 ) -> Picture:
     """Return the picture of a scene whose bodies are `placed`; the same picture every time.
 
     `view` is a name (front, back, top, right, left, iso), or azimuth and elevation in degrees; the scene's own
     otherwise. Raises InputError for another one.
     """
-    wanted = shown or Shown()
+    wanted = shown or FigureContent()
     scene, placed = _with_arrows(scene, placed, wanted)
-    projection = _projection(scene, view)
-    projection = projection.scaled(extent(scene, placed), _room(scene, wanted), _highest(scene, projection))
-    title, told = scene.name, description(scene, placed, wanted)
-    picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+    usual, up = Projection(scene.view.right, scene.view.up, 1.0, scene.plane), np.asarray(scene.view.up)
+    upward = scene.view.up if scene.plane else _nearest_axis(up)
+    projection = view_of(view, usual, upward, scene.view.towards if scene.plane else None)
+    named = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
+    count = len(named) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
+    room = float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if wanted.names else 1.0
+    projection = projection.scaled(extent(scene, placed), room, _largest_scale(scene))
+    title, words = scene.name, description(scene, placed, wanted)
+    picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     for _ in range(_TRIES):
         room = min(WIDEST / picture.width, WIDEST / picture.height)
         if room >= 1.0:
             break
         projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * room))
-        picture = laid_out(_marks(scene, placed, projection, wanted), title, told)
+        picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     return picture
 
 
-def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Placed]:
+def _nearest_axis(direction: Floats) -> list[float]:
+    axis = int(np.argmax(np.abs(direction)))
+    return [float(x) for x in np.sign(direction[axis]) * np.eye(3)[axis]]
+
+
+def _with_arrows(scene: Scene, placed: Placed, shown: FigureContent) -> tuple[Scene, Placed]:
     """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always.
 
     The speeds of the start are seen there alone.
@@ -313,59 +306,32 @@ def _with_arrows(scene: Scene, placed: Placed, shown: Shown) -> tuple[Scene, Pla
     return replace(scene, arrows=arrows), replace(placed, vectors=vectors)
 
 
-def _marks(scene: Scene, placed: Placed, projection: Projection, shown: Shown) -> list[Mark]:
+def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureContent) -> list[Mark]:
     named = shown.names and len(scene.bodies) <= MOST_NAMED
     scene, told = in_legend(scene) if named else (scene, [])
     return [*scene_marks(scene, placed, projection, names=named, marked=shown.marked), *told, *notes(shown)]
 
 
-def _projection(scene: Scene, view: str | Sequence[float] | None) -> Projection:
-    usual = Projection(scene.view.right, scene.view.up, 1.0, scene.plane)
-    normal = scene.view.towards if scene.plane else None
-    upward = list(scene.view.up) if scene.plane else _upward(scene)
-    return view_of(view, usual, upward, normal)
-
-
-def _room(scene: Scene, shown: Shown) -> float:
-    """Return how many times as large as usual a figure may be, since it has so many letters."""
-    items = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
-    count = len(items) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
-    return float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if shown.names else 1.0
-
-
-def _highest(scene: Scene, projection: Projection) -> float:
+def _largest_scale(scene: Scene) -> float:
     """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
+    bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
+    if not all(each.loose for each in scene.strands) or not all(isinstance(item.form, Symbol) for item in bodies):
+        return np.inf
     heights = [0.0]
     for item in scene.items:
         masses = (i for i in scene.items if i.role == "contact" and item.body in i.bodies)
-        if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0 and any(masses):
+        if isinstance(item.form, Face) and item.form.endless and item.body >= 0 and any(masses):
             heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
-    if not _is_without_sizes(scene):
-        return np.inf
     loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
-
-
-def _is_without_sizes(scene: Scene) -> bool:
-    """Return whether no body has a size but those whose faces have no ends."""
-    bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
-    return all(each.loose for each in scene.strands) and all(isinstance(item.form, Symbol) for item in bodies)
-
-
-def _upward(scene: Scene) -> list[float]:
-    """Return the direction against gravity of a scene in space, z where there is none or it is not along an axis."""
-    up = np.asarray(scene.view.up)
-    axis = int(np.argmax(np.abs(up)))
-    return [float(x) for x in np.sign(up[axis]) * np.eye(3)[axis]]
 
 
 def extent(scene: Scene, placed: Placed) -> Floats:
     """Return points (n, 3) in the world that bound what has a size: bodies, places of joints, strands."""
     found = [np.zeros((0, 3))]
     for item in scene.items:
-        if isinstance(item.form, Face) and item.form.ends is None:
-            continue
-        found.append(placed.world(item.body, item.form.bounds))
+        if not item.form.endless:
+            found.append(placed.world(item.body, item.form.bounds))
     for strand in placed.strands:
         found.append(np.asarray(strand.pieces).reshape(-1, 3))
         found.extend(bow.points() for bow in strand.bows)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PlottedCurve:
     """Numbers y (m,) over x (m,), called `name`, of one of several runs; all in the units that are told."""
 
     name: str
@@ -42,7 +42,7 @@ class Panel:
     """
 
     unit: str
-    curves: tuple[Curve, ...]
+    curves: tuple[PlottedCurve, ...]
     size: float = 0.0
 
     @property
@@ -82,7 +82,7 @@ _NARROWEST: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Mark:
+class PlotMark:
     """Something that happened at `x`; a plot over another quantity than time marks the points (`places`) instead."""
 
     x: float
@@ -101,7 +101,7 @@ class Plot:
     title: str
     across: str
     panels: tuple[Panel, ...]
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[PlotMark, ...] = ()
     runs: tuple[str, ...] = ("",)
     over_time: bool = True
     equal: bool = False
@@ -154,7 +154,9 @@ def _draw_panel(axis: Any, panel: Panel, plot: Plot) -> None:
     lines = []
     for k, curve in enumerate(panel.curves):
         colour, style = _look(k, curve, panel, plot)
-        told = literal(_told(curve, plot) + (_drift(curve) if panel.is_flat else ""))
+        run, (low, high) = plot.runs[curve.run], curve.range
+        drift = f",\nchanges by {high - low:.1e}" if panel.is_flat else ""
+        told = literal((f"{curve.name}, {run}" if run else curve.name) + drift)
         marker = "." if plot.dots else None
         (line,) = axis.plot(curve.x, curve.y, style, color=colour, linewidth=1.2, label=told, marker=marker)
         lines.append(line)
@@ -164,18 +166,17 @@ def _draw_panel(axis: Any, panel: Panel, plot: Plot) -> None:
     axis.grid(visible=True, alpha=0.3)
     if panel.is_flat:
         axis.set_ylim(panel.shown)
-    if lines:
-        _legend(axis, lines)
+    if lines and len(lines) <= _DISTINCT:
+        axis.legend(handles=lines, ncols=-(-len(lines) // _COLUMN), **_BESIDE)
+    elif lines:  # of more than can differ some are named
+        last = len(lines) - 1
+        shown = [lines[round(k * last / (_COLUMN - 2))] for k in range(_COLUMN - 1)]
+        axis.legend(handles=shown, title=f"{len(lines)} curves,\ncoloured in order", **_BESIDE)
     if plot.equal:
         axis.set_aspect("equal", adjustable="datalim")
 
 
-def _drift(curve: Curve) -> str:
-    low, high = curve.range
-    return f",\nchanges by {high - low:.1e}"
-
-
-def _look(k: int, curve: Curve, panel: Panel, plot: Plot) -> tuple[Any, str]:
+def _look(k: int, curve: PlottedCurve, panel: Panel, plot: Plot) -> tuple[Any, str]:
     """Return colour and style: of several runs each has a colour, of more curves than can differ all follow a scale."""
     if len(plot.runs) > 1 and len(plot.runs) <= len(COLOURS):
         names = list(dict.fromkeys(each.name for each in panel.curves))
@@ -185,21 +186,6 @@ def _look(k: int, curve: Curve, panel: Panel, plot: Plot) -> tuple[Any, str]:
     import matplotlib as mpl
 
     return mpl.colormaps["viridis"](0.92 * k / (len(panel.curves) - 1)), "-"
-
-
-def _told(curve: Curve, plot: Plot) -> str:
-    run = plot.runs[curve.run]
-    return f"{curve.name}, {run}" if run else curve.name
-
-
-def _legend(axis: Any, lines: list[Any]) -> None:
-    """Name every curve beside the axis; of more than can differ some, and how many there are."""
-    if len(lines) <= _DISTINCT:
-        axis.legend(handles=lines, ncols=-(-len(lines) // _COLUMN), **_BESIDE)
-        return
-    last = len(lines) - 1
-    shown = [lines[round(k * last / (_COLUMN - 2))] for k in range(_COLUMN - 1)]
-    axis.legend(handles=shown, title=f"{len(lines)} curves,\ncoloured in order", **_BESIDE)
 
 
 # --- marks -----------------------------------------------------------------------------------------------------------
@@ -216,7 +202,11 @@ def _draw_marks(axes: Any, plot: Plot) -> None:
     for axis in axes:
         for mark in plot.marks:
             axis.axvline(mark.x, color="0.6", linewidth=0.6, linestyle=":", zorder=0)
-    named = _named(plot.marks, axes[0].get_xlim())
+    left, right = axes[0].get_xlim()
+    named: list[PlotMark] = []  # those whose names do not stand in each other's way
+    for mark in plot.marks:
+        if not named or mark.x - named[-1].x >= _CLOSEST * (right - left):
+            named.append(mark)
     for mark in named:
         axes[0].annotate(
             literal(mark.text), (mark.x, 1.0), (0, 3), xycoords=axes[0].get_xaxis_transform(), rotation=60, fontsize=7,
@@ -225,12 +215,3 @@ def _draw_marks(axes: Any, plot: Plot) -> None:
     if len(named) < len(plot.marks):
         told = f"{len(plot.marks)} changes marked, {len(named)} named"
         axes[-1].annotate(told, (1.0, 0.0), (4, 2), xycoords="axes fraction", textcoords="offset points", fontsize=7)
-
-
-def _named(marks: tuple[Mark, ...], span: tuple[float, float]) -> list[Mark]:
-    """Return the marks whose names do not stand in each other's way."""
-    found: list[Mark] = []
-    for mark in marks:
-        if not found or mark.x - found[-1].x >= _CLOSEST * (span[1] - span[0]):
-            found.append(mark)
-    return found

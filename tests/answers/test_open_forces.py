@@ -12,7 +12,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.free_bodies import CutFree, at_end
 from multibody_sym.documents.report import free_bodies
 from multibody_sym.pictures.draw import Figure
-from multibody_sym.pictures.page.picture import Arrow, Text
+from multibody_sym.pictures.page.picture import Arrow, TextMark
 from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -33,7 +33,7 @@ def arrows(figure: Figure) -> list[Arrow]:
 
 
 def legend(figure: Figure) -> str:
-    lines = [m for m in figure.picture.marks if isinstance(m, Text) and m.role == "legend"]
+    lines = [m for m in figure.picture.marks if isinstance(m, TextMark) and m.role == "legend"]
     return " ".join("".join(run for run, _ in line.runs).strip() for line in lines)
 
 

@@ -15,7 +15,7 @@ from writing_pages import Page
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.documents.animation.frames import frames_of
-from multibody_sym.documents.animation.page import packed, space_stage
+from multibody_sym.documents.animation.page import packed_columns, space_stage
 from multibody_sym.pictures.draw import item_marks
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.page.picture import Hatch, Projection
@@ -47,11 +47,11 @@ def run() -> mbs.Trajectory:
 def test_packed_numbers_come_back_to_a_part_of_their_range() -> None:
     some = np.where(np.arange(50) % 7, np.arange(50), np.nan)
     rows = np.column_stack([np.linspace(-3, 5, 50), np.full(50, 7.0), some])
-    back = unpacked(packed(rows), 50)
+    back = unpacked(packed_columns(rows), 50)
     assert np.array_equal(np.isnan(rows), np.isnan(back))
     assert np.nanmax(np.abs(back - rows)) <= 49 / 65534
-    assert packed(np.full((2, 1), np.nan))["low"] == [0.0]
-    assert packed(np.zeros((3, 0)))["data"] == ""
+    assert packed_columns(np.full((2, 1), np.nan))["low"] == [0.0]
+    assert packed_columns(np.zeros((3, 0)))["data"] == ""
 
 
 def test_a_plane_page_moves_bodies_to_where_the_run_has_them(run: mbs.Trajectory) -> None:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import SUBSCRIPT, Picture, Text
+from multibody_sym.pictures.page.picture import SUBSCRIPT, Picture, TextMark
 
 LEAST_TYPE = 8.0
 STRIDE = 0.4
@@ -18,11 +18,11 @@ def faults(picture: Picture) -> list[str]:
     return [*_text_over_text(picture), *_text_over_lines(picture), *_cut_off(picture), *_small_type(picture)]
 
 
-def texts(picture: Picture) -> list[Text]:
-    return [mark for mark in picture.simple if isinstance(mark, Text)]
+def texts(picture: Picture) -> list[TextMark]:
+    return [mark for mark in picture.simple if isinstance(mark, TextMark)]
 
 
-def shown(text: Text) -> str:
+def shown(text: TextMark) -> str:
     return "".join(run for run, _ in text.runs)
 
 
@@ -35,8 +35,8 @@ def _text_over_text(picture: Picture) -> Iterator[str]:
 
 
 def _text_over_lines(picture: Picture) -> Iterator[str]:
-    lines = [_sampled(mark) for mark in picture.simple if not isinstance(mark, Text) and mark.pen is not None]
-    owners = [mark for mark in picture.simple if not isinstance(mark, Text) and mark.pen is not None]
+    lines = [_sampled(mark) for mark in picture.simple if not isinstance(mark, TextMark) and mark.pen is not None]
+    owners = [mark for mark in picture.simple if not isinstance(mark, TextMark) and mark.pen is not None]
     for text in texts(picture):
         _, left, bottom, right, top = text.box
         for owner, points in zip(owners, lines, strict=True):

@@ -21,13 +21,13 @@ from multibody_sym.pictures.page.picture import (
     Pen,
     Picture,
     Stroke,
-    Text,
+    TextMark,
     Wish,
     letters,
     words,
 )
 from multibody_sym.pictures.page.raster import DOTS, raster
-from multibody_sym.pictures.page.tikz import escaped, tikz
+from multibody_sym.pictures.page.tikz import escaped_tex, tikz
 from multibody_sym.text.printer import GREEK
 
 PEN = Pen(0.8, "#102030", (3.0, 2.0))
@@ -79,7 +79,7 @@ def test_tikz_has_the_arc_of_the_picture() -> None:
 @pytest.mark.parametrize("label", [*LABELS, "".join(GREEK.values())])
 def test_no_label_is_a_command_of_tex(label: str) -> None:
     r"""Of backslashes, braces and the like only those that the writer sets itself are left, and braces pair up."""
-    source = escaped("".join(run for run, _ in words(label)))
+    source = escaped_tex("".join(run for run, _ in words(label)))
     own = (
         r"\\text(backslash|asciicircum|asciitilde|less|greater|bar|quotedbl|degree|periodcentered|twosuperior|"
         r"threesuperior|pm|times)\{\}|\\dots\{\}|\\[#$%&_{}]|\{['`-]\}|\$\\mathit\{\\[A-Z][a-z]+\}\$|\$\\[a-z]+\$|\$-\$"
@@ -118,5 +118,5 @@ def test_a_pdf_of_hostile_labels_is_the_same_every_time() -> None:
 
 def test_a_dollar_starts_no_formula() -> None:
     """Letters as wide as they are as text: a formula would leave out its signs."""
-    one = Picture(200, 40, [Text(np.array([10.0, 10.0]), words(r"$\frac{1}{2}$"), 10.0)], "t")
+    one = Picture(200, 40, [TextMark(np.array([10.0, 10.0]), words(r"$\frac{1}{2}$"), 10.0)], "t")
     assert raster(one, "png")

@@ -9,16 +9,16 @@ from geometry import faults, shown, texts
 from multibody_sym.pictures.page.free_space import crossings
 from multibody_sym.pictures.page.layout import laid_out
 from multibody_sym.pictures.page.picture import (
+    AngleArc,
     Arc,
     Arrow,
-    Bend,
     Hatch,
     Mark,
     Measure,
     Pen,
     Picture,
     Stroke,
-    Text,
+    TextMark,
     Wish,
     letters,
     words,
@@ -36,18 +36,18 @@ def line(*points: tuple[float, float], **named: object) -> Stroke:
     return Stroke(np.array(points, dtype=float), PEN, **named)
 
 
-def text_of(picture: Picture, words: str) -> Text:
+def text_of(picture: Picture, words: str) -> TextMark:
     return next(text for text in texts(picture) if shown(text) == words)
 
 
 def test_what_is_known_to_be_wrong_is_found() -> None:
     """The referee of all pictures sees each kind of fault."""
-    over = [Text(np.array([10.0, 10.0]), words("ab"), 10.0), Text(np.array([14.0, 12.0]), words("cd"), 10.0)]
+    over = [TextMark(np.array([10.0, 10.0]), words("ab"), 10.0), TextMark(np.array([14.0, 12.0]), words("cd"), 10.0)]
     assert any("over 'ab'" in fault for fault in faults(Picture(50, 50, over, "")))
     crossed = [over[0], line((0, 5), (30, 20), name="rod")]
     assert any("line of" in fault for fault in faults(Picture(50, 50, crossed, "")))
     assert any("cut off" in fault for fault in faults(Picture(15, 50, over[:1], "")))
-    small = Text(np.array([10.0, 10.0]), (("m", "italic"), ("1", "subscript")), 9.0)
+    small = TextMark(np.array([10.0, 10.0]), (("m", "italic"), ("1", "subscript")), 9.0)
     assert any("7.2 pt" in fault for fault in faults(Picture(50, 50, [small], "")))
     assert faults(Picture(50, 50, over[:1], "")) == []
 
@@ -127,7 +127,8 @@ def test_a_length_seen_along_itself_is_told_in_letters() -> None:
 
 def test_an_angle_is_an_arc_between_its_sides() -> None:
     sides = [line((0, 0), (60, 0)), line((0, 0), (30, 52))]
-    picture = laid_out([*sides, Bend(np.zeros(2), 0.0, np.pi / 3, letters("phi"), role="angle", name="phi", tip=1)], "")
+    angle = AngleArc(np.zeros(2), 0.0, np.pi / 3, letters("phi"), role="angle", name="phi", tip=1)
+    picture = laid_out([*sides, angle], "")
     arc = next(mark for mark in picture.marks if isinstance(mark, Arrow)).points
     centre = next(mark for mark in picture.marks if isinstance(mark, Stroke)).points[0]
     start, stop = (np.degrees(np.arctan2(*(p - centre)[::-1])) for p in (arc[0], arc[-1]))
@@ -137,7 +138,7 @@ def test_an_angle_is_an_arc_between_its_sides() -> None:
 
 
 def test_an_angle_of_zero_is_told() -> None:
-    picture = laid_out([Bend(np.zeros(2), 1.0, 1.0, letters("phi"), role="angle", name="phi")], "")
+    picture = laid_out([AngleArc(np.zeros(2), 1.0, 1.0, letters("phi"), role="angle", name="phi")], "")
     assert [shown(text) for text in texts(picture)] == ["φ = 0"]
 
 
@@ -153,7 +154,8 @@ def crowd(seed: int) -> list[Mark]:
         a, b = rng.uniform(0, 250, (2, 2))
         marks.append(Measure(a, b, letters(f"l{i}"), role="dimension", name=f"l{i}"))
         start = rng.uniform(0, 6)
-        marks.append(Bend(rng.uniform(0, 250, 2), start, start + rng.uniform(0.2, 5), letters(f"phi{i}"), (True, True)))
+        at, stop = rng.uniform(0, 250, 2), start + rng.uniform(0.2, 5)
+        marks.append(AngleArc(at, start, stop, letters(f"phi{i}"), (True, True)))
     return marks
 
 
@@ -161,7 +163,7 @@ def crowd(seed: int) -> list[Mark]:
 def test_crowded_pages_have_no_text_over_anything(seed: int) -> None:
     picture = laid_out(crowd(seed), "crowd")
     assert faults(picture) == []
-    wanted = sum(isinstance(mark, (Wish, Measure, Bend)) for mark in crowd(seed))
+    wanted = sum(isinstance(mark, (Wish, Measure, AngleArc)) for mark in crowd(seed))
     assert len(texts(picture)) == wanted
 
 

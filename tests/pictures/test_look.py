@@ -11,7 +11,18 @@ import multibody_sym as mbs
 from multibody_sym.pictures.draw import item_marks, scene_marks
 from multibody_sym.pictures.marks.sheet import Sheet, extent
 from multibody_sym.pictures.marks.strands import zigzag
-from multibody_sym.pictures.page.picture import MARKED, Arc, Arrow, Bend, Hatch, Mark, Measure, Projection, Stroke, Wish
+from multibody_sym.pictures.page.picture import (
+    MARKED,
+    AngleArc,
+    Arc,
+    Arrow,
+    Hatch,
+    Mark,
+    Measure,
+    Projection,
+    Stroke,
+    Wish,
+)
 from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -41,7 +52,7 @@ def test_the_pins_of_a_four_bar_are_white_circles_where_its_rods_meet() -> None:
 
 def test_the_angles_of_a_double_pendulum_open_from_the_rod_before() -> None:
     marks, _ = look("double_pendulum")
-    first, second = (m for m in marks if isinstance(m, Bend))
+    first, second = (m for m in marks if isinstance(m, AngleArc))
     assert second.start == second.stop  # it is zero, and named all the same
     assert (first.start, first.stop, first.tip) == (pytest.approx(-np.pi / 2), pytest.approx(0.0), 1)
 

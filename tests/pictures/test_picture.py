@@ -12,7 +12,7 @@ from multibody_sym.pictures.page.picture import (
     Pen,
     Picture,
     Stroke,
-    Text,
+    TextMark,
     box_of,
     in_order,
     letters,
@@ -39,7 +39,7 @@ def test_a_circle_is_as_large_as_its_radius() -> None:
 def test_text_is_as_wide_as_its_letters_in_times() -> None:
     # Times-Roman: M 889, i 278 thousandths of the size; Times-Italic: m 722
     assert width_of((("Mi", "roman"),), 10) == pytest.approx(8.89 + 2.78)
-    text = Text(np.array([100.0, 50.0]), (("m", "italic"), ("1", "subscript")), 10)
+    text = TextMark(np.array([100.0, 50.0]), (("m", "italic"), ("1", "subscript")), 10)
     assert text.box.right == pytest.approx(100 + 7.22 + 0.8 * 5.0)
     assert text.box.bottom < 50 < text.box.top
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hostile_labels import LABELS
 
-from multibody_sym.pictures.page.picture import Arc, Pen, Picture, Stroke, Text, letters, words
+from multibody_sym.pictures.page.picture import Arc, Pen, Picture, Stroke, TextMark, letters, words
 from multibody_sym.pictures.page.svg import number, svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -32,14 +32,14 @@ def test_a_quarter_of_a_circle_turns_counterclockwise() -> None:
 
 
 def test_letters_are_as_wide_as_the_layout_took_them_to_be() -> None:
-    (span,) = drawn(Text(np.array([10.0, 20.0]), words("Mi"), 10.0)).findall(f".//{SVG}tspan")
+    (span,) = drawn(TextMark(np.array([10.0, 20.0]), words("Mi"), 10.0)).findall(f".//{SVG}tspan")
     assert (span.get("x"), span.get("y"), span.text) == ("10", "30", "Mi")
     assert float(span.get("textLength")) == pytest.approx(11.67)
 
 
 def test_what_users_wrote_is_text_alone() -> None:
     hostile = "</title><script>alert('1')</script>&\"\x00\x1b\ud800"
-    root = drawn(Text(np.zeros(2), ((hostile, "roman"),), 10.0), title=hostile)
+    root = drawn(TextMark(np.zeros(2), ((hostile, "roman"),), 10.0), title=hostile)
     tags = {element.tag.removeprefix(SVG) for element in root.iter()}
     assert tags <= {"svg", "title", "desc", "rect", "g", "text", "tspan"}
     shown = "</title><script>alert('1')</script>&\"\ufffd\ufffd\ufffd"
@@ -56,7 +56,7 @@ def test_no_label_is_markup(label: str) -> None:
 
     def shape(text: str) -> list[tuple[str, list[str]]]:
         for runs in (words(text), letters(text), ((text, "roman"),)):
-            root = drawn(Text(np.zeros(2), runs, 10.0), title=text)
+            root = drawn(TextMark(np.zeros(2), runs, 10.0), title=text)
         return [(element.tag, sorted(element.attrib)) for element in root.iter()]
 
     assert shape(label) == shape("harmless")
@@ -64,6 +64,6 @@ def test_no_label_is_markup(label: str) -> None:
 
 
 def test_products_have_their_thin_space() -> None:
-    written = svg(Picture(100, 50, [Text(np.zeros(2), letters("2*m*g"), 10.0)], "t"))
+    written = svg(Picture(100, 50, [TextMark(np.zeros(2), letters("2*m*g"), 10.0)], "t"))
     assert "\ufffd" not in written
     assert written.count("\u2009") == 2

@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import draw
 from multibody_sym.pictures.page.free_space import crossed
-from multibody_sym.pictures.page.picture import Arc, Arrow, Hatch, Mark, Picture, Stroke, Text
+from multibody_sym.pictures.page.picture import Arc, Arrow, Hatch, Mark, Picture, Stroke, TextMark
 from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -28,11 +28,12 @@ def points(marks: list[Mark]) -> np.ndarray:
 
 
 def of(shown: Picture, role: str, name: str) -> list[Mark]:
-    return [mark for mark in shown.marks if mark.role == role and mark.name == name and not isinstance(mark, Text)]
+    return [mark for mark in shown.marks if mark.role == role and mark.name == name and not isinstance(mark, TextMark)]
 
 
 def text_at(shown: Picture, words: str) -> np.ndarray:
-    (found,) = [mark for mark in shown.marks if isinstance(mark, Text) and "".join(r for r, _ in mark.runs) == words]
+    marks = (mark for mark in shown.marks if isinstance(mark, TextMark))
+    (found,) = [mark for mark in marks if "".join(run for run, _ in mark.runs) == words]
     return np.asarray(found.at)
 
 
@@ -75,7 +76,7 @@ def test_wheels_in_space_have_the_names_of_their_contacts_on_the_ground() -> Non
 
 def test_names_of_wheels_stand_outside_of_them_and_those_of_their_hinges_nearer_to_these() -> None:
     shown = picture("bicycle")
-    boxes = {(m.role, m.name): np.reshape(m.box[1:], (2, 2)) for m in shown.marks if isinstance(m, Text)}
+    boxes = {(m.role, m.name): np.reshape(m.box[1:], (2, 2)) for m in shown.marks if isinstance(m, TextMark)}
     for wheel in ("rear", "front"):
         hub = points(of(shown, "joint", f"{wheel}_wheel")).mean(axis=0)
         places = (np.clip(hub, *boxes[key]) for key in (("joint", f"{wheel}_wheel"), ("body", wheel)))
@@ -121,7 +122,7 @@ def test_blocks_on_one_rail_have_the_names_of_their_sliders_near_themselves(name
     system, shown = mbs.load(EXAMPLES / f"{name}.yaml"), picture(name)
     for joint, declared in system.joints.items():
         block = points(of(shown, "body", declared.child)).mean(axis=0)
-        (label,) = [m for m in shown.marks if isinstance(m, Text) and m.role == "joint" and m.name == joint]
+        (label,) = [m for m in shown.marks if isinstance(m, TextMark) and m.role == "joint" and m.name == joint]
         assert abs(float(label.at[0] - block[0])) < 50.0
 
 
@@ -165,7 +166,7 @@ def test_loads_have_their_letters_and_directions(name: str, force: str, letter: 
     shown = picture(name)
     tail, tip = arrow_of(shown, force)
     assert way * (tip - tail)[0] > 10.0
-    (label,) = [m for m in shown.marks if isinstance(m, Text) and m.role == "force" and m.name == force]
+    (label,) = [m for m in shown.marks if isinstance(m, TextMark) and m.role == "force" and m.name == force]
     assert "".join(run for run, _ in label.runs) == letter
 
 
@@ -335,7 +336,7 @@ def test_a_centre_of_force_has_its_name_and_a_tie_of_no_length_has_none() -> Non
     shown = picture("kepler")
     (sun,) = [mark for mark in of(shown, "attraction", "sun") if isinstance(mark, Arc)]
     assert np.hypot(*(text_at(shown, "sun") - sun.centre)) < 30.0
-    assert not [m for m in picture("oscillations/governor").marks if isinstance(m, Text) and m.name == "sleeve"]
+    assert not [m for m in picture("oscillations/governor").marks if isinstance(m, TextMark) and m.name == "sleeve"]
 
 
 def test_what_is_thrown_shows_its_speed_at_the_start_alone() -> None:

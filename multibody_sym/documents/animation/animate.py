@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.documents.animation.frames import MOST, Frames, frames_of
-from multibody_sym.documents.animation.page import packed, plane_stage, script_json, short, space_stage, three
+from multibody_sym.documents.animation.page import packed_columns, plane_stage, script_json, short, space_stage, three
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
 from multibody_sym.errors import shown as shown_value
 from multibody_sym.model.argument_checks import door
@@ -56,7 +56,6 @@ class Animation:
         if ending == ".html":
             write_whole(path, self.html.encode("utf-8"))
             return
-
         write_whole(path, film(self.frames, ending, self.frames.projection(self.view)))
 
 
@@ -89,21 +88,17 @@ def animate(
     if not isinstance(run, Samples):
         raise ArgumentError(f"run: expected a Trajectory, got {shown_value(run)}")
     frames = frames_of(run)
-    content = player(run, frames, trace, view, show, chosen_units(units), _speed(speed))
+    try:
+        fast = 0.0 if isinstance(speed, bool) else float(speed)
+    except (TypeError, ValueError):
+        fast = 0.0
+    if not 0.0 < fast < 1e6:
+        raise ArgumentError(f"speed: expected a positive number, got {shown_value(speed)}")
+    content = player(run, frames, trace, view, show, chosen_units(units), fast)
     found = Animation(frames, page(run.ready.mechanism.name, content), view)
     if path is not None:
         found.write(path)
     return found
-
-
-def _speed(given: float | str) -> float:
-    try:
-        speed = 0.0 if isinstance(given, bool) else float(given)
-    except (TypeError, ValueError):
-        speed = 0.0
-    if not 0.0 < speed < 1e6:
-        raise ArgumentError(f"speed: expected a positive number, got {shown_value(given)}")
-    return speed
 
 
 def page(name: str, content: str) -> str:
@@ -128,29 +123,24 @@ def player(
         raise ArgumentError(f"trace: expected names such as 'bob,rod.tip', got {shown_value(trace)}")
     traces = frames.traced(None if names is None else [name.strip() for name in names])
     stage = plane_stage if projection.flat else space_stage
-    drawn, moved = stage(frames, projection, traces)
+    drawn, motion = stage(frames, projection, traces)
     times = [short(float(t)) for t in frames.times]
-    data = script_json({"times": times, **moved, "plot": plot_data(plot_of({"": run}, units, show))})
+    data = script_json({"times": times, **motion, "plot": plot_data(plot_of({"": run}, units, show))})
     kind = "plane" if projection.flat else "space"
-    parts = ["animation", "plots", *(["names"] if moved.get("names") else []), kind]
+    parts = ["animation", "plots", *(["names"] if motion.get("names") else []), kind]
     scripts = "".join(template_text(f"html/{name}.js") for name in parts)
     library = "" if projection.flat else f"<script>{three()}</script>"
-    return (
-        f'<section class="animation"><h1>{escape(run.ready.mechanism.name)}</h1><div class="stage">{drawn}</div>'
-        f'{_controls(speed)}<div class="plots"></div></section>'
-        f'<script type="application/json" class="animation-data">{data}</script>{library}<script>{scripts}'
-        f'animate(document.querySelector(".animation"), document.querySelector(".animation-data"), {kind}Stage);'
-        "</script>"
-    )
-
-
-def _controls(speed: float) -> str:
     speeds = sorted({*_SPEEDS, speed})
     options = "".join(f'<option value="{x:g}"{" selected" if x == speed else ""}>{x:g} x</option>' for x in speeds)
     return (
+        f'<section class="animation"><h1>{escape(run.ready.mechanism.name)}</h1><div class="stage">{drawn}</div>'
         '<div class="controls"><button type="button">Play</button>'
         '<input type="range" min="0" max="1" step="any" value="0" aria-label="time"><output></output>'
         f'<label>speed <select>{options}</select></label><label><input type="checkbox"> paths</label></div>'
+        '<div class="plots"></div></section>'
+        f'<script type="application/json" class="animation-data">{data}</script>{library}<script>{scripts}'
+        f'animate(document.querySelector(".animation"), document.querySelector(".animation-data"), {kind}Stage);'
+        "</script>"
     )
 
 
@@ -170,21 +160,17 @@ def plot_data(plot: Plot) -> dict[str, Any] | None:
             {
                 "label": panel.label,
                 "range": [short(end) for end in panel.shown],
-                "packed": packed(_columns(panel, kept)),
-                "curves": [{"name": curve.name, **_look(k, len(panel.curves))} for k, curve in enumerate(panel.curves)],
+                "packed": packed_columns(np.column_stack([curve.y[kept] for curve in panel.curves])),
+                "curves": [
+                    {"name": curve.name, **_line_style(k, len(panel.curves))} for k, curve in enumerate(panel.curves)
+                ],
             }
             for panel in panels
         ],
     }
 
 
-def _columns(panel: Any, kept: list[int]) -> Any:
-    import numpy as np
-
-    return np.column_stack([curve.y[kept] for curve in panel.curves])
-
-
-def _look(k: int, count: int) -> dict[str, Any]:
+def _line_style(k: int, count: int) -> dict[str, Any]:
     if count <= len(COLOURS) * len(_DASHES):
         return {"colour": COLOURS[k % len(COLOURS)], "dash": _DASHES[k // len(COLOURS)]}
     return {"colour": f"hsl({240 - 240 * k // (count - 1)} 75% 42%)", "dash": []}

@@ -72,7 +72,7 @@ class Frames:
         What flies off would be seen nowhere.
         """
         held = [i for i in self.scene.items if i.body < 0 and i.role in ("joint", "guide", "surface", "pulley")]
-        if not all(isinstance(item.form, (Axes, Face)) and getattr(item.form, "ends", None) is None for item in held):
+        if not all(item.form.endless or isinstance(item.form, Axes) for item in held):
             return False
         middles = np.array([placed.poses[:-1, :, 3].mean(axis=0) for placed in self.looked_at])
         away = [np.abs((middles - np.array(face.through)) @ np.array(face.normal)) for face in self.faces]
@@ -117,38 +117,28 @@ def frames_of(run: Samples) -> Frames:
 
 def strand_points(along: Sequence[PlacedStrand]) -> Floats:
     """Return points along a strand at each instant (m, n, 3), arcs on wheels as short lines."""
-    return alike([_points_of(placed) for placed in along])
+    each = []
+    for placed in along:
+        parts = []
+        for k, piece in enumerate(placed.pieces):
+            parts.append(piece)
+            if k < len(placed.bows):
+                parts.append(placed.bows[k].at(np.linspace(0.0, placed.bows[k].angle, _ARC)))
+        each.append(np.vstack(parts))
+    return alike(each)
 
 
 def alike(each: Sequence[Floats]) -> Floats:
     """Return lines (n, dimensions) with the same number of points, as many as the longest list has."""
     most = max(len(points) for points in each)
-    return np.array([points if len(points) == most else _resampled(points, most) for points in each])
-
-
-def _resampled(points: Floats, count: int) -> Floats:
-    """Return as many points along a line as are asked for (count, dimensions)."""
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    at = np.linspace(0.0, way[-1], count)
-    return np.column_stack([np.interp(at, way, column) for column in points.T])
-
-
-def _points_of(placed: PlacedStrand) -> Floats:
-    found = []
-    for k, piece in enumerate(placed.pieces):
-        found.append(piece)
-        if k < len(placed.bows):
-            found.append(_arc(placed, k))
-    return np.vstack(found)
-
-
-def _arc(placed: PlacedStrand, k: int) -> Floats:
-    bow = placed.bows[k]
-    angles = np.linspace(0.0, bow.angle, _ARC)[:, None]
-    e1 = np.array(bow.start) - np.array(bow.centre)
-    e2 = np.cross(bow.axis, e1)
-    found: Floats = np.array(bow.centre) + np.cos(angles) * e1 + np.sin(angles) * e2
-    return found
+    lines = []
+    for points in each:
+        if len(points) != most:
+            way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+            at = np.linspace(0.0, way[-1], most)
+            points = np.column_stack([np.interp(at, way, column) for column in points.T])
+        lines.append(points)
+    return np.array(lines)
 
 
 def side_by_side(each: Sequence[Floats], rows: int) -> Floats:

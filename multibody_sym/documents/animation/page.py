@@ -34,7 +34,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.page.svg import elements, escaped, number
+from multibody_sym.pictures.page.svg import escaped_xml, number, svg_elements
 from multibody_sym.pictures.scene.items import (
     Anchor,
     Axes,
@@ -45,9 +45,7 @@ from multibody_sym.pictures.scene.items import (
     Polyline,
     Rail,
     TurnStop,
-    Vector,
     across,
-    vector,
 )
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
@@ -60,7 +58,7 @@ _LARGEST: Final = 32767
 _NO_NUMBER: Final = -32768
 
 
-def packed(rows: Floats) -> dict[str, Any]:
+def packed_columns(rows: Floats) -> dict[str, Any]:
     """Return numbers (m, n) as what `unpack` of animation.js reads: to a 65,534th of each column's range.
 
     What is not finite becomes no number.
@@ -111,18 +109,27 @@ def rule() -> dict[str, Any]:
 
 
 def names_in_space(scene: Scene) -> list[dict[str, Any]]:
-    """Return the letters of bodies, joints, pulleys and stops with their places on bodies; none of very many."""
+    """Return the letters of bodies, joints, pulleys and stops with their places on bodies; none of very many.
+
+    A name stands in the middle, of a ring on its rim, of a stop at its bar.
+    """
     found: dict[tuple[str, str], dict[str, Any]] = {}
-    for item in _named(scene):
-        at = [short(x) for x in _place(scene, item)]
-        found.setdefault((item.role, item.name), {"body": item.body, "at": at, "runs": letters(item.label)})
+    for item in _named_items(scene):
+        form = item.form
+        if isinstance(form, Disc) and form.hollow:
+            at = np.array(form.centre) + form.radius * np.array(across(form.axis))
+        elif isinstance(form, TurnStop):
+            at = np.array(form.at) + min(0.62 * form.reach, _BESIDE * scene.size) * np.array(form.way)
+        else:
+            at = form.bounds.mean(axis=0)
+        found.setdefault((item.role, item.name), {"body": item.body, "at": _shorts(at), "runs": letters(item.label)})
     return list(found.values())
 
 
 def names_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, Any]]:
     """Return the letters of the figure's bodies, joints, pulleys and stops with their places at the start (pt)."""
     bodies: dict[tuple[str, str], int] = {}
-    for item in _named(scene):
+    for item in _named_items(scene):
         bodies.setdefault((item.role, item.name), item.body)
     found = []
     for mark in label_marks(sheet):
@@ -157,20 +164,10 @@ def _lines(sheet: Sheet, item: Item) -> Iterator[Floats]:
             yield np.vstack([points, points[:1]]) if getattr(mark, "closed", False) else points
 
 
-def _named(scene: Scene) -> Iterator[Item]:
+def _named_items(scene: Scene) -> Iterator[Item]:
     for item in scene.items if len(scene.bodies) <= MOST_NAMED else ():
         if item.role in _NAMED and item.label and not isinstance(item.form, Axes):
             yield item
-
-
-def _place(scene: Scene, item: Item) -> Vector:
-    """Return where on its body a name stands: in the middle, of a ring on its rim, of a stop at its bar."""
-    if isinstance(item.form, Disc) and item.form.hollow:
-        return vector(np.array(item.form.centre) + item.form.radius * np.array(across(item.form.axis)))
-    if isinstance(item.form, TurnStop):
-        way = min(0.62 * item.form.reach, _BESIDE * scene.size)
-        return vector(np.array(item.form.at) + way * np.array(item.form.way))
-    return vector(item.form.bounds.mean(axis=0))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -208,23 +205,24 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     home = frames.placed[0]
     sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
     lines = [_line(frames, sheet, k) for k in range(len(home.strands))]
-    rows = len(frames.times)
+    rows, firsts = len(frames.times), np.cumsum([0, *(2 * line.shape[1] for line in lines)])
+    starts = [(each.body, projection.page(frames.placed[0].point(each))) for each in traces]
     data = {
-        "poses": packed(side_by_side(poses, rows)),
+        "poses": packed_columns(side_by_side(poses, rows)),
         "home": [[short(x) for x in pose[0]] for pose in poses],
-        "ropes": packed(side_by_side(lines, rows)),
-        "pieces": _pieces(lines),
+        "ropes": packed_columns(side_by_side(lines, rows)),
+        "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
         "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
         "height": short(height),
         "window": _WINDOW if follows else None,
-        "traces": [_trace(frames, projection, each, height) for each in traces],
+        "traces": [{"body": body, "at": [short(x), short(height - y)]} for body, (x, y) in starts],
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
         data["names"] = names_on_page(frames.scene, sheet, height)
         data |= {"lines": lines_on_page(frames.scene, sheet, height), "rule": rule()}
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(view[0])} {number(view[1])}" '
-        f'aria-label="{escaped(frames.scene.name)}"><title>{escaped(frames.scene.name)}</title>'
+        f'aria-label="{escaped_xml(frames.scene.name)}"><title>{escaped_xml(frames.scene.name)}</title>'
         '<g stroke-linejoin="round" stroke-linecap="round" '
         f'transform="translate({number(shift[0])} {number(-shift[1])})">'
     )
@@ -259,7 +257,7 @@ def _margin(frames: Frames, projection: Projection) -> float:
     corners, faces = projection.page(extent(frames.scene, home)), Sheet(frames.scene, home, home, projection)
     found = [_MARGIN]
     for item in frames.scene.items:
-        if isinstance(item.form, Face) and item.form.ends is None and item.body >= 0:
+        if item.form.endless and item.body >= 0:
             for part in (part for mark in item_marks(faces, item) for part in _simple(mark)):
                 _, left, bottom, right, top = box_of(part)
                 beyond = [*(corners.min(axis=0) - (left, bottom)), *((right, top) - corners.max(axis=0))]
@@ -291,23 +289,9 @@ def _is_rope(placed: PlacedStrand) -> bool:
     return placed.strand.kind in _ROPES or placed.strand.rope is not None
 
 
-def _pieces(lines: list[Floats]) -> list[list[int]]:
-    """Return for each strand its first column among all, and how many points it has."""
-    found, first = [], 0
-    for line in lines:
-        found.append([first, line.shape[1]])
-        first += 2 * line.shape[1]
-    return found
-
-
 def _longest(line: Floats) -> int:
     """Return the instant at which the ends of a strand are farthest from each other: there it is drawn."""
     return int(np.argmax(np.linalg.norm(line[:, -1] - line[:, 0], axis=1)))
-
-
-def _trace(frames: Frames, projection: Projection, anchor: Anchor, height: float) -> dict[str, Any]:
-    x, y = projection.page(frames.placed[0].point(anchor))
-    return {"body": anchor.body, "at": [short(x), short(height - y)]}
 
 
 # --- what is drawn ---------------------------------------------------------------------------------------------------
@@ -315,41 +299,27 @@ def _trace(frames: Frames, projection: Projection, anchor: Anchor, height: float
 
 def _groups(frames: Frames, projection: Projection, lines: list[Floats], height: float) -> Iterator[str]:
     """Yield groups of what moves together, in the order of their layers."""
-    drawn = [*_on_bodies(frames, projection), *_between_bodies(frames, projection, lines)]
+    home, drawn = frames.placed[0], list[tuple[tuple[str, int], Mark]]()
+    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    for item in frames.scene.items:
+        if item.role not in ("frame", "contact"):  # the dot where bodies touch stays with neither of them
+            group = ("body", item.body) if item.body >= 0 else ("", -1)
+            drawn += [(group, mark) for mark in item_marks(sheet, item)]
+    for number_, line in enumerate(lines):
+        placed = frames.placed[_longest(line)]
+        kind = "rope" if _is_rope(placed.strands[number_]) else "strand"
+        marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), placed.strands[number_]))
+        drawn += [((kind, number_), mark) for mark in (marks[:1] if kind == "rope" else marks)]
     drawn.sort(key=lambda each: each[1].layer)
-    for (attribute, place), marks in groupby(drawn, key=lambda each: each[0]):
-        simple_marks = [part for _, mark in marks for part in _simple(mark)]
+    for (attribute, place), together in groupby(drawn, key=lambda each: each[0]):
+        simple_marks = [part for _, mark in together for part in _simple(mark)]
         if attribute == "rope":
             yield f'<path data-rope="{place}" fill="none" stroke="{ROPE.colour}" stroke-width="{ROPE.width}"/>'
             continue
-        shapes = "".join(elements(simple_marks, height)).replace(_HATCHED, 'stroke-linecap="butt" ' + _HATCHED)
+        shapes = "".join(svg_elements(simple_marks, height)).replace(_HATCHED, 'stroke-linecap="butt" ' + _HATCHED)
         if attribute == "strand":
             shapes = shapes.replace("/>", ' vector-effect="non-scaling-stroke"/>')
         yield f'<g data-{attribute}="{place}">{shapes}</g>' if attribute else f"<g>{shapes}</g>"
-
-
-_Drawn = tuple[tuple[str, int], Mark]
-
-
-def _on_bodies(frames: Frames, projection: Projection) -> Iterator[_Drawn]:
-    home = frames.placed[0]
-    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
-    for item in frames.scene.items:
-        if item.role in ("frame", "contact"):  # the dot where bodies touch stays with neither of them
-            continue
-        group = ("body", item.body) if item.body >= 0 else ("", -1)
-        yield from ((group, mark) for mark in item_marks(sheet, item))
-
-
-def _between_bodies(frames: Frames, projection: Projection, lines: list[Floats]) -> Iterator[_Drawn]:
-    for number_, line in enumerate(lines):
-        placed = frames.placed[_longest(line)]
-        strand = placed.strands[number_]
-        marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), strand))
-        if _is_rope(strand):
-            yield from ((("rope", number_), mark) for mark in marks[:1])
-        else:
-            yield from ((("strand", number_), mark) for mark in marks)
 
 
 def _simple(mark: Mark) -> list[Simple]:
@@ -396,8 +366,8 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
     firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
     data = {
-        "poses": packed(side_by_side(poses, rows)),
-        "ropes": packed(side_by_side(lines, rows)),
+        "poses": packed_columns(side_by_side(poses, rows)),
+        "ropes": packed_columns(side_by_side(lines, rows)),
         "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
         "kinds": [strand.kind for strand in scene.strands],
         "bodies": list(scene.bodies),

@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, shown
 from multibody_sym.motion.results.samples import Samples
-from multibody_sym.pictures.plots import Curve, Mark, Panel, Plot
+from multibody_sym.pictures.plots import Panel, Plot, PlotMark, PlottedCurve
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.values import Units, chosen_units
 
@@ -66,13 +66,13 @@ def plot_of(
 ) -> Plot:
     """Return what a plot of runs shows, by panels."""
     wanted = _words(show)
-    panels: dict[str, list[Curve]] = {}
+    panels: dict[str, list[PlottedCurve]] = {}
     across = ""
     for k, run in enumerate(runs.values()):
         base, across = _across(run, x, units)
         for name in wanted or _all_of(run, x):
             column = _column(run, name, units)
-            panels.setdefault(column.unit, []).append(Curve(name, base.values, column.values, k))
+            panels.setdefault(column.unit, []).append(PlottedCurve(name, base.values, column.values, k))
     found = tuple(Panel(unit, tuple(curves), _size(runs, curves, unit, units)) for unit, curves in panels.items())
     over_time = x == _TIME
     marks = tuple(_marks(next(iter(runs.values())), units, found, over_time)) if len(runs) == 1 else ()
@@ -81,7 +81,7 @@ def plot_of(
     return Plot(title, across, found or (Panel("", ()),), marks, tuple(runs), over_time, equal)
 
 
-def _size(runs: Mapping[str, Samples], curves: Sequence[Curve], unit: str, units: Units) -> float:
+def _size(runs: Mapping[str, Samples], curves: Sequence[PlottedCurve], unit: str, units: Units) -> float:
     """Return the kinetic energy that a panel of energies is judged against: less than a millionth of it is drift."""
     if unit != units.of("J") or any(curve.name == _CHANGE for curve in curves):
         return 0.0
@@ -147,12 +147,12 @@ def _column(run: Samples, name: str, units: Units) -> _Column:
     raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
 
 
-def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[Mark]:
+def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[PlotMark]:
     for event in (*getattr(run, "begun", ()), *run.changes):
         text, t = f"{event['element']} {event['kind']}", float(event["t"])
         if over_time:
-            yield Mark(t / units.size("s"), text)
+            yield PlotMark(t / units.size("s"), text)
             continue
         at = int(np.searchsorted(run.t, t).clip(0, len(run.t) - 1))
         places = [(k, curve.x[at], curve.y[at]) for k, panel in enumerate(panels) for curve in panel.curves]
-        yield Mark(t, text, tuple((k, float(x), float(y)) for k, x, y in places))
+        yield PlotMark(t, text, tuple((k, float(x), float(y)) for k, x, y in places))

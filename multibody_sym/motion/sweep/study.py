@@ -26,7 +26,7 @@ from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of
 from multibody_sym.motion.sweep.rows import ENDING, FAILURE, TEXTS, Journal, opened, results, unnamed
 from multibody_sym.motion.sweep.task import REDUCE_FAILED, Reduce, Task, crew, processors
 from multibody_sym.pictures.page.plot_files import plain_style
-from multibody_sym.pictures.plots import Curve, Panel, Plot, literal
+from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, literal
 from multibody_sym.pictures.plots import figure_of as plotted
 from multibody_sym.program.cache import digest
 from multibody_sym.program.loading import Backend
@@ -282,11 +282,11 @@ def _curves(study: _Shown) -> Plot:
     """Return the curves over the one value that is varied, by panels; what has no known unit has one of its own."""
     (varied,) = study.plan.names
     order = np.argsort(study[varied], kind="stable")
-    panels: dict[tuple[str, str], list[Curve]] = {}
+    panels: dict[tuple[str, str], list[PlottedCurve]] = {}
     for name in study.names:
         quantity = _quantity(name)
         unit = study.units.of(study.known.get(quantity, ""))
-        curve = Curve(name, study[varied][order], study[name][order])
+        curve = PlottedCurve(name, study[varied][order], study[name][order])
         panels.setdefault((unit, "" if unit else quantity), []).append(curve)
     found = tuple(Panel(unit, tuple(curves)) for (unit, _), curves in panels.items())
     return Plot(study.title, study.named(varied), found, dots=len(study.plan) <= _DOTTED)

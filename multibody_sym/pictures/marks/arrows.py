@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.shapes import wedge
+from multibody_sym.pictures.marks.shapes import outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.page.free_space import crossed, segments_of
 from multibody_sym.pictures.page.picture import (
@@ -29,7 +29,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.scene.items import ArrowItem, Axes, Face, Item, Symbol, across, unit
+from multibody_sym.pictures.scene.items import ArrowItem, Axes, Item, Symbol, across, unit
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -53,7 +53,9 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
 
     Gravity stands beside the `corner` of what is drawn.
     """
-    taken, lines = _Taken(), _lines(drawn)
+    placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
+    lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
+    taken = _Taken()
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         vector = now if np.any(now) else np.asarray(item.way)
         named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
@@ -61,15 +63,15 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
         if item.role == "gravity":
             yield from _gravity(sheet, item, vector, named, corner)
         elif item.role == "motion":
-            yield from _moving(sheet, item, vector, named, corner)
+            yield from _ground_motion(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
             pen = _pen(item, REACTION if item.role == "couple" else FORCE)
-            yield from torque_marks(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
+            yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
             pen = _pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
             at = at + taken.aside(at, sheet.projection.page(vector))
-            pushes = item.role == "force" and item.path[0] == "forces" and _pushes(sheet, at, vector, lines)
-            yield from force_marks(sheet, at, vector, item.label, named, pen, pushes=pushes)
+            declared = item.role == "force" and item.path[0] == "forces"
+            yield from _force(sheet, at, vector, item.label, named, pen, lines if declared else None)
 
 
 def _pen(item: ArrowItem, pen: Pen) -> Pen:
@@ -86,26 +88,9 @@ def _place(sheet: Sheet, item: ArrowItem) -> Floats:
         if other.role in ("point", "mass centre") and _near(sheet.at(body, other.form.bounds[0]), at):
             return at
     for other in sheet.touched.get(body, ()):
-        if other.role == "body" and isinstance(other.form, Face) and other.form.ends is None and not other.on_ground:
-            return np.asarray(wedge(sheet, other, other.form).mean(axis=0))
+        if other.role == "body" and other.form.endless and not other.on_ground:
+            return np.asarray(outline_of(sheet, other).mean(axis=0))
     return at
-
-
-def _lines(marks: Sequence[Mark]) -> Floats:
-    """Return the lines (n, 4) of marks that have their place."""
-    placed = [mark for mark in marks if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
-    found = [segments_of(part) for mark in placed for part in simple(mark)]
-    return np.vstack([np.zeros((0, 4)), *found])
-
-
-def _pushes(sheet: Sheet, at: Floats, vector: Floats, lines: Floats) -> bool:
-    """Return whether a load's arrow ends at its place, where it crosses fewer lines so than if it began there."""
-    points = _shaft(sheet, at, vector)
-    if points is None:
-        return False
-    shaft = points[1] - points[0]
-    away, into = (crossed(start + _CLEAR * shaft, start + shaft, lines) for start in (at, at - (1.0 + _CLEAR) * shaft))
-    return into < away
 
 
 @dataclass
@@ -152,7 +137,9 @@ def _gravity(
     yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
 
 
-def _moving(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats) -> Iterator[Mark]:
+def _ground_motion(
+    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
+) -> Iterator[Mark]:
     """Yield the direction in which ground moves, below that of gravity."""
     way = sheet.projection.page(vector) / sheet.projection.scale
     if float(np.linalg.norm(way)) < 0.05:
@@ -163,14 +150,23 @@ def _moving(sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any]
     yield Wish(about, letters(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
 
 
-def force_marks(
-    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE, *,
-    pushes: bool = False,
-) -> Iterator[Mark]:  # fmt: skip
-    """Yield a force at a place of the page: from there along its direction, or up to there if it `pushes`."""
-    points = _shaft(sheet, at, vector)
-    if points is None:
+def _force(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Pen, lines: Floats | None
+) -> Iterator[Mark]:
+    """Yield a force at a place of the page along its direction, unless it is zero or points at the reader.
+
+    It begins there, or ends there where it crosses fewer `lines` so.
+    """
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    size = float(np.linalg.norm(vector))
+    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
         return
+    points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
+    pushes, shaft = False, points[1] - points[0]
+    if lines is not None:
+        starts = at, at - (1.0 + _CLEAR) * shaft
+        away, into = (crossed(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
+        pushes = into < away
     if pushes:
         points = points + points[0] - points[1]
     yield Arrow(points, pen, **named)
@@ -180,19 +176,9 @@ def force_marks(
     yield Wish(end, letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
 
 
-def _shaft(sheet: Sheet, at: Floats, vector: Floats) -> Floats | None:
-    """Return the ends of a force's arrow (2, 2), None of one that is zero or points at the reader."""
-    way = sheet.projection.page(vector) / sheet.projection.scale
-    size = float(np.linalg.norm(vector))
-    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
-        return None
-    return np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
-
-
-def torque_marks(
-    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Any = FORCE,
-    radius: float = _TORQUE,
-) -> Iterator[Mark]:  # fmt: skip
+def _torque(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Pen, radius: float
+) -> Iterator[Mark]:
     """Yield a torque about a place of the page: most of a circle around its axis, as it turns."""
     size = float(np.linalg.norm(vector))
     if size == 0.0:
@@ -234,20 +220,14 @@ def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
             yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
             prefer = (float(way[0]), float(way[1]))
             yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
-        if len(item.form.axes) == 2 and len(item.form.names) == 3:
-            yield from _turn(sheet, item, at, named)
-
-
-def _turn(sheet: Sheet, item: Item, at: Floats, named: dict[str, Any]) -> Iterator[Mark]:
-    """Yield the bow of what turns in the plane too, from the first axis towards the second, with its letter."""
-    assert isinstance(item.form, Axes)
-    first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
-    angles = np.linspace(0.15, 1.42, 12)[:, None]
-    points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
-    yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
-    middle, way = points[len(points) // 2][None, :], first + second
-    name = letters(item.form.names[-1])
-    yield Wish(middle, name, prefer=(float(way[0]), float(way[1])), clear=1.5, layer=LAYER_TEXT, **named)
+        if len(item.form.axes) == 2 and len(item.form.names) == 3:  # the bow of a turn in the plane
+            first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
+            angles = np.linspace(0.15, 1.42, 12)[:, None]
+            points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
+            yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
+            middle, (x, y) = points[len(points) // 2][None, :], (float(each) for each in first + second)
+            letter = letters(item.form.names[-1])
+            yield Wish(middle, letter, prefer=(x, y), clear=1.5, layer=LAYER_TEXT, **named)
 
 
 def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:

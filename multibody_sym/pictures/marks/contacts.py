@@ -28,17 +28,11 @@ def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
                 if found is not None:
                     return found
     at = sheet.at(item.body, symbol.at) - sheet.settled.bodies.get(item.body, np.zeros(2))
-    faces = [i for i in second if isinstance(i.form, Face)]
-    if faces and not any(_is_on(sheet, face, at) for face in faces):
+    faces = [(i.body, i.form) for i in second if isinstance(i.form, Face)]
+    heights = [float((at - sheet.at(body, face.through)) @ sheet.way(body, face.normal)) for body, face in faces]
+    if faces and min(map(abs, heights)) >= _NEAR:
         return None
     return at if any(symbol.at) or any(isinstance(i.form, (Face, Polyline)) for i in (*first, *second)) else None
-
-
-def _is_on(sheet: Sheet, item: Item, at: Floats) -> bool:
-    """Return whether a place of the page lies on a face."""
-    assert isinstance(item.form, Face)
-    normal = sheet.way(item.body, item.form.normal)
-    return abs(float((at - sheet.at(item.body, item.form.through)) @ normal)) < _NEAR
 
 
 def _parts(sheet: Sheet, item: Item, end: int) -> list[Item]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from multibody_sym.pictures.marks.arrows import driven_points
 from multibody_sym.pictures.marks.contacts import touching_place
-from multibody_sym.pictures.marks.shapes import face_ends, wedge
+from multibody_sym.pictures.marks.shapes import outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.marks.sliders import rail_ends, rail_lines, sleeve_place, stop_line
+from multibody_sym.pictures.marks.sliders import line_ends, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.supports import drawn_pieces
 from multibody_sym.pictures.marks.symbols import ring_pins
 from multibody_sym.pictures.page.picture import (
@@ -20,8 +20,8 @@ from multibody_sym.pictures.page.picture import (
     MARKED,
     MOTION,
     THIN,
+    AngleArc,
     Arrow,
-    Bend,
     Mark,
     Measure,
     Wish,
@@ -29,14 +29,11 @@ from multibody_sym.pictures.page.picture import (
     words,
 )
 from multibody_sym.pictures.scene.items import (
-    Anchor,
     AngleMark,
     Axes,
-    Dimension,
     Disc,
-    Face,
     Item,
-    PlacedStrand,
+    NamedLength,
     Rail,
     Stop,
     Symbol,
@@ -62,7 +59,8 @@ _MANY: Final = 20
 def label_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the names of bodies, joints, pulleys and strands."""
     named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
-    silent = (*_SILENT, *(_SECOND if _is_crowded(sheet) else ()))
+    many = len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
+    silent = (*_SILENT, *(_SECOND if many else ()))
     for item in sheet.scene.items:
         key = (item.role, item.name)
         if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
@@ -72,28 +70,23 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
         if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
         named.add(key)
-        if isinstance(item.form, (Stop, TurnStop)):
-            yield from _of_stop(sheet, item, item.form)
-        else:
+        if not isinstance(item.form, (Stop, TurnStop)):
             yield _name(sheet, item)
+            continue
+        line, form = stop_line(sheet, item, item.form), item.form
+        if line is not None:
+            x, y = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
+            prefer, text = (float(x), float(y)), _text(item.role, item.name)
+            yield Wish(line.mean(axis=0)[None, :], letters(item.label), prefer=prefer, clear=7.0, **text)
     for placed in sheet.placed.strands:
         pieces = drawn_pieces(sheet, placed)
-        if len(pieces) and np.all(np.isfinite(pieces)) and _is_named(placed, pieces):
+        seen = placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
+        if len(pieces) and np.all(np.isfinite(pieces)) and seen:
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
             strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
             centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
             about = np.array(centres) if strand.kind == "attraction" and centres else middle
             yield Wish(about, letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
-
-
-def _is_crowded(sheet: Sheet) -> bool:
-    """Return whether a figure has more names than can be told apart, so that those of what stays fixed are left out."""
-    return len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
-
-
-def _is_named(placed: PlacedStrand, pieces: Floats) -> bool:
-    """Return whether a strand is long enough to be named: joints at one place are tied by a line that is not seen."""
-    return placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
 
 
 def word_marks(sheet: Sheet) -> Iterator[Mark]:
@@ -116,20 +109,12 @@ def _name(sheet: Sheet, item: Item) -> Wish:
         bounds = bounds if place is None else place[None, :]
     round_it = isinstance(item.form, Disc) and (item.form.hollow or _turns_at_middle(sheet, item, item.form))
     about = bounds if len(bounds) == 2 or round_it else bounds.mean(axis=0)[None, :]
-    if item.role == "body" and isinstance(item.form, Face) and item.form.ends is None and sheet.flat:
-        about = wedge(sheet, item, item.form).mean(axis=0)[None, :]
+    if item.role == "body" and item.form.endless and sheet.flat:
+        about = outline_of(sheet, item).mean(axis=0)[None, :]
     if isinstance(item.form, Symbol):
         about = _beside(sheet, item, item.form, about)
     clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
-
-
-def _of_stop(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Iterator[Mark]:
-    line = stop_line(sheet, item, form)
-    if line is not None:
-        way = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
-        prefer, text = (float(way[0]), float(way[1])), _text(item.role, item.name)
-        yield Wish(line.mean(axis=0)[None, :], letters(item.label), prefer=prefer, clear=7.0, **text)
 
 
 def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:
@@ -159,17 +144,13 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
         rail = next(rails, None)
         if rail is not None and sheet.flat:
             line = np.vstack(rail_lines(sheet, rail)[:1])
-            return line if symbol.kind == "hanger" else _near(line, otherwise[0])
+            if symbol.kind == "hanger":
+                return line
+            along, length = unit2(line[1] - line[0]), float(np.linalg.norm(line[1] - line[0]))
+            middle = float((otherwise[0] - line[0]) @ along)  # near the block: others may share the rail
+            ways = np.clip([middle - _NEAR_BLOCK, middle + _NEAR_BLOCK], 0.0, length)
+            return np.asarray(line[0] + np.outer(ways, along))
     return otherwise
-
-
-def _near(line: Floats, place: Floats) -> Floats:
-    """Return the part of a line (2, 2) that is near a place: several blocks may share what they slide on."""
-    along, length = unit2(line[1] - line[0]), float(np.linalg.norm(line[1] - line[0]))
-    middle = float((place - line[0]) @ along)
-    ways = np.clip([middle - _NEAR_BLOCK, middle + _NEAR_BLOCK], 0.0, length)
-    found: Floats = line[0] + np.outer(ways, along)
-    return found
 
 
 # --- lengths and angles --------------------------------------------------------------------------------------------
@@ -187,27 +168,18 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
         length = float(np.linalg.norm(b - a))
         role = "coordinate" if each.coordinate else "dimension"
         if each.radius:
-            yield from _radius(sheet, each, a, b)
-        elif each.coordinate and length < _COORDINATE:
-            yield from _coordinate(sheet, each, _place_of(sheet, each.b))
+            if length >= _SHORTEST:
+                yield Arrow(np.array([a, b]), THIN, head=4.0, role=role, name=each.name, layer=LAYER_ARROW)
+            yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, **_text(role, each.name))
+        elif each.coordinate and length < _COORDINATE:  # its body is seen at its sign, if it has one
+            items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
+            signs = (i.form.at for i in items if isinstance(i.form, Symbol))
+            yield from _coordinate(sheet, each, sheet.at(each.b.body, next(signs, each.b.point)))
         else:
             yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
 
 
-def _radius(sheet: Sheet, each: Dimension, a: Floats, b: Floats) -> Iterator[Mark]:
-    named: dict[str, Any] = {"role": "dimension", "name": each.name}
-    if float(np.linalg.norm(b - a)) >= _SHORTEST:
-        yield Arrow(np.array([a, b]), THIN, head=4.0, layer=LAYER_ARROW, **named)
-    yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, layer=LAYER_TEXT, **named)
-
-
-def _place_of(sheet: Sheet, anchor: Anchor) -> Floats:
-    """Return where the body of an anchor is seen: at its sign, if it has one, else at the anchor."""
-    signs = (i.form.at for i in sheet.touched.get(anchor.body, ()) if i.role == "body" and isinstance(i.form, Symbol))
-    return sheet.at(anchor.body, next(signs, anchor.point))
-
-
-def _coordinate(sheet: Sheet, each: Dimension, at: Floats) -> Iterator[Mark]:
+def _coordinate(sheet: Sheet, each: NamedLength, at: Floats) -> Iterator[Mark]:
     """Yield the direction of a slider's coordinate that is near zero."""
     joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
     axis = getattr(joint.form, "axis", None) if joint is not None else None
@@ -229,7 +201,7 @@ def angle_marks(sheet: Sheet) -> Iterator[Mark]:
             continue  # what is called as its joint is named there
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
-            yield from _turning(sheet, each, at)
+            yield from _turn_in_space(sheet, each, at)
             continue
         start, stop = (sheet.way(end.body, end.point) for end in (each.start, each.stop))
         first, second = (float(np.arctan2(way[1], way[0])) for way in (start, stop))
@@ -238,7 +210,7 @@ def angle_marks(sheet: Sheet) -> Iterator[Mark]:
         ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
         lines = ends if each.coordinate else (True, False)
         tip = (1 if turn > 0.0 else 0) if each.coordinate else None
-        yield Bend(
+        yield AngleArc(
             at, low, high, letters(each.label), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
         )
 
@@ -247,18 +219,16 @@ def _foot(sheet: Sheet, each: AngleMark) -> Floats:
     """Return where the angle of a slope is written: at the low end of the rail or face that has it."""
     along = sheet.way(each.stop.body, each.stop.point)
     for item in sheet.scene.items:
-        if item.body != each.at.body or not isinstance(item.form, (Rail, Face)):
+        ends = line_ends(sheet, item) if item.body == each.at.body else None
+        if ends is None:
             continue
-        if isinstance(item.form, Rail) and item.form.light:
-            continue
-        ends = rail_ends(sheet, item, item.form) if isinstance(item.form, Rail) else face_ends(sheet, item, item.form)
         way = unit2(ends[1] - ends[0])
         if abs(float(way[0] * along[1] - way[1] * along[0])) < 1e-3:
             return np.asarray(max(ends, key=lambda end: float(end @ sheet.down)))
     return sheet.at(each.at.body, each.at.point)
 
 
-def _turning(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
+def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
     """Yield a bow around an axis in space with its letter."""
     axis = sheet.placed.turned(each.at.body, each.axis)
     start = sheet.placed.turned(each.start.body, each.start.point)

@@ -135,7 +135,12 @@ def _bear(made: _Settling) -> None:
     """Let rods, whose width is the page's affair, lie on what they touch in a plane, not half in it."""
     touching: dict[int, list[Floats]] = {}
     for item in made.scene.items if made.scene.plane else ():
-        if item.role == "contact" and len(item.bodies) == 2 and _is_loose_rod(made, item.body):
+        if item.role != "contact" or len(item.bodies) != 2:
+            continue
+        forms = [i.form for i in made.scene.items if i.body == item.body and i.role in ("body", "surface")]
+        signs = (i for i in made.scene.items if i.role == "joint" and isinstance(i.form, Symbol))
+        alone = len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed
+        if alone and not any(item.body in sign.bodies for sign in signs):  # a rod that no joint holds
             other = next((b for b in item.bodies if b != item.body), item.body)
             at = made.page(item.body, item.form.bounds[0])
             touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
@@ -144,13 +149,6 @@ def _bear(made: _Settling) -> None:
             way = least_squares(np.array(normals), np.full(len(normals), ROD / 2))
             if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
                 made.bodies[body] = way
-
-
-def _is_loose_rod(made: _Settling, body: int) -> bool:
-    """Return whether a body is seen as a rod alone, which no joint holds."""
-    forms = [item.form for item in made.scene.items if item.body == body and item.role in ("body", "surface")]
-    held = any(i.role == "joint" and body in i.bodies and isinstance(i.form, Symbol) for i in made.scene.items)
-    return len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed and not held
 
 
 def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
@@ -193,7 +191,12 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
     if rope.strand.kind != "rope" or rope.turns or not np.all(np.isfinite(rope.pieces)):
         return
     pieces = made.scale * (rope.pieces @ made.axes.T)
-    folds = [_is_fold(*pair) for pair in pairwise(pieces)]
+    sides = [(before[0] - before[1], after[1] - after[0]) for before, after in pairwise(pieces)]
+    sizes = [(float(np.linalg.norm(a)), float(np.linalg.norm(b))) for a, b in sides]
+    folds = [
+        min(size) > _SAME and float(a @ b) > _BACK * size[0] * size[1]
+        for (a, b), size in zip(sides, sizes, strict=True)
+    ]
     if not any(folds):
         return
     along = pieces[0][1] - pieces[0][0]
@@ -205,10 +208,17 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
         if anchor.body >= 0:
             made.bodies[anchor.body] = way
     for k, fold in enumerate(folds):
-        if fold:
-            _fold_pulley(made, pieces[k][1], (ways[k][1] + ways[k + 1][0]) / 2)
-        else:
-            _bend_pulley(made, pieces[k], pieces[k + 1], ways[k][1], across)
+        at = pieces[k][1]
+        centre = None if fold else fillet(pieces[k][0], at, pieces[k + 1][1], WHEEL)
+        for item in _pulleys(made, at):
+            if fold:  # the first one moves with its body
+                made.pulleys[item.name] = way = (ways[k][1] + ways[k + 1][0]) / 2
+                if item.body >= 0:
+                    made.bodies[item.body] = way
+                break
+            if centre is not None and made.mass(item.body) is not None and item.body not in made.bodies:
+                shift = ways[k][1] + float((centre - at) @ across) * across
+                made.pulleys[item.name] = made.bodies[item.body] = shift
 
 
 def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
@@ -219,41 +229,20 @@ def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
     """
     ways = np.zeros((len(pieces), 2))
     for k, fold in enumerate(folds):
-        wheel = 2.0 * WHEEL / _sine(pieces[k], across) * fold
+        along, back = pieces[k][1] - pieces[k][0], pieces[k + 1][1] - pieces[k + 1][0]
+        sine = abs(_cross(along, across)) / max(float(np.linalg.norm(along)), _SAME)
+        wheel = 2.0 * WHEEL / max(sine, STEEPEST) * fold
         ways[k + 1] = ways[k][1] + wheel
-        if fold:
-            ways[k + 1][1] += max(_nearer(pieces[k], pieces[k + 1], across), 0.0)
+        if fold:  # how much nearer the piece comes at the end of the shorter one
+            longer, shorter = sorted((along, back), key=lambda piece: -float(np.linalg.norm(piece)))
+            ways[k + 1][1] += max(-_cross(longer, shorter) / (_cross(longer, across) or np.inf), 0.0)
             ways[k + 1][1] += wheel if k and not folds[k - 1] else 0.0
     found: Floats = (ways - ways[-1][1] / 2)[:, :, None] * across
     return found
 
 
-def _nearer(before: Floats, after: Floats, across: Floats) -> float:
-    """Return how much nearer a piece that runs back comes to the one before it, at the end of the shorter one."""
-    first, second = before[1] - before[0], after[1] - after[0]
-    longer, shorter = sorted((first, second), key=lambda piece: -float(np.linalg.norm(piece)))
-    return -_cross(longer, shorter) / (_cross(longer, across) or np.inf)
-
-
 def _cross(a: Floats, b: Floats) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
-
-
-def _fold_pulley(made: _Settling, at: Floats, way: Floats) -> None:
-    """Displace the first pulley at a place that is not displaced yet, with its body."""
-    for item in _pulleys(made, at):
-        made.pulleys[item.name] = way
-        if item.body >= 0:
-            made.bodies[item.body] = way
-        return
-
-
-def _bend_pulley(made: _Settling, first: Floats, second: Floats, way: Floats, across: Floats) -> None:
-    """Displace a mass without a size that carries a wheel in the bend of a folded rope, by the wheel's half width."""
-    centre = fillet(first[0], first[1], second[1], WHEEL)
-    for item in _pulleys(made, first[1]) if centre is not None else ():
-        if made.mass(item.body) is not None and item.body not in made.bodies:
-            made.pulleys[item.name] = made.bodies[item.body] = way + float((centre - first[1]) @ across) * across
 
 
 def _pulleys(made: _Settling, at: Floats) -> Iterator[Item]:
@@ -274,18 +263,6 @@ def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None
     middle = (one + two) / float(np.linalg.norm(one + two))
     found: Floats = corner + middle * radius / np.sin(half)
     return found
-
-
-def _sine(piece: Floats, across: Floats) -> float:
-    """Return the sine of the angle between a piece and a direction in which it is displaced, never a small one."""
-    along = piece[1] - piece[0]
-    return max(abs(_cross(along, across)) / max(float(np.linalg.norm(along)), _SAME), STEEPEST)
-
-
-def _is_fold(before: Floats, after: Floats) -> bool:
-    a, b = before[0] - before[1], after[1] - after[0]
-    sizes = float(np.linalg.norm(a)), float(np.linalg.norm(b))
-    return min(sizes) > _SAME and float(a @ b) > _BACK * sizes[0] * sizes[1]
 
 
 def _follow(made: _Settling, strand: PlacedStrand) -> None:

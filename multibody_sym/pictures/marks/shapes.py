@@ -62,38 +62,23 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
         named = sheet.named(item, LAYER_BODY, np.mean(form.points, axis=0))
         yield Stroke(points, pen, closed=True, fill=BODY, **named)
     elif len(points) > _CURVE or (item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground)):
-        yield from _curve(sheet, item, points)
+        named, bold = sheet.named(item, LAYER_GROUND), sheet.pen(item, BOLD)
+        if item.role == "surface" and sheet.flat:  # hatched below
+            side = 1 if float(left(unit2(points[-1] - points[0])) @ sheet.down) > 0.0 else -1
+            yield Hatch(points, bold, side=side, **named)
+        else:
+            yield Stroke(points, bold, **named)
     elif np.ptp(points, axis=0).max() < 1e-9:
         return
     else:
         width = ROD if sheet.flat else _THIN_BAR
-        pairs = [(0, len(points) - 1)] if _is_straight(points) else [(k, k + 1) for k in range(len(points) - 1)]
+        ways = points - points[0]
+        straight = np.all(np.abs(ways @ left(unit2(ways[-1]))) < 0.5)
+        pairs = [(0, len(points) - 1)] if straight else [(k, k + 1) for k in range(len(points) - 1)]
         for first, last in pairs:
             middle = np.add(form.points[first], form.points[last]) / 2
             outline = capsule(points[first], points[last], width)
             yield Stroke(outline, pen, closed=True, fill=BODY, **sheet.named(item, LAYER_BODY, middle))
-
-
-def _is_straight(points: Floats) -> bool:
-    ways = points - points[0]
-    last = unit2(ways[-1])
-    return bool(np.all(np.abs(ways @ left(last)) < 0.5))
-
-
-def _curve(sheet: Sheet, item: Item, points: Floats) -> Iterator[Mark]:
-    """Yield a wire, or the profile of a surface with hatching below."""
-    if item.role == "surface" and sheet.flat:
-        side = 1 if float(unit2(points[-1] - points[0]) @ left(sheet.down)) < 0.0 else -1
-        named = sheet.named(item, LAYER_GROUND)
-        yield Hatch(points, sheet.pen(item, BOLD), side=_below(points, sheet.down) or side, **named)
-    else:
-        yield Stroke(points, sheet.pen(item, BOLD), **sheet.named(item, LAYER_GROUND))
-
-
-def _below(points: Floats, down: Floats) -> int:
-    """Return on which side of its way (1 left) a profile has what is below it."""
-    along = unit2(points[-1] - points[0])
-    return 1 if float(left(along) @ down) > 0.0 else -1
 
 
 def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
@@ -115,8 +100,11 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
     yield Arc(centre, radius, THIN if form.teeth else pen, fill=fill, **named)
     if form.hollow:
         yield Arc(centre, max(radius - 3.0, 0.8 * radius), pen, **named)
-    elif form.teeth:
-        yield from _teeth(sheet, item, form, centre, radius)
+    elif form.teeth:  # marks across the pitch circle turn with the wheel
+        count = max(8, round(2 * np.pi * radius / _TOOTH))
+        for point in sheet.page(item.body, circle(form.centre, form.axis, form.radius, count)):
+            along = 2.2 * unit2(point - centre)
+            yield Stroke(np.array([point - along, point + along]), THIN, **named)
     elif item.role == "pulley":
         yield Arc(centre, max(radius - 2.5, 0.75 * radius), THIN, **named)
     elif radius > 12.0 and item.role in ("body", "surface") and sheet.others:
@@ -133,14 +121,6 @@ def _hollow(sheet: Sheet, item: Item, centre: Floats, radius: float) -> Iterator
         return
     for size in (radius, radius + 3.5):
         yield Arc(centre, size, sheet.pen(item), **sheet.named(item, LAYER_GROUND))
-
-
-def _teeth(sheet: Sheet, item: Item, form: Disc, centre: Floats, radius: float) -> Iterator[Mark]:
-    """Yield tooth marks across the pitch circle, which turn with the wheel."""
-    count = max(8, round(2 * np.pi * radius / _TOOTH))
-    for point in sheet.page(item.body, circle(form.centre, form.axis, form.radius, count)):
-        along = 2.2 * unit2(point - centre)
-        yield Stroke(np.array([point - along, point + along]), THIN, **sheet.named(item, LAYER_BODY, form.centre))
 
 
 def _ball(sheet: Sheet, item: Item, form: Sphere) -> Iterator[Mark]:
@@ -202,9 +182,12 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         named = sheet.named(item, LAYER_BODY)
         yield Stroke(wedge(sheet, item, form), sheet.pen(item), closed=True, fill=BODY, **named)
         return
-    if item.on_ground and form.ends is None and _is_bare(sheet, item):
-        return
-    points = face_ends(sheet, item, form)
+    touched = any(i.role == "contact" and item.body in i.bodies for i in sheet.scene.items)
+    guided = any(i.role == "guide" and i.on_ground for i in sheet.scene.items)
+    if item.on_ground and form.ends is None and guided and not touched:
+        return  # what stands there shows its own rail
+    points = face_ends(sheet, item)
+    assert points is not None
     side = -1 if float(left(points[1] - points[0]) @ normal) > 0.0 else 1
     yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
     for centre in wheels_on(sheet, item):
@@ -213,14 +196,11 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         yield Stroke(outline_points, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
 
 
-def _is_bare(sheet: Sheet, item: Item) -> bool:
-    """Return whether nothing can touch a face of ground, while what stands there shows its own rail."""
-    touched = any(i.role == "contact" and item.body in i.bodies for i in sheet.scene.items)
-    return not touched and any(i.role == "guide" and i.on_ground for i in sheet.scene.items)
-
-
-def face_ends(sheet: Sheet, item: Item, form: Face) -> Floats:
-    """Return from where to where (2, 2) a face seen from its edge is drawn."""
+def face_ends(sheet: Sheet, item: Item) -> Floats | None:
+    """Return from where to where (2, 2) a face seen from its edge is drawn, None for another form."""
+    form = item.form
+    if not isinstance(form, Face):
+        return None
     if form.ends is not None:
         return sheet.page(item.body, form.ends)
     normal = unit2(sheet.way(item.body, form.normal))
@@ -263,7 +243,7 @@ def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
     moments = (sheet.home, *(sheet.others if item.body == WORLD else ()))
     for body in touching - ({item.body} if rest else {item.body, WORLD}):
         for other in sheet.touched.get(body, ()):
-            if not isinstance(other.form, Face) or other.form.ends is not None:
+            if not other.form.endless:
                 found.append(sheet.page(body, other.form.bounds))
                 found += [sheet.projection.page(each.world(body, other.form.bounds)) for each in moments]
     if not found and not rest:
@@ -272,6 +252,13 @@ def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:
         low, high = sheet.span
         return np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
     return np.vstack(found)
+
+
+def outline_of(sheet: Sheet, item: Item) -> Floats:
+    """Return what bounds an item on the page (n, 2): of the endless face of a moving body the wedge behind it."""
+    if isinstance(item.form, Face):
+        return wedge(sheet, item, item.form)
+    return sheet.page(item.body, item.form.bounds)
 
 
 def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import Settled, settled
 from multibody_sym.pictures.page.picture import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED, Pen, Projection
-from multibody_sym.pictures.scene.items import Axes, Face, Item, Path, Placed, Symbol
+from multibody_sym.pictures.scene.items import Axes, Item, Path, Placed, Symbol
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -123,9 +123,9 @@ def extent(scene: Scene, placed: Placed) -> Floats:
     """Return the points (n, 3) in the world between which a scene is drawn: all that has an end."""
     points = [np.zeros((0, 3))]
     for item in scene.items:
-        if isinstance(item.form, Face) and item.form.ends is None:
+        if item.form.endless or isinstance(item.form, Axes):
             continue
-        if isinstance(item.form, Axes) or (isinstance(item.form, Symbol) and item.form.kind in UNSEEN):
+        if isinstance(item.form, Symbol) and item.form.kind in UNSEEN:
             continue
         points.append(placed.world(item.body, item.form.bounds))
     for strand in placed.strands:

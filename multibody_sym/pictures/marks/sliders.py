@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import BOB, MASS, STEEPEST, WHEEL
-from multibody_sym.pictures.marks.shapes import barrel, capsule, wedge
+from multibody_sym.pictures.marks.shapes import barrel, capsule, face_ends, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
 from multibody_sym.pictures.page.picture import (
@@ -29,12 +29,10 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.items import (
     Barrel,
-    Block,
-    Disc,
-    Face,
     Item,
     Polyline,
     Rail,
+    Sphere,
     Stop,
     Symbol,
     TurnStop,
@@ -95,13 +93,14 @@ def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
 
 def is_covered(sheet: Sheet, item: Item) -> bool:
     """Return whether a slider's body shows itself at the slider: by a block, a box or another form that is no rod."""
-    for other in sheet.touched.get(item.body, ()):
-        if other.role not in ("body", "surface"):
-            continue
-        if isinstance(other.form, Polyline) and not other.form.closed:
-            continue
-        return True
-    return False
+    return any(True for _ in _bodies_with_a_size(sheet, item.body))
+
+
+def _bodies_with_a_size(sheet: Sheet, body: int) -> Iterator[Item]:
+    """Yield what a body and its surfaces are seen as, but for rods."""
+    for item in sheet.touched.get(body, ()):
+        if item.role in ("body", "surface") and (not isinstance(item.form, Polyline) or item.form.closed):
+            yield item
 
 
 def sleeve_place(sheet: Sheet, item: Item, symbol: Symbol) -> Vector:
@@ -136,9 +135,10 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
     for side, shifted in _lines(sheet, item, along, points):
         turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
         yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
-        for centre in wheels_on(sheet, item):
+        for centre in wheels_on(sheet, item):  # a bar holds each wheel at the end
             near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
-            yield bracket(sheet, item, near, centre)
+            bar = capsule(near, centre, 3.0)
+            yield Stroke(bar, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
 
 
 def rail_lines(sheet: Sheet, item: Item) -> list[Floats]:
@@ -154,9 +154,11 @@ def _lines(sheet: Sheet, item: Item, along: Floats, points: Floats) -> list[tupl
     return [(side, points + offset * side) for side, offset in _sides(sheet, item, along)]
 
 
-def bracket(sheet: Sheet, item: Item, end: Floats, centre: Floats) -> Mark:
-    """Return the bar that holds a wheel at the end of what a block slides on."""
-    return Stroke(capsule(end, centre, 3.0), sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+def line_ends(sheet: Sheet, item: Item) -> Floats | None:
+    """Return from where to where (2, 2) a rail or face is drawn, None for what is neither and for light rails."""
+    if isinstance(item.form, Rail):
+        return None if item.form.light else rail_ends(sheet, item, item.form)
+    return face_ends(sheet, item)
 
 
 def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
@@ -164,7 +166,11 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     ends, along = sheet.page(item.body, rail.bounds), unit2(sheet.way(item.body, rail.axis))
     shift = sheet.settled.bodies.get(_child(item), np.zeros(2)) if rail.light else np.zeros(2)
     places = [float((place - shift) @ along) for place in _block_places(sheet, item)]
-    if not places or not (_is_taken(sheet, item, rail) or _is_sprung(sheet, item, along)):
+    at = sheet.at(item.body, rail.at)
+    others = (i for i in sheet.scene.items if i.role == "joint" and i.body == item.body and i.path != item.path)
+    signs = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    taken = any(float(np.linalg.norm(sign - at)) < 3.0 for sign in signs)  # another joint stands where it begins
+    if not places or not (taken or _is_sprung(sheet, item, along)):
         places += list(ends @ along)
     base = ends[0] - float(ends[0] @ along) * along + shift
     back, ahead = _reach(sheet, item, along)
@@ -180,18 +186,12 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
 
 def _reach(sheet: Sheet, item: Item, along: Floats) -> tuple[float, float]:
     """Return how far what slides reaches along its rail beyond half a block, back and ahead (pt)."""
-    child = _child(item)
     here = next(iter(_block_places(sheet, item)), None)
     low, high = 0.0, 0.0
-    for other in sheet.touched.get(child, ()):
-        if here is None or other.role != "body" or not isinstance(other.form, (Face, Block, Barrel, Disc, Symbol)):
+    for other in sheet.touched.get(_child(item), ()):
+        if here is None or other.role != "body" or isinstance(other.form, (Sphere, Polyline)):
             continue
-        form = other.form
-        if isinstance(form, Symbol):
-            points = wedge_corners(sheet, other, form)
-        else:
-            points = wedge(sheet, other, form) if isinstance(form, Face) else sheet.page(child, form.bounds)
-        ways = (points - here) @ along
+        ways = (_corners_of(sheet, other) - here) @ along
         low, high = min([low, *(ways + _HALF)]), max([high, *(ways - _HALF)])
     return low, high
 
@@ -206,14 +206,6 @@ def _is_sprung(sheet: Sheet, item: Item, along: Floats) -> bool:
     return False
 
 
-def _is_taken(sheet: Sheet, item: Item, rail: Rail) -> bool:
-    """Return whether another joint stands on ground where the rail begins."""
-    at = sheet.at(item.body, rail.at)
-    others = (i for i in sheet.scene.items if i.role == "joint" and i.body == item.body and i.path != item.path)
-    places = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
-    return any(float(np.linalg.norm(place - at)) < 3.0 for place in places)
-
-
 def _child(item: Item) -> int:
     """Return the body that slides on a rail."""
     return item.bodies[1] if item.bodies and item.bodies[1] != item.body else item.bodies[0]
@@ -226,41 +218,25 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
     if pressed < 0.0:
         across, pressed = -across, -pressed
     has_gravity = bool(np.any(sheet.scene.gravity))
-    low, high = _extent(sheet, item, across)
-    if has_gravity and pressed < 0.2:
-        return [(across, high), (-across, -low)]
-    return [(across, high)]
-
-
-def _extent(sheet: Sheet, item: Item, across: Floats) -> tuple[float, float]:
-    """Return from where to where the block reaches across its rail (pt, from the rail's middle)."""
-    child = _child(item)
     assert isinstance(item.form, Rail)
     middle = float(sheet.at(item.body, item.form.at) @ across)
-    found: list[float] = []
-    blocks = False
-    for other in sheet.touched.get(child, ()):
-        if other.role not in ("body", "surface"):
-            continue
-        if isinstance(other.form, Face):
-            found += list(wedge(sheet, other, other.form) @ across - middle)
-        elif isinstance(other.form, Symbol):
-            blocks = blocks or other.form.kind == "block"
-            found += list(wedge_corners(sheet, other, other.form) @ across - middle)
-        elif not isinstance(other.form, Polyline) or other.form.closed:
-            found += list(sheet.page(child, other.form.bounds) @ across - middle)
-    if found:
-        return min(found), max(found)
+    bodies = list(_bodies_with_a_size(sheet, _child(item)))
+    ways = [float(way) for other in bodies for way in _corners_of(sheet, other) @ across - middle]
+    blocks = any(isinstance(other.form, Symbol) and other.form.kind == "block" for other in bodies)
     half = (MASS if blocks else BLOCK)[1] / 2
-    return -half, half
+    if has_gravity and pressed < 0.2:
+        return [(across, max(ways, default=half)), (-across, -min(ways, default=-half))]
+    return [(across, max(ways, default=half))]
 
 
-def wedge_corners(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
-    """Return the corners (3, 2) of a mass that is drawn as a wedge, none (0, 2) of others."""
-    slope = slope_of(sheet, item) if symbol.kind == "block" and sheet.flat else None
+def _corners_of(sheet: Sheet, item: Item) -> Floats:
+    """Return what bounds a body on the page (n, 2): of a mass without a size the corners of its wedge, if any."""
+    if not isinstance(item.form, Symbol):
+        return outline_of(sheet, item)
+    slope = slope_of(sheet, item) if item.form.kind == "block" and sheet.flat else None
     if slope is None or abs(float(slope @ sheet.down)) <= LEVEL:
         return np.zeros((0, 2))
-    return wedge_under(sheet, item, sheet.at(item.body, symbol.at), slope)
+    return wedge_under(sheet, item, sheet.at(item.body, item.form.at), slope)
 
 
 def _block_places(sheet: Sheet, item: Item) -> list[Floats]:
@@ -300,8 +276,11 @@ def stop_marks(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Iterator[Mark
     line = stop_line(sheet, item, form)
     if line is None:
         return
-    if isinstance(form, Stop) and not sheet.flat:
-        yield from _collar(sheet, item, form)
+    if isinstance(form, Stop) and not sheet.flat:  # a disc across the way, behind the front of what comes there
+        ahead = sheet.metres(_stops_reach(sheet, form) + _THICK / 2)
+        centre = vector(np.array(form.at) + ahead * np.array(form.axis))
+        disc = Barrel(centre, form.axis, sheet.metres(_STOPS_SLEEVE[1]), sheet.metres(_THICK))
+        yield from barrel(sheet, item.body, disc, sheet.pen(item), sheet.named(item, LAYER_JOINT, centre), fill=DARK)
         return
     far = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
     side = 1 if float(left(line[1] - line[0]) @ far) > 0.0 else -1
@@ -322,14 +301,10 @@ def stop_line(sheet: Sheet, item: Item, form: Stop | TurnStop) -> Floats | None:
     return _across(sheet, item, form) if isinstance(form, Stop) else _radial(sheet, item, form)
 
 
-def _stop_child(item: Item) -> int:
-    return item.bodies[1]
-
-
 def _across(sheet: Sheet, item: Item, form: Stop) -> Floats:
     """Return a line across a way, where the front of what comes there is, as high as that."""
     along = unit2(sheet.way(item.body, form.axis))
-    base = sheet.at(item.body, form.at) + sheet.settled.bodies.get(_stop_child(item), np.zeros(2))
+    base = sheet.at(item.body, form.at) + sheet.settled.bodies.get(item.bodies[1], np.zeros(2))
     if not sheet.flat:
         foot = base + _stops_reach(sheet, form) * sheet.way(item.body, form.axis)
         return foot + np.outer([-_STOPS_SLEEVE[1], _STOPS_SLEEVE[1]], left(along))
@@ -346,18 +321,10 @@ def _stops_reach(sheet: Sheet, form: Stop) -> float:
 
 def _corners(sheet: Sheet, item: Item, form: Stop) -> Floats:
     """Return what bounds the body that is stopped, from its place in the joint (n, 2); of a rod the slider's block."""
-    child, found = _stop_child(item), []
-    at = sheet.at(child, form.point)
-    for other in sheet.touched.get(child, ()):
-        if other.role not in ("body", "surface") or (isinstance(other.form, Polyline) and not other.form.closed):
-            continue
-        if isinstance(other.form, Symbol):
-            slanted = wedge_corners(sheet, other, other.form)
-            found.append(slanted - at if len(slanted) else _block(sheet, item, form, other))
-        elif isinstance(other.form, Face):
-            found.append(wedge(sheet, other, other.form) - at)
-        else:
-            found.append(sheet.page(child, other.form.bounds) - at)
+    at, found = sheet.at(item.bodies[1], form.point), []
+    for other in _bodies_with_a_size(sheet, item.bodies[1]):
+        corners = _corners_of(sheet, other)
+        found.append(corners - at if len(corners) else _block(sheet, item, form, other))
     return np.vstack(found or [_block(sheet, item, form, None)])
 
 
@@ -367,7 +334,7 @@ def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:
         kind = body.form.kind if isinstance(body.form, Symbol) else ""
         half = np.array(block_size(sheet, body)) / 2 if kind == "block" else np.full(2, BOB)
     else:
-        touched = sheet.touched.get(_stop_child(item), ())
+        touched = sheet.touched.get(item.bodies[1], ())
         beads = (i for i in touched if i.role == "joint" and isinstance(i.form, Symbol))
         bead = any(i.form.kind == "bead" for i in beads if isinstance(i.form, Symbol))
         half = np.full(2, PIN) if bead else np.array(BLOCK) / 2
@@ -394,25 +361,17 @@ def _edge(sheet: Sheet, item: Item, form: TurnStop) -> tuple[float, float]:
     """Return by which angle (rad) the edge of what turns is ahead of its longest direction, and how far beside (pt)."""
     plates = [
         sheet.page(other.body, other.form.points) - sheet.at(item.body, form.at)
-        for other in sheet.touched.get(_stop_child(item), ())
+        for other in sheet.touched.get(item.bodies[1], ())
         if other.role == "body" and isinstance(other.form, Polyline) and other.form.closed and sheet.flat
     ]
     if not plates:
         return 0.0, (ROD if sheet.flat else _BAR) / 2
-    own, barred = sheet.way(_stop_child(item), form.own), sheet.way(item.body, np.cross(form.axis, form.way))
+    own, barred = sheet.way(item.bodies[1], form.own), sheet.way(item.body, np.cross(form.axis, form.way))
     across = left(own) * (1.0 if float(left(sheet.way(item.body, form.way)) @ barred) > 0.0 else -1.0)
     corners = np.vstack(plates)
     corners = corners[np.linalg.norm(corners, axis=1) > PIN]
     ahead = float(np.arctan2(corners @ across, corners @ own).max())
     return (ahead, 0.0) if 0.0 <= ahead < _INSIDE else (0.0, 0.0)
-
-
-def _collar(sheet: Sheet, item: Item, form: Stop) -> Iterator[Mark]:
-    """Yield a disc across the way, behind the front of what comes there."""
-    ahead = sheet.metres(_stops_reach(sheet, form) + _THICK / 2)
-    centre = vector(np.array(form.at) + ahead * np.array(form.axis))
-    disc = Barrel(centre, form.axis, sheet.metres(_STOPS_SLEEVE[1]), sheet.metres(_THICK))
-    yield from barrel(sheet, item.body, disc, sheet.pen(item), sheet.named(item, LAYER_JOINT, centre), fill=DARK)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -65,8 +65,14 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
     """Yield hatched ground across the ends that are fixed there, unless a joint or pulley shows it."""
     anchors = placed.strand.anchors
     for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
-        if placed.strand.loose and anchor is anchors[0] and _is_block(sheet, anchor.body):
-            yield _stop(sheet, placed, end, unit2(end - other), named)
+        items = sheet.touched.get(anchor.body, ()) if anchor.body not in sheet.ground else ()
+        signs = (item.form for item in items if item.role == "body" and isinstance(item.form, Symbol))
+        if placed.strand.loose and anchor is anchors[0] and any(sign.kind == "block" for sign in signs):
+            away = unit2(end - other)  # a plate on the block at which the spring begins
+            across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
+            foot, top = end + MASS[1] / 2 * across, end - _PLATE * across
+            corners = np.array([foot, top, top + 3.0 * away, foot + 3.0 * away])
+            yield Stroke(corners, sheet.pen(placed.strand), closed=True, fill=BODY, **named)
         if anchor.body not in sheet.ground or any(_shows(sheet, item, end) for item in sheet.scene.items):
             continue
         away = unit2(end - other, -sheet.down)
@@ -76,22 +82,6 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
             continue
         ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
         yield Hatch(ends, sheet.pen(placed.strand), side=-1, **{**named, "layer": LAYER_GROUND})
-
-
-def _is_block(sheet: Sheet, body: int) -> bool:
-    """Return whether a moving body is seen as a block or wedge, on which a spring begins somewhere."""
-    items = sheet.touched.get(body, ())
-    return body not in sheet.ground and any(
-        i.role == "body" and isinstance(i.form, Symbol) and i.form.kind == "block" for i in items
-    )
-
-
-def _stop(sheet: Sheet, placed: PlacedStrand, end: Floats, away: Floats, named: dict[str, Any]) -> Mark:
-    """Return the plate on a moving body at which a spring begins."""
-    across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
-    foot, top = end + MASS[1] / 2 * across, end - _PLATE * across
-    corners = np.array([foot, top, top + 3.0 * away, foot + 3.0 * away])
-    return Stroke(corners, sheet.pen(placed.strand), closed=True, fill=BODY, **named)
 
 
 def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:
@@ -161,14 +151,17 @@ def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, A
     pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
     bows = [sheet.projection.page(bow.points()) for bow in placed.turns]
     for first, second in pairwise(pieces):
-        between = [bow for bow in bows if _joins(bow, first[1], second[0])]
+        ends = np.array([first[1], second[0]])
+        between = [bow for bow in bows if np.linalg.norm(bow[[0, -1]] - ends, axis=1).max() < 0.5]
         centre = fillet(first[0], first[1], second[1], WHEEL) if not between else None
         if between:
             points += list(between[0])
         elif placed.strand.name in sheet.settled.folds and is_turned(first, second):
             points += list(_back(first, second))
         elif centre is not None and float(np.linalg.norm(first[1] - second[0])) < 0.5:
-            points += list(_around(first, second, centre))
+            start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in _feet(first, second, centre))
+            angles = start + np.linspace(0.0, (stop - start + np.pi) % (2 * np.pi) - np.pi, 16)
+            points += list(centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles))))
         else:
             points += [first[1], second[0]]
     points.append(pieces[-1][1])
@@ -197,18 +190,6 @@ def _feet(first: Floats, second: Floats, centre: Floats) -> list[Floats]:
     """Return where two pieces touch a wheel, from its centre."""
     ways = [(a, unit2(b - a)) for a, b in (first, second)]
     return [a + float((centre - a) @ along) * along - centre for a, along in ways]
-
-
-def _joins(bow: Floats, a: Floats, b: Floats) -> bool:
-    return float(np.linalg.norm(bow[0] - a)) < 0.5 and float(np.linalg.norm(bow[-1] - b)) < 0.5
-
-
-def _around(first: Floats, second: Floats, centre: Floats) -> Floats:
-    """Return the points of the short way around a small wheel from one piece to the next."""
-    start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in _feet(first, second, centre))
-    turn = (stop - start + np.pi) % (2 * np.pi) - np.pi
-    angles = start + np.linspace(0.0, turn, 16)
-    return centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
 def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:

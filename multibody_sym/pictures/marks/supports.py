@@ -151,7 +151,10 @@ def wheel_centre(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
             if rope.strand.name in sheet.settled.folds and is_turned(drawn[k], drawn[k + 1]):
                 return np.asarray((drawn[k][1] + drawn[k + 1][0]) / 2)
             bend = drawn[k][0], drawn[k][1], drawn[k + 1][1]
-            return _under(sheet, *bend) if is_straight(*bend) else fillet(*bend, WHEEL)
+            if float(unit2(bend[0] - bend[1]) @ unit2(bend[2] - bend[1])) >= -_STRAIGHT:
+                return fillet(*bend, WHEEL)
+            across = left(unit2(bend[2] - bend[0]))  # the rope lies on the wheel in one line
+            return np.asarray(bend[1] + WHEEL * (across if float(across @ sheet.down) >= 0.0 else -across))
     return None
 
 
@@ -173,7 +176,10 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
         _shift_along(pieces, shifts)
     elif not placed.turns:
         if len(pieces) == 1 and placed.strand.kind != "rod":  # a rod ends at its pins
-            _shift_beside(pieces[0], shifts)
+            across = left(unit2(pieces[0][1] - pieces[0][0]))
+            for end, (own, other) in enumerate((shifts, shifts[::-1])):
+                if not np.any(own):  # what is fixed there runs on beside, at the height of what stands on it
+                    pieces[0][end] += float(other @ across) * across
         pieces[0][0] += shifts[0]
         pieces[-1][1] += shifts[-1]
     return pieces
@@ -194,14 +200,6 @@ def _round_wheels(sheet: Sheet, plain: Floats, drawn: Floats) -> Floats:
                 if lies is not None:
                     drawn[k][1] = drawn[k + 1][0] = drawn[k][1] + centre - lies
     return drawn
-
-
-def _shift_beside(piece: Floats, shifts: list[Floats]) -> None:
-    """Let what is fixed to what stands still run on beside it at the height of what stands on it."""
-    across = left(unit2(piece[1] - piece[0]))
-    for end, (own, other) in enumerate((shifts, shifts[::-1])):
-        if not np.any(own):
-            piece[end] += float(other @ across) * across
 
 
 def _shift_along(pieces: Floats, shifts: list[Floats]) -> None:
@@ -230,29 +228,15 @@ def axle_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _held_side(sheet: Sheet, item: Item, at: Floats) -> Floats:
     """Return the side on which a pulley is held: where its ropes do not pull it to."""
+    wheel = next((i.form for i in sheet.scene.items if i.path == item.path and i is not item), None)
+    reach = float(getattr(wheel, "radius", 0.0)) * sheet.projection.scale + WHEEL
     pull = np.zeros(2)
     for rope in sheet.placed.strands:
         for piece in drawn_pieces(sheet, rope):
             for end, other in ((piece[0], piece[1]), (piece[1], piece[0])):
-                if float(np.linalg.norm(end - at)) < 4.0 + _reach(sheet, item):
+                if float(np.linalg.norm(end - at)) < 4.0 + reach:
                     pull += unit2(other - end, (0.0, 0.0))
     if float(np.linalg.norm(pull)) < 1e-6:
         return -sheet.down
     sides = [-sheet.down, left(sheet.down), -left(sheet.down), sheet.down]
     return max(sides, key=lambda side: -float(side @ pull) + 0.01 * float(side @ -sheet.down))
-
-
-def _reach(sheet: Sheet, item: Item) -> float:
-    wheel = next((i.form for i in sheet.scene.items if i.path == item.path and i is not item), None)
-    return float(getattr(wheel, "radius", 0.0)) * sheet.projection.scale + WHEEL
-
-
-def is_straight(a: Floats, corner: Floats, b: Floats) -> bool:
-    """Return whether two lines that meet go on in one direction."""
-    return float(unit2(a - corner) @ unit2(b - corner)) < -_STRAIGHT
-
-
-def _under(sheet: Sheet, a: Floats, corner: Floats, b: Floats) -> Floats:
-    """Return the centre of the wheel on which a rope lies that does not bend there."""
-    across = left(unit2(b - a))
-    return corner + WHEEL * (across if float(across @ sheet.down) >= 0.0 else -across)

@@ -130,7 +130,8 @@ def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
     On the wheel of a pulley on ground, which is held itself, it is the axle.
     """
-    wheel = any(_is_wheel(other) for body in item.bodies for other in sheet.touched.get(body, ()))
+    forms = (i.form for b in item.bodies for i in sheet.touched.get(b, ()) if i.role in ("body", "pulley", "gear"))
+    wheel = any(isinstance(form, (Disc, Block, Barrel)) for form in forms)
     layer = LAYER_JOINT - 0.3 if wheel else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
     at, named = sheet.at(item.body, symbol.at), sheet.named(item, layer)
     wheel_at = held_wheel(sheet, at)
@@ -152,10 +153,6 @@ def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
         if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 1.0:
             return True
     return False
-
-
-def _is_wheel(item: Item) -> bool:
-    return item.role in ("body", "pulley", "gear") and isinstance(item.form, (Disc, Block, Barrel))
 
 
 def _ball(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -181,12 +178,9 @@ def _bearing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield from _pin(sheet, item, symbol)
         return
     at = sheet.at(item.body, symbol.at)
-    axis = sheet.way(item.body, symbol.axis)
-    away = support_side(sheet, item, at)
-    if abs(float(unit2(axis) @ away)) > 0.9 and float(np.linalg.norm(axis)) > 0.3:
-        yield from stand(sheet, item, at, away, 9.0)
-    else:
-        yield from stand(sheet, item, at, away, 12.0)
+    axis, away = sheet.way(item.body, symbol.axis), support_side(sheet, item, at)
+    upright = abs(float(unit2(axis) @ away)) > 0.9 and float(np.linalg.norm(axis)) > 0.3
+    yield from stand(sheet, item, at, away, 9.0 if upright else 12.0)
     yield from _pin(sheet, item, symbol)
 
 
@@ -204,13 +198,6 @@ def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
             yield Stroke(np.array([at - way, at + way]), sheet.pen(item, BOLD), **named)
 
 
-def _rotating(sheet: Sheet, item: Item, symbol: Symbol, half: float, wide: float) -> Floats:
-    """Return the corners of a rectangle along the symbol's axis on the page (4, 2)."""
-    along = unit2(sheet.way(item.body, symbol.axis), (1.0, 0.0))
-    across, at = left(along), sheet.at(item.body, symbol.at)
-    return np.array([at + i * half * along + j * wide * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
-
-
 def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield the block of a slider on its rail, where the body does not show it by a form of its own."""
     if is_covered(sheet, item):
@@ -223,10 +210,9 @@ def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=DARK)
         return
     named = sheet.named(item, LAYER_BODY + 0.4, symbol.at)
-    length, height = block_size(sheet, item)
-    yield Stroke(
-        _rotating(sheet, item, symbol, length / 2, height / 2), sheet.pen(item), closed=True, fill=DARK, **named
-    )
+    at, along = sheet.at(item.body, symbol.at), unit2(sheet.way(item.body, symbol.axis))
+    corners = _rectangle(at, along, *block_size(sheet, item))
+    yield Stroke(corners, sheet.pen(item), closed=True, fill=DARK, **named)
 
 
 def _sleeve(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -240,13 +226,11 @@ def _screw(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named, along = sheet.named(item, LAYER_JOINT, symbol.at), sheet.way(item.body, symbol.axis)
     at, axis = sheet.at(item.body, symbol.at), unit2(along, (0.0, 1.0))
     across = left(axis)
-    corners = [at + i * 26.0 * axis + j * 3.5 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    yield Stroke(np.array(corners), sheet.pen(item), closed=True, fill=PAPER, **named)
+    yield Stroke(_rectangle(at, axis, 52.0, 7.0), sheet.pen(item), closed=True, fill=PAPER, **named)
     for k in np.arange(-24.0, 25.0, 4.0):
         ends = np.array([at + k * axis - 3.5 * across, at + (k + 2.0) * axis + 3.5 * across])
         yield Stroke(ends, THIN, **named)
-    nut = [at + i * 5.0 * axis + j * 8.0 * across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    yield Stroke(np.array(nut), sheet.pen(item), closed=True, fill=DARK, **named)
+    yield Stroke(_rectangle(at, axis, 10.0, 16.0), sheet.pen(item), closed=True, fill=DARK, **named)
 
 
 def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -272,34 +256,23 @@ def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if slope is not None and abs(float(slope @ sheet.down)) > LEVEL:
         yield Stroke(wedge_under(sheet, item, at, slope), sheet.pen(item), closed=True, fill=BODY, **named)
         return
-    if _carries_pulley(sheet, item, symbol):
+    pulleys = (i.form for i in sheet.touched.get(item.body, ()) if i.role == "pulley")
+    if any(isinstance(form, Symbol) and form.at == symbol.at for form in pulleys):  # the mass hangs below it
         hook = at + 30.0 * sheet.down
         yield Stroke(np.array([at, hook]), sheet.pen(item), **named)
         at = hook
-    along = sheet.settled.leans.get(item.body, _own_axis(sheet, item))
-    corners = rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
+    others = (i.form for i in sheet.touched.get(item.body, ()) if isinstance(i.form, Symbol))
+    axes = (form.axis for form in others if form.kind in ("slider", "hanger"))
+    along = sheet.settled.leans.get(item.body, unit2(sheet.way(item.body, next(axes, (1.0, 0.0, 0.0)))))
+    corners = _rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
     yield Stroke(corners, sheet.pen(item), closed=True, fill=BODY, **named)
 
 
-def rectangle(at: Floats, along: Floats, length: float, height: float) -> Floats:
+def _rectangle(at: Floats, along: Floats, length: float, height: float) -> Floats:
     """Return the corners (4, 2) of a rectangle about a place."""
     across = left(along)
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     return np.array([at + i * length / 2 * along + j * height / 2 * across for i, j in signs])
-
-
-def _own_axis(sheet: Sheet, item: Item) -> Floats:
-    """Return the direction of a block on the page: that of its joint, or of its body."""
-    for other in sheet.touched.get(item.body, ()):
-        if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
-            return unit2(sheet.way(item.body, other.form.axis))
-    return unit2(sheet.way(item.body, (1.0, 0.0, 0.0)))
-
-
-def _carries_pulley(sheet: Sheet, item: Item, symbol: Symbol) -> bool:
-    """Return whether a pulley without a radius is where a mass is, which then hangs below it."""
-    pulleys = (i for i in sheet.touched.get(item.body, ()) if i.role == "pulley" and isinstance(i.form, Symbol))
-    return any(i.form.at == symbol.at for i in pulleys if isinstance(i.form, Symbol))
 
 
 def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:

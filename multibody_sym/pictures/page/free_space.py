@@ -18,7 +18,7 @@ from multibody_sym.pictures.page.picture import (
     Placed,
     Simple,
     Stroke,
-    Text,
+    TextMark,
     Wish,
     simple,
     width_of,
@@ -37,18 +37,16 @@ _STRIDE: Final = 3.0
 
 def segments_of(mark: Simple) -> Floats:
     """Return the lines of a mark as (n, 4): from x, y to x, y; none of letters and of areas without an outline."""
-    if isinstance(mark, Text) or (mark.pen is None and not _head(mark)):
+    if isinstance(mark, TextMark):
+        return np.zeros((0, 4))
+    dark = mark.fill is not None and int(mark.fill[1:3], 16) < 0xC0  # such as the head of an arrow
+    if mark.pen is None and not dark:
         return np.zeros((0, 4))
     points = np.asarray(mark.points, dtype=float)
     if isinstance(mark, Arc):
         return np.hstack((points[:-1], points[1:]))
     around = np.vstack((points, points[:1])) if mark.closed else points
     return np.hstack((around[:-1], around[1:]))
-
-
-def _head(mark: Simple) -> bool:
-    """Whether an area without an outline is a dark mark of its own, such as an arrow's head, and no body's surface."""
-    return not isinstance(mark, Text) and mark.fill is not None and int(mark.fill[1:3], 16) < 0xC0
 
 
 def crossings(boxes: Floats, segments: Floats) -> Floats:
@@ -103,7 +101,7 @@ class Room:
     def take(self, mark: Placed) -> None:
         """Let a mark take its place."""
         for part in simple(mark):
-            if isinstance(part, Text):
+            if isinstance(part, TextMark):
                 self._letters.append(part.box[1:])
             else:
                 self._segments.append(segments_of(part))
@@ -112,7 +110,7 @@ class Room:
                 if part.fill is not None and len(part.points) > 2:
                     self._areas.append(np.asarray(part.points))
 
-    def forget(self, letters: Text) -> None:
+    def forget(self, letters: TextMark) -> None:
         """Let letters give up their place."""
         self._letters.remove(letters.box[1:])
 
@@ -229,8 +227,6 @@ _MISLEADING: Final = 12.0
 FOREIGN: Final = 9.0
 """Cost of a place on something filled."""
 
-_NEVER: Final = 1e6
-
 
 class Candidates:
     """Places for one label: centres (m, 2), where each starts from (m, 2), its distance and cost (m,)."""
@@ -301,27 +297,21 @@ def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
     found: list[Placed] = []
     for i in sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i)):
         others = [np.asarray(w.about, dtype=float) for j, w in enumerate(wishes) if j != i]
-        marks = _placed(room, tried[i], others) or _further(room, wishes[i], others)
+        marks = _marks_at_best(room, tried[i], others)
+        for steps in FURTHER:  # away from everything
+            marks = marks or _marks_at_best(room, Candidates(wishes[i], steps), others)
+        marks = marks or _outside(room, wishes[i])
         for mark in marks:
             room.take(mark)
         found.extend(marks)
     return found
 
 
-def _further(room: Room, wish: Wish, others: Sequence[Floats]) -> list[Placed]:
-    """Return a label away from everything, with its leader; outside of what is drawn there is always room."""
-    for steps in FURTHER:
-        marks = _placed(room, Candidates(wish, steps), others)
-        if marks:
-            return marks
-    return _outside(room, wish)
-
-
 def _outside(room: Room, wish: Wish) -> list[Placed]:
     """Return a label below all that is drawn, without a leader, which would cross other letters."""
     low = [float(each[:, 1::2].min()) for each in (room.segments, room.letters) if len(each)]
     at = np.array([float(np.asarray(wish.about)[0, 0]), min(low, default=0.0) - 2.0 * wish.size])
-    return [Text(at, wish.runs, wish.size, wish.colour, **_named(wish))]
+    return [TextMark(at, wish.runs, wish.size, wish.colour, **_named(wish))]
 
 
 def _lines(room: Room, one: Candidates) -> Floats:
@@ -329,31 +319,35 @@ def _lines(room: Room, one: Candidates) -> Floats:
     return room.near(np.asarray(one.wish.about, dtype=float), reach)
 
 
-def _placed(room: Room, one: Candidates, others: Sequence[Floats]) -> list[Placed]:
+def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> list[Placed]:
     """Return the letters at the cheapest free candidate, with a leader where they are far; nothing if none is free."""
     lines = _lines(room, one)
     free = np.flatnonzero(room.touched(one.boxes, lines) == 0)
     if not len(free):
         return []
     cost = one.cost[free] + _doubt(room, one, others, free)
-    best: tuple[float, int, list[float] | None] | None = None
+    best: tuple[float, int, Floats | None] | None = None
     for k in np.argsort(cost, kind="stable"):
         i = int(free[k])
         if best is not None and cost[k] >= best[0]:
             break
         leader = _leader(one, i)
-        dear = cost[k] if leader is None else cost[k] + _crossed(room, leader)
-        if dear < _NEVER:
-            best = min(best or (dear, i, leader), (dear, i, leader), key=lambda tried: tried[0])
-    return [] if best is None else _marks(one, *best[1:])
-
-
-def _crossed(room: Room, leader: list[float]) -> float:
-    """Return what it costs a leader to run along and over other lines; over letters it never goes."""
-    ends = np.array(leader).reshape(2, 2)
-    if crossings(room.letters, np.array([leader])).any():
-        return _NEVER
-    return 0.5 * room.crowded(ends[0], ends[1])
+        if leader is None:
+            dear = cost[k]
+        elif crossings(room.letters, leader.reshape(1, 4)).any():  # over letters it never goes
+            continue
+        else:
+            dear = cost[k] + 0.5 * room.crowded(*leader)
+        best = min(best or (dear, i, leader), (dear, i, leader), key=lambda tried: tried[0])
+    if best is None:
+        return []
+    _, i, leader = best
+    wish, box = one.wish, one.boxes[i]
+    at = np.array([box[0], box[1] + DESCENT * wish.size])
+    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **_named(wish))]
+    if leader is not None:
+        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **_named(wish)))
+    return marks
 
 
 def _doubt(room: Room, one: Candidates, others: Sequence[Floats], free: Any) -> Floats:
@@ -373,23 +367,14 @@ def _apart(points: Floats, about: Floats) -> Floats:
     return found
 
 
-def _leader(one: Candidates, i: int) -> list[float] | None:
-    """Return the line that leads to a far label."""
+def _leader(one: Candidates, i: int) -> Floats | None:
+    """Return the line (2, 2) that leads to a far label."""
     if one.distance[i] < LEADER:
         return None
     base, box = one.base[i], one.boxes[i]
     end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)
     way = (end - base) / (np.hypot(*(end - base)) or 1.0)
-    return [*(base + min(one.wish.clear, 2.0) * way), *end]
-
-
-def _marks(one: Candidates, i: int, leader: list[float] | None) -> list[Placed]:
-    wish, box = one.wish, one.boxes[i]
-    at = np.array([box[0], box[1] + DESCENT * wish.size])
-    marks: list[Placed] = [Text(at, wish.runs, wish.size, wish.colour, **_named(wish))]
-    if leader is not None:
-        marks.append(Stroke(np.array(leader).reshape(2, 2), replace(THIN, colour=wish.colour), **_named(wish)))
-    return marks
+    return np.array([base + min(one.wish.clear, 2.0) * way, end])
 
 
 def _named(wish: Wish) -> dict[str, Any]:

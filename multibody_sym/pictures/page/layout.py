@@ -17,16 +17,16 @@ from multibody_sym.pictures.page.picture import (
     LAYER_TEXT,
     PIN,
     THIN,
+    AngleArc,
     Arc,
     Arrow,
-    Bend,
+    LegendLine,
     Mark,
     Measure,
-    Note,
     Picture,
     Placed,
     Stroke,
-    Text,
+    TextMark,
     Wish,
     box_of,
     in_order,
@@ -100,7 +100,7 @@ def _cheapest(room: Room, one: Measure) -> _Line:
     return best
 
 
-def _named(one: Measure | Bend, layer: int = LAYER_ARROW) -> dict[str, Any]:
+def _named(one: Measure | AngleArc, layer: int = LAYER_ARROW) -> dict[str, Any]:
     return {"role": one.role, "name": one.name, "layer": float(layer)}
 
 
@@ -115,7 +115,8 @@ class _Line:
         self.away = np.sign(offset) * np.array([-self.along[1], self.along[0]])
         self.ends = self.feet + abs(offset) * self.away
         wide, high = width_of(one.runs, one.size), (HEIGHT + DESCENT) * one.size
-        self.gap = _chord(self.along, wide + 3.0, high + 1.0)
+        x, y = np.abs(self.along)  # the gap is as long as the line within a box around its letters
+        self.gap = float(min((wide + 3.0) / x if x > 1e-9 else np.inf, (high + 1.0) / y if y > 1e-9 else np.inf))
         self.inside = self.length * 2 * min(part, 1 - part) >= self.gap + 2 * _HEAD + 4.0
         self.centre = self.ends[0] + part * self.length * self.along if self.inside else self._beyond(part)
         self.box = box_at(self.centre[None], wide, high)
@@ -169,10 +170,10 @@ class _Line:
         return [*found, *(Arrow(np.array(pair), THIN, head=_HEAD, **named) for pair in zip(tails, tips, strict=True))]
 
     @property
-    def letters(self) -> Text:
+    def letters(self) -> TextMark:
         """The letters in their place."""
         at = np.array([self.box[0, 0], self.box[0, 1] + DESCENT * self.one.size])
-        return Text(at, self.one.runs, self.one.size, **_named(self.one, LAYER_TEXT))
+        return TextMark(at, self.one.runs, self.one.size, **_named(self.one, LAYER_TEXT))
 
     @property
     def wish(self) -> Wish:
@@ -190,13 +191,7 @@ class _Line:
         return bool(crossings(self.box, room.segments)[0] + overlaps(self.box, room.letters)[0] > 1)
 
 
-def _chord(along: Floats, wide: float, high: float) -> float:
-    """Return the length of a line in a direction within a box about its middle."""
-    x, y = np.abs(along)
-    return float(min(wide / x if x > 1e-9 else np.inf, high / y if y > 1e-9 else np.inf))
-
-
-def place_bends(room: Room, bends: Sequence[Bend]) -> tuple[list[Placed], list[Wish]]:
+def place_bends(room: Room, bends: Sequence[AngleArc]) -> tuple[list[Placed], list[Wish]]:
     """Return the arcs of angles, which then have their places, and the wishes of their letters."""
     found: list[Placed] = []
     wishes: list[Wish] = []
@@ -211,7 +206,10 @@ def place_bends(room: Room, bends: Sequence[Bend]) -> tuple[list[Placed], list[W
         for mark in marks:
             room.take(mark)
         found.extend(marks)
-        wishes.append(_letters(one, radius))
+        middle = (one.start + one.stop) / 2  # letters stand outside of the arc, in the middle if there is room
+        points = Arc(at, radius, THIN, one.start, one.stop).points
+        prefer = float(np.cos(middle)), float(np.sin(middle))
+        wishes.append(Wish(points, one.runs, prefer, 2.0, one.size, role=one.role, name=one.name))
     return found, wishes
 
 
@@ -219,7 +217,7 @@ def _ray(at: Floats, angle: float, near: float, far: float) -> Floats:
     return at + np.outer((near, far), (np.cos(angle), np.sin(angle)))
 
 
-def _arc_cost(room: Room, one: Bend, radius: float) -> float:
+def _arc_cost(room: Room, one: AngleArc, radius: float) -> float:
     """Return what an arc of this radius costs: it lies where it can be told from other lines."""
     points = Arc(np.asarray(one.at), radius, THIN, one.start, one.stop).points
     inner = points[1:-1] if len(points) > 4 else points
@@ -227,7 +225,7 @@ def _arc_cost(room: Room, one: Bend, radius: float) -> float:
     return radius + 1.5 * crowded
 
 
-def _arc_marks(one: Bend, radius: float) -> list[Placed]:
+def _arc_marks(one: AngleArc, radius: float) -> list[Placed]:
     named, at = _named(one), np.asarray(one.at, dtype=float)
     arc = Arc(at, radius, THIN, one.start, one.stop)
     marks: list[Placed] = [
@@ -235,20 +233,10 @@ def _arc_marks(one: Bend, radius: float) -> list[Placed]:
         for angle, wanted in zip((one.start, one.stop), one.lines, strict=True)
         if wanted
     ]
-    points = arc.points if len(arc.points) > 2 else Arc(at, radius, THIN, one.start, one.stop).points
     head = min(_HEAD, 0.45 * radius * abs(one.stop - one.start))
-    ordered = points[::-1] if one.tip == 0 else points
+    ordered = arc.points[::-1] if one.tip == 0 else arc.points
     marks.append(Arrow(ordered, THIN, both=one.tip is None, head=head, **named))
     return marks
-
-
-def _letters(one: Bend, radius: float) -> Wish:
-    """Return the wish of an angle's letters: outside of its arc, in the middle if there is room."""
-    middle = (one.start + one.stop) / 2
-    points = Arc(np.asarray(one.at), radius, THIN, one.start, one.stop).points
-    return Wish(
-        points, one.runs, (float(np.cos(middle)), float(np.sin(middle))), 2.0, one.size, role=one.role, name=one.name
-    )
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -265,28 +253,25 @@ def laid_out(marks: Iterable[Mark], title: str, description: str = "") -> Pictur
     Nothing is cut off: the page is as large as what is drawn.
     """
     given = list(marks)
-    placed = [mark for mark in given if not isinstance(mark, (Wish, Measure, Bend, Note))]
+    placed = [mark for mark in given if not isinstance(mark, (Wish, Measure, AngleArc, LegendLine))]
     room = Room(placed)  # type: ignore[arg-type]
-    arcs, letters = place_bends(room, [mark for mark in given if isinstance(mark, Bend)])
+    arcs, letters = place_bends(room, [mark for mark in given if isinstance(mark, AngleArc)])
     lines, told = place_measures(room, [mark for mark in given if isinstance(mark, Measure)])
     labels = place_labels(room, [*letters, *told, *(mark for mark in given if isinstance(mark, Wish))])
     drawn: list[Placed] = [*placed, *arcs, *lines, *labels]  # type: ignore[list-item]
-    legend = _legend(drawn, [mark for mark in given if isinstance(mark, Note)])
-    return _paged(in_order([*drawn, *legend]), title, description)
+    legend = _legend(drawn, [mark for mark in given if isinstance(mark, LegendLine)])
+    marks = in_order([*drawn, *legend])
+    left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
+    shift = np.array([MARGIN - left, MARGIN - bottom])
+    width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
+    return Picture(width, height, [moved(mark, shift) for mark in marks], title, description)
 
 
-def _legend(drawn: list[Placed], notes: list[Note]) -> Iterator[Text]:
+def _legend(drawn: list[Placed], notes: list[LegendLine]) -> Iterator[TextMark]:
     """Yield the lines of a legend below all that is drawn, from its left edge on."""
     if not notes:
         return
     left, bottom, _, _ = bounds(box_of(part) for mark in drawn for part in simple(mark))
     for k, note in enumerate(notes, 1):
         at = np.array([left, bottom - 4.0 - _LINE * k * note.size])
-        yield Text(at, note.runs, note.size, role=note.role, name=note.name, layer=note.layer)
-
-
-def _paged(marks: list[Placed], title: str, description: str) -> Picture:
-    left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
-    shift = np.array([MARGIN - left, MARGIN - bottom])
-    width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
-    return Picture(width, height, [moved(mark, shift) for mark in marks], title, description)
+        yield TextMark(at, note.runs, note.size, role=note.role, name=note.name, layer=note.layer)

@@ -2,7 +2,7 @@
 
 Every mark says what it belongs to by `role` (body, joint, rope, dimension, ...) and `name`. Marks of a greater `layer`
 hide those of a smaller one; within a layer those of a greater `depth` (nearer to the reader) do, then those that come
-later. `Wish`, `Measure`, `Bend` and `Note` are marks whose place the layout still has to find.
+later. `Wish`, `Measure`, `Bend` and `LegendLine` are marks whose place the layout still has to find.
 """
 
 from __future__ import annotations
@@ -79,10 +79,10 @@ def run_width(run: Run, size: float) -> float:
     text, style = run
     scale = size * (SUBSCRIPT if style == "subscript" else 1.0)
     table = _WIDTHS[style]
-    return scale * sum(table.get(letter) or _unlisted(letter) for letter in text)
+    return scale * sum(table.get(letter) or _width_of_unlisted(letter) for letter in text)
 
 
-def _unlisted(letter: str) -> float:
+def _width_of_unlisted(letter: str) -> float:
     if unicodedata.combining(letter):
         return 0.0
     if letter == _THIN_SPACE:
@@ -130,14 +130,12 @@ def printable(text: str) -> str:
 
     Characters that no backend can show stand as a replacement character.
     """
-    kept = [" " if c.isspace() else c if _shows(c) else "\ufffd" for c in text[: LONGEST + 1]]
+    kept = []
+    for c in text[: LONGEST + 1]:
+        unseen = unicodedata.category(c)[0] == "C"  # a control, a direction, a surrogate or unassigned
+        kept.append(" " if c.isspace() else "\ufffd" if unseen else c)
     line = " ".join("".join(kept).split())
     return line if len(text) <= LONGEST else line[:LONGEST] + "…"
-
-
-def _shows(character: str) -> bool:
-    """Whether a character is a mark on paper: neither a control, a direction, a surrogate nor unassigned."""
-    return unicodedata.category(character)[0] != "C"
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -232,7 +230,7 @@ class Arrow(Mark):
 
 
 @dataclass(frozen=True, eq=False)
-class Text(Mark):
+class TextMark(Mark):
     """One line of letters; `at` is the left end of its baseline, `size` in points."""
 
     at: Floats
@@ -274,7 +272,7 @@ class Measure(Mark):
 
 
 @dataclass(frozen=True, eq=False)
-class Bend(Mark):
+class AngleArc(Mark):
     """An angle that wants an arc about `at`, counterclockwise from `start` to `stop` in radians, with its letters.
 
     `lines` says for each of the two sides whether a thin line must show it, because nothing drawn lies there;
@@ -291,18 +289,18 @@ class Bend(Mark):
 
 
 @dataclass(frozen=True, eq=False)
-class Note(Mark):
+class LegendLine(Mark):
     """One line of letters of the legend, which stands below all that is drawn."""
 
     runs: tuple[Run, ...]
     size: float = 10.0
 
 
-Placed = Stroke | Arc | Hatch | Arrow | Text
+Placed = Stroke | Arc | Hatch | Arrow | TextMark
 """A mark that has its place."""
-Simple = Stroke | Arc | Text
+Simple = Stroke | Arc | TextMark
 """A mark that a backend draws."""
-Wanted = Wish | Measure | Bend | Note
+Wanted = Wish | Measure | AngleArc | LegendLine
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,14 +338,14 @@ def moved(mark: Placed, shift: Floats) -> Placed:
     """Return a mark farther by `shift` (2)."""
     if isinstance(mark, Arc):
         return replace(mark, centre=np.asarray(mark.centre) + shift)
-    if isinstance(mark, Text):
+    if isinstance(mark, TextMark):
         return replace(mark, at=np.asarray(mark.at) + shift)
     return replace(mark, points=np.asarray(mark.points) + shift)
 
 
 def box_of(mark: Simple) -> Box:
     """Return what a mark covers, half the width of its pen included."""
-    if isinstance(mark, Text):
+    if isinstance(mark, TextMark):
         return mark.box
     points = np.asarray(mark.points)
     edge = mark.pen.width / 2 if mark.pen else 0.0
@@ -396,23 +394,18 @@ def _with_heads(mark: Arrow) -> list[Simple]:
     size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
     found: list[Simple] = []
     for end in (-1, 0) if mark.both else (-1,):
-        tip, back = points[end].copy(), _back(points, end, size)
-        away = tip - back
+        tip = points[end].copy()
+        away = tip - _shortened(points, end, size)[end]
         away = away / (np.hypot(*away) or 1.0)
         across = np.array([-away[1], away[0]]) * size * 0.32
         foot = tip - size * away
         head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
         found.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
-        points = _cut(points, end, size * 0.7)
+        points = _shortened(points, end, size * 0.7)
     return [Stroke(points, mark.pen, **named), *found]
 
 
-def _back(points: Floats, end: int, size: float) -> Floats:
-    """Return the point of a polyline that lies `size` before one of its ends."""
-    return np.asarray(_cut(points, end, size)[end])
-
-
-def _cut(points: Floats, end: int, size: float) -> Floats:
+def _shortened(points: Floats, end: int, size: float) -> Floats:
     """Return a polyline shorter by `size` at one of its ends."""
     ordered = points if end == -1 else points[::-1]
     kept, left = [np.asarray(p) for p in ordered], size
@@ -551,9 +544,11 @@ def view_of(
     if asked is None:
         return usual
     if isinstance(asked, str) and (asked == "iso" or asked in VIEWS):
-        right, up = _turned(*ISO, upward) if asked == "iso" else _projection_named(str(asked), upward)
+        axes = _axes(upward)
+        named = [_vector(axes @ np.array(way)) for way in VIEWS.get(asked, ())]
+        right, up = named or _turned_view(*ISO, upward)
     else:
-        right, up = _turned(*_angles(asked), upward)
+        right, up = _turned_view(*_angles(asked), upward)
     toward = np.cross(right, up)
     flat = plane is not None and abs(float(np.dot(toward, np.asarray(plane, dtype=float)))) > 1.0 - 1e-9
     return Projection(right, up, 1.0, flat)
@@ -587,13 +582,7 @@ def _axes(upward: Sequence[float]) -> Floats:
     return np.column_stack((right, up, np.cross(right, up)))
 
 
-def _projection_named(name: str, upward: Sequence[float]) -> Pair:
-    axes = _axes(upward)
-    right, up = (axes @ np.array(direction) for direction in VIEWS[name])
-    return _vector(right), _vector(up)
-
-
-def _turned(azimuth: float, elevation: float, upward: Sequence[float]) -> Pair:
+def _turned_view(azimuth: float, elevation: float, upward: Sequence[float]) -> Pair:
     """Return the page's axes of a reader who went around by the azimuth, from the front to the right, and then up."""
     a, e = math.radians(azimuth), math.radians(elevation)
     axes = _axes(upward)

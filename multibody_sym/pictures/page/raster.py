@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Simple, Stroke, Text, run_width
+from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Stroke, TextMark, run_width
 from multibody_sym.pictures.page.plot_files import plain_style
 
 DOTS: Final = 200
@@ -20,8 +20,9 @@ def raster(picture: Picture, ending: str) -> bytes:
     content = io.BytesIO()
     with plain_style():
         figure = _figure(picture, DOTS)
-        known = {"Title": picture.title, "CreationDate": None} if ending == "pdf" else {"Title": picture.title}
-        figure.savefig(content, format=ending, dpi=DOTS, metadata={**known, **_nameless(ending)})
+        nameless = ("CreationDate", "Creator", "Producer") if ending == "pdf" else ("Software",)  # no versions, no date
+        metadata = {"Title": picture.title, **dict.fromkeys(nameless)}
+        figure.savefig(content, format=ending, dpi=DOTS, metadata=metadata)
     return content.getvalue()
 
 
@@ -47,20 +48,9 @@ def _figure(picture: Picture, dots: int) -> Any:
     axes.set_xlim(0.0, picture.width)
     axes.set_ylim(0.0, picture.height)
     for order, mark in enumerate(picture.simple):
-        for artist in _artists(mark, order):
+        for artist in _letters(mark, order) if isinstance(mark, TextMark) else [_line(mark, order)]:
             axes.add_artist(artist)
     return figure
-
-
-def _nameless(ending: str) -> dict[str, None]:
-    """Return the entries of a file that would name versions of libraries."""
-    return {"Creator": None, "Producer": None} if ending == "pdf" else {"Software": None}
-
-
-def _artists(mark: Simple, order: int) -> list[Any]:
-    if isinstance(mark, Text):
-        return _letters(mark, order)
-    return [_line(mark, order)]
 
 
 def _line(mark: Stroke | Arc, order: int) -> Any:
@@ -89,7 +79,7 @@ def _line(mark: Stroke | Arc, order: int) -> Any:
     )
 
 
-def _letters(mark: Text, order: int) -> list[Any]:
+def _letters(mark: TextMark, order: int) -> list[Any]:
     """Return the runs as outlines of STIX letters, as wide as the layout took them to be; a $ starts no formula."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.patches import PathPatch

@@ -8,8 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Pen, Picture, Simple, Stroke, Text, run_width
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Pen, Picture, Simple, Stroke, TextMark, run_width
 
 FAMILY: Final = "'Times New Roman',Times,'Liberation Serif','Nimbus Roman','STIX Two Text',serif"
 _ESCAPED: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#39;"}
@@ -25,54 +24,46 @@ def svg(picture: Picture, *, alone: bool = True) -> str:
     lines = [
         f'{head}<svg xmlns="http://www.w3.org/2000/svg" version="1.1" role="img" width="{width}pt" height="{height}pt" '
         f'viewBox="0 0 {width} {height}">',
-        f"<title>{escaped(picture.title)}</title>",
-        f"<desc>{escaped(picture.description)}</desc>",
+        f"<title>{escaped_xml(picture.title)}</title>",
+        f"<desc>{escaped_xml(picture.description)}</desc>",
         f'<rect width="{width}" height="{height}" fill="#ffffff"/>',
         f'<g font-family="{FAMILY}" stroke-linejoin="round" stroke-linecap="round">',
-        *elements(picture.simple, picture.height),
+        *svg_elements(picture.simple, picture.height),
         "</g>",
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
 
 
-def elements(marks: Iterable[Simple], height: float) -> Iterator[str]:
+def svg_elements(marks: Iterable[Simple], height: float) -> Iterator[str]:
     """Yield marks as elements of an SVG whose page has a height in points."""
-    return (line for mark in marks for line in _written(mark, height))
+    for mark in marks:
+        if isinstance(mark, TextMark):
+            yield _letters(mark, height)
+        elif isinstance(mark, Arc) and mark.full:
+            x, y = mark.centre
+            yield f'<circle cx="{number(x)}" cy="{number(height - y)}" r="{number(mark.radius)}"{_paint(mark)}/>'
+        elif isinstance(mark, Arc):
+            yield f'<path d="{_arc(mark, height)}"{_paint(mark)}/>'
+        else:
+            places = [f"{number(x)} {number(height - y)}" for x, y in np.asarray(mark.points).tolist()]
+            yield f'<path d="M{"L".join(places)}{"Z" if mark.closed else ""}"{_paint(mark)}/>'
 
 
-def escaped(text: str) -> str:
+def escaped_xml(text: str) -> str:
     """Return text in which XML finds no tag, entity or quote, without characters that XML does not allow."""
-    return "".join(_ESCAPED.get(c, c) if _allowed(c) else "\ufffd" for c in text)
-
-
-def _allowed(character: str) -> bool:
-    code = ord(character)
-    blank = unicodedata.category(character) == "Zs"  # such as the thin one of a product
-    return character.isprintable() or blank or character in "\t\n" or 0xE000 <= code < 0xFFFE or code > 0xFFFF
+    kept = []
+    for c in text:
+        blank = unicodedata.category(c) == "Zs"  # such as the thin one of a product
+        allowed = c.isprintable() or blank or c in "\t\n" or 0xE000 <= ord(c) < 0xFFFE or ord(c) > 0xFFFF
+        kept.append(_ESCAPED.get(c, c) if allowed else "\ufffd")
+    return "".join(kept)
 
 
 def number(value: float) -> str:
     """Return a length to a hundredth of a point, as short as it goes."""
     shown = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if shown == "-0" else shown
-
-
-def _written(mark: Simple, height: float) -> Iterator[str]:
-    if isinstance(mark, Text):
-        yield _letters(mark, height)
-    elif isinstance(mark, Arc) and mark.full:
-        x, y = mark.centre
-        yield f'<circle cx="{number(x)}" cy="{number(height - y)}" r="{number(mark.radius)}"{_paint(mark)}/>'
-    elif isinstance(mark, Arc):
-        yield f'<path d="{_arc(mark, height)}"{_paint(mark)}/>'
-    else:
-        yield f'<path d="{_line(np.asarray(mark.points), mark.closed, height)}"{_paint(mark)}/>'
-
-
-def _line(points: Floats, closed: bool, height: float) -> str:
-    places = [f"{number(x)} {number(height - y)}" for x, y in points.tolist()]
-    return "M" + "L".join(places) + ("Z" if closed else "")
 
 
 def _arc(mark: Arc, height: float) -> str:
@@ -96,7 +87,7 @@ def _paint(mark: Stroke | Arc) -> str:
     return f'{fill} stroke="{pen.colour}" stroke-width="{number(pen.width)}"{dash}'
 
 
-def _letters(mark: Text, height: float) -> str:
+def _letters(mark: TextMark, height: float) -> str:
     """Return one text with a span for each run, each as wide as the layout took it to be."""
     x, y = (float(v) for v in mark.at)
     spans = []
@@ -109,7 +100,7 @@ def _letters(mark: Text, height: float) -> str:
         slanted = ' font-style="italic"' if style == "italic" else ""
         spans.append(
             f'<tspan x="{number(x)}" y="{number(height - y + low)}" font-size="{number(size)}"{slanted} '
-            f'textLength="{number(wide)}" lengthAdjust="spacingAndGlyphs">{escaped(text)}</tspan>'
+            f'textLength="{number(wide)}" lengthAdjust="spacingAndGlyphs">{escaped_xml(text)}</tspan>'
         )
         x += wide
     colour = "" if mark.colour == "#000000" else f' fill="{mark.colour}"'

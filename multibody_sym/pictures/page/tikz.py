@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Simple, Stroke, Text, run_width
+from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Simple, Stroke, TextMark, run_width
 from multibody_sym.pictures.page.svg import number
 from multibody_sym.text.printer import GREEK
 
@@ -56,7 +56,7 @@ def tikz(picture: Picture, *, alone: bool = True) -> str:
         _FITTED,
         r"\begin{tikzpicture}[x=1bp,y=1bp,line join=round,line cap=round]",
         rf"\useasboundingbox (0,0) rectangle ({number(picture.width)},{number(picture.height)});",
-        *(line for mark in picture.simple for line in _written(mark)),
+        *(line for mark in picture.simple for line in _mark_lines(mark)),
         r"\end{tikzpicture}",
     ]
     if not alone:
@@ -65,13 +65,14 @@ def tikz(picture: Picture, *, alone: bool = True) -> str:
         rf"\usepackage[paperwidth={number(picture.width)}bp,paperheight={number(picture.height)}bp,margin=0bp]"
         r"{geometry}"
     )
-    title = f"\\pdfinfo{{/Title ({_info(picture.title)})}}"
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in " ,-") else " " for c in picture.title)
+    title = f"\\pdfinfo{{/Title ({plain})}}"
     page = [r"\hoffset-1in\voffset-1in\setbox1\hbox{%", *lines, r"}\shipout\box1"]
     body = [paper, title, r"\begin{document}", *page, r"\end{document}"]
     return _HEAD + "\n".join(body) + "\n"
 
 
-def escaped(text: str) -> str:
+def escaped_tex(text: str) -> str:
     """Return text in which TeX finds no command; letters that its fonts lack as the nearest that they have, or as ?."""
     return "".join(_SPECIAL.get(c) or _LETTERS.get(c) or _nearest(c) for c in text)
 
@@ -85,13 +86,8 @@ def _nearest(character: str) -> str:
     return "".join(_SPECIAL.get(c, c) for c in plain) if plain else "?"
 
 
-def _info(text: str) -> str:
-    """Return text for the entries of a PDF: letters, digits and blanks alone."""
-    return "".join(c if c.isascii() and (c.isalnum() or c in " ,-") else " " for c in text)
-
-
-def _written(mark: Simple) -> Iterator[str]:
-    if isinstance(mark, Text):
+def _mark_lines(mark: Simple) -> Iterator[str]:
+    if isinstance(mark, TextMark):
         yield from _letters(mark)
         return
     if isinstance(mark, Arc):
@@ -134,7 +130,7 @@ def _colour(code: str) -> str:
     return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
 
 
-def _letters(mark: Text) -> Iterator[str]:
+def _letters(mark: TextMark) -> Iterator[str]:
     """Yield a node for each run, in a box of the width that the layout took it to have."""
     x, y = (float(v) for v in mark.at)
     colour = "" if mark.colour == "#000000" else f",text={_colour(mark.colour)}"
@@ -148,6 +144,6 @@ def _letters(mark: Text) -> Iterator[str]:
             yield (
                 rf"\node[anchor=base west,inner sep=0pt,outer sep=0pt{colour}] at ({number(x)},{number(y - low)}) "
                 rf"{{\fontsize{{{number(size)}pt}}{{{number(size)}pt}}\selectfont{slanted}"
-                rf"\fitted{{{number(wide)}bp}}{{{escaped(text)}}}}};"
+                rf"\fitted{{{number(wide)}bp}}{{{escaped_tex(text)}}}}};"
             )
         x += wide

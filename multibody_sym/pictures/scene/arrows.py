@@ -13,8 +13,8 @@ from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import velocity
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.model.bodies import GROUND as GROUND_NAME
-from multibody_sym.pictures.scene.items import GROUND, ZERO, Anchor, ArrowItem, Vector, unit, vector
-from multibody_sym.pictures.scene.joints import held
+from multibody_sym.pictures.scene.items import GROUND, ZERO, Anchor, ArrowItem, Vector, vector
+from multibody_sym.pictures.scene.joints import placed_joint
 from multibody_sym.pictures.scene.stage import Stage
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -32,7 +32,7 @@ _TURNED: Final = re.compile(r"-?(\w+)\*(cos|sin)\((.+)\)")
 
 
 @dataclass(frozen=True)
-class Law:
+class ArrowLaw:
     """What an arrow is at a state: three expressions along the axes of a body, or one along an axis of it."""
 
     nodes: tuple[Node, ...]
@@ -64,25 +64,29 @@ class Law:
         return found
 
 
-Arrow = tuple[ArrowItem, Law]
+Arrow = tuple[ArrowItem, ArrowLaw]
 
 
 def arrow_items(stage: Stage) -> Iterator[Arrow]:
-    """Yield gravity, and what each force of the model exerts."""
+    """Yield gravity, loads, given impulses, prescribed motions of ground and given speeds at the start."""
     if np.any(stage.gravity):
-        law = Law(tuple(stage.mechanism.gravity), GROUND)
+        law = ArrowLaw(tuple(stage.mechanism.gravity), GROUND)
         yield _item(stage, "gravity", "gravity", "g", ("gravity",), Anchor(GROUND, ZERO), law)
     for load in stage.mechanism.loads:
         make = _LAWS.get(type(load))
         if make is not None and load.path[0] == "forces":
             yield from make(stage, load)
     yield from _impulses(stage)
-    yield from _ground_moves(stage)
-    yield from _thrown(stage)
+    motion = stage.declared(GROUND_NAME).motion
+    for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
+        if node.shadow != 0:
+            path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), _constant(np.eye(3)[k])
+            yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
+    yield from _start_speeds(stage)
 
 
 def _item(
-    stage: Stage, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: Law
+    stage: Stage, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: ArrowLaw
 ) -> Arrow:
     motion = stage.motion
     return ArrowItem(role, name, label, path, at, vector(law.vector(motion)), vector(law.way(motion))), law
@@ -102,13 +106,12 @@ def letter_of(name: str, declared: Any) -> str:
 
 
 def _anchor(stage: Stage, marker: Marker) -> Anchor:
-    x, y, z = stage.motion.point(marker)
-    return Anchor(marker.body, vector((x, y, z)))
+    return Anchor(marker.body, vector(stage.motion.point(marker)))
 
 
 def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
     label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
-    law = Law(tuple(load.value), load.axes)
+    law = ArrowLaw(tuple(load.value), load.axes)
     yield _item(stage, "force", load.name, label, load.path, _anchor(stage, load.at), law)
 
 
@@ -116,7 +119,7 @@ def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
     label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
     name = stage.mechanism.bodies[load.body].name if load.body >= 0 else "ground"
     centre = Anchor(load.body, stage.centre(name) if name in stage.system.bodies else ZERO)
-    yield _item(stage, "torque", load.name, label, load.path, centre, Law(tuple(load.value), load.axes))
+    yield _item(stage, "torque", load.name, label, load.path, centre, ArrowLaw(tuple(load.value), load.axes))
 
 
 def _in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
@@ -124,7 +127,7 @@ def _in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
     element = stage.system.forces.get(load.name)
     if load.joint not in stage.system.joints:
         return
-    made = held(stage, load.joint)
+    made = placed_joint(stage, load.joint)
     freedom = getattr(element, "freedom", None)
     steps = [free.step for free in made.joint.free_steps] or list(made.joint.steps)
     names = [name for free in made.joint.free_steps for name in (made.name + f"_{free.step.coordinates[0].letter}",)]
@@ -133,15 +136,15 @@ def _in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
     axes = step.turns or step.slides
     if not axes:
         return
-    axis = made.parent.turned(unit(stage.vector(axes[0])))
+    law = ArrowLaw((load.value,), made.parent.body, made.on_parent(axes[0]))
     label = letter_of(load.name, getattr(element, "value", ()))
-    role = "torque" if step.turns else "force"
-    at = Anchor(made.child.body, made.child.point)
-    yield _item(stage, role, load.name, label, load.path, at, Law((load.value,), made.parent.body, axis))
+    role, at = "torque" if step.turns else "force", Anchor(made.child.body, made.child.point)
+    yield _item(stage, role, load.name, label, load.path, at, law)
 
 
 def _drag(stage: Stage, load: PointDrag) -> Iterator[Arrow]:
-    yield _item(stage, "drag", load.name, load.name, load.path, _anchor(stage, load.at), Law((), -1, moves=load.at))
+    law = ArrowLaw((), -1, moves=load.at)
+    yield _item(stage, "drag", load.name, load.name, load.path, _anchor(stage, load.at), law)
 
 
 _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
@@ -151,16 +154,6 @@ _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
     PointDrag: _drag,
 }
 """The arrow of each kind of load; others run between points and are strands."""
-
-
-def _ground_moves(stage: Stage) -> Iterator[Arrow]:
-    """Yield the directions in which ground moves as prescribed."""
-    motion = stage.declared(GROUND_NAME).motion
-    for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
-        if node.shadow != 0:
-            path = ("bodies", GROUND_NAME, "motion", "xyz"[k])
-            law = _constant(np.eye(3)[k])
-            yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
 
 
 def _impulses(stage: Stage) -> Iterator[Arrow]:
@@ -176,15 +169,14 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
             yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
 
 
-def _thrown(stage: Stage) -> Iterator[Arrow]:
+def _start_speeds(stage: Stage) -> Iterator[Arrow]:
     """Yield the speeds that are given at the start to what moves freely."""
     for name, joint in stage.system.joints.items():
-        made, given = held(stage, name), getattr(joint, "initial", None)
+        made, given = placed_joint(stage, name), getattr(joint, "initial", None)
         if joint.kind not in _FREE or given is None or given.u is None:
             continue
-        axes = [axis for step in joint.steps for axis in step.slides]
-        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(axes)]]
-        ways = [made.parent.turned(unit(stage.vector(axis))) for axis in axes]
+        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(made.slides)]]
+        ways = [made.on_parent(axis) for axis in made.slides]
         own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
         at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
         world = vector(stage.turned(made.parent.body, own))
@@ -192,6 +184,6 @@ def _thrown(stage: Stage) -> Iterator[Arrow]:
         yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
 
 
-def _constant(value: Floats) -> Law:
-    return Law(tuple(as_node(float(x)) for x in value), GROUND)
+def _constant(value: Floats) -> ArrowLaw:
+    return ArrowLaw(tuple(as_node(float(x)) for x in value), GROUND)
 

@@ -22,7 +22,6 @@ from multibody_sym.model.constraints import (
     VelocityConstraint,
 )
 from multibody_sym.model.contacts_and_impacts import Coefficient, copies
-from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
 from multibody_sym.pictures.scene.items import (
@@ -40,9 +39,9 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import Held, bounces, held, is_ball, is_led, wire_of
+from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, placed_joint, wire_of
 from multibody_sym.pictures.scene.marks import letters
-from multibody_sym.pictures.scene.stage import Place, Stage, curve_points, is_solid, references, same, surface_items
+from multibody_sym.pictures.scene.stage import Stage, curve_points, is_solid, references, same, surface_items
 from multibody_sym.pictures.scene.strands import anchor_behind
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import Node
@@ -73,8 +72,12 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
         solid = body.shape is None and any(is_solid(item) for item in surfaces)
         own = list(_forms(stage, name, body, _up_to_springs(stage, name, found[name]), solid=solid))
         yield from (Item("body", name, label, path, number, form) for form in own)
-        yield from _as_body(surfaces, name, label) if solid or not own else surfaces
-        if (body.shape is not None or body.inertia is not None) and not _marks_centre(own, stage.centre(name)):
+        for item in surfaces:  # one that shows all of a body has its name: its path begins like that of the surface
+            whole = is_solid(item) and (solid or not own)
+            yield replace(item, role="body", name=name, label=label) if whole else item
+        signs = [form for form in own if isinstance(form, Symbol)]
+        heavy = body.shape is not None or body.inertia is not None
+        if heavy and not any(same(sign.at, stage.centre(name)) for sign in signs):
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
 
 
@@ -84,19 +87,8 @@ def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Ve
     for element in stage.system.forces.values():
         first = anchor_behind(stage, element)
         if first is not None and first.body == stage.number_of(name) and first.body >= 0:
-            moved[held(stage, str(getattr(element, "joint", ""))).parent.point] = first.point
+            moved[placed_joint(stage, str(getattr(element, "joint", ""))).parent.point] = first.point
     return [moved.get(place, place) if len(places) > 1 else place for place in places]
-
-
-def _as_body(surfaces: Sequence[Item], name: str, label: str) -> Iterator[Item]:
-    """Yield surfaces, those that show all of a body under its name: its path is the beginning of theirs."""
-    for item in surfaces:
-        yield replace(item, role="body", name=name, label=label) if is_solid(item) else item
-
-
-def _marks_centre(forms: Sequence[Form], centre: Vector) -> bool:
-    """Return whether a symbol stands for all of the body already where its centre of mass is."""
-    return any(isinstance(form, Symbol) and same(form.at, centre) for form in forms)
 
 
 def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
@@ -107,11 +99,15 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         yield from _arms(form, places)
         return
     centre = stage.centre(name)
-    wires = list(_wires(stage, name))
+    wires = [  # a body along whose curves joints guide others is these wires
+        wire_of(placed_joint(stage, word))
+        for word, joint in stage.system.joints.items()
+        if isinstance(joint, CurveJoint) and stage.body(joint.parent) == name
+    ]
     yield from wires
     if solid:
         shown = next(item.form for item in surface_items(stage, name) if is_solid(item))
-        if body.com is not None and not isinstance(shown, Face):
+        if body.com is not None and shown.sized:
             yield from _arms(shown, [centre])
         return
     if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
@@ -121,17 +117,12 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         nut = isinstance(stage.carrying(name), Screw)  # which the joint's sign shows
         yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
         return
-    if len(places) == 1 or body.inertia is None:
-        yield from _with_bob(stage, name, body, places, centre)
+    if len(places) == 1 or body.inertia is None:  # a rod from its places to its centre of mass
+        yield link([*apart, centre])
+        if body.inertia is None:
+            yield Symbol(_particle(stage, name, body) if len(apart) < len(places) else "bob", centre)
         return
     yield link([*places, centre] if body.com is not None else places)
-
-
-def _wires(stage: Stage, name: str) -> Iterator[Polyline]:
-    """Yield the curves of a moving body along which joints guide others: it is these wires."""
-    for joint_name, joint in stage.system.joints.items():
-        if isinstance(joint, CurveJoint) and stage.body(joint.parent) == name and name != GROUND:
-            yield wire_of(held(stage, joint_name))
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
@@ -157,16 +148,11 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
         return "rotor"
     if isinstance(joint, Fixed) and stage.is_ground(joint.parent):
         return "block"
-    return "bob" if not _touches_face(stage, name) else "block"
-
-
-def _touches_face(stage: Stage, name: str) -> bool:
-    """Return whether a particle lies on something, as a block does; what bounces without rubbing is a ball."""
-    for _, _, contact in copies(stage.system.contacts):
+    for _, _, contact in copies(stage.system.contacts):  # what bounces without rubbing is a ball
         others = [end for end in contact.between if end != name]
         if name in contact.between and not bounces(contact) and any(_is_flat(stage, other) for other in others):
-            return True
-    return False
+            return "block"
+    return "bob"
 
 
 def _is_flat(stage: Stage, reference: str) -> bool:
@@ -175,17 +161,6 @@ def _is_flat(stage: Stage, reference: str) -> bool:
     surface = body.surfaces.get(reference.rpartition(".")[2])
     kinds = [surface.kind] if surface is not None else [each.kind for each in body.surfaces.values()]
     return "plane" in kinds or (body.shape is not None and body.shape.kind == "box")
-
-
-def _with_bob(
-    stage: Stage, name: str, body: Body, places: Sequence[Vector], centre: Vector
-) -> Iterator[Form]:
-    """Yield the rod from the places of a particle, or of a body that is held at one, to its centre of mass."""
-    others = [place for place in places if not same(place, centre)]
-    yield link([*others, centre])
-    if body.inertia is None:
-        held = any(same(place, centre) for place in places)
-        yield Symbol(_particle(stage, name, body) if held else "bob", centre)
 
 
 def link(places: Sequence[Vector]) -> Polyline:
@@ -211,16 +186,15 @@ def hull(points: Floats) -> list[int]:
     def half(run: Sequence[int]) -> list[int]:
         found: list[int] = []
         for k in run:
-            while len(found) > 1 and _turn(points[found[-2]], points[found[-1]], points[k]) <= 0.0:
+            while len(found) > 1:
+                a, b, c = (points[each] for each in (*found[-2:], k))
+                if float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) > 0.0:
+                    break
                 found.pop()
             found.append(k)
         return found[:-1]
 
     return half(order) + half(order[::-1])
-
-
-def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -246,16 +220,13 @@ def pulley_items(stage: Stage) -> Iterator[Item]:
     """Yield the pulleys: their wheel, or a symbol where the rope bends at a point; and what holds those on ground."""
     for name, pulley in stage.system.pulleys.items():
         place = stage.place(pulley.at or pulley.body or GROUND)
-        radius, axis = stage.number(pulley.radius), place.turned(unit(stage.vector(pulley.axis)))
-        label, path = name, ("pulleys", name)
+        radius, axis = stage.number(pulley.radius), stage.axis(place, pulley.axis)
         grounded = pulley.body is None and stage.is_ground(pulley.at or GROUND)
-        common: dict[str, Any] = {"bodies": (), "on_ground": grounded}
-        if radius > 0.0:
-            yield Item("pulley", name, label, path, place.body, Disc(place.point, axis, radius), **common)
-            if pulley.body is None:
-                yield Item("pulley", name, "", path, place.body, Symbol("axle", place.point, axis), **common)
-        else:
-            yield Item("pulley", name, label, path, place.body, Symbol("pulley", place.point, axis), **common)
+        wheel = Disc(place.point, axis, radius) if radius > 0.0 else Symbol("pulley", place.point, axis)
+        item = Item("pulley", name, name, ("pulleys", name), place.body, wheel, on_ground=grounded)
+        yield item
+        if radius > 0.0 and pulley.body is None:
+            yield replace(item, label="", form=Symbol("axle", place.point, axis))
 
 
 # --- constraints ---------------------------------------------------------------------------------------------------
@@ -269,19 +240,14 @@ def constraint_items(stage: Stage) -> Iterator[Item]:
             yield from make(stage, name, element)
 
 
-def _turns(joint: Held) -> list[Point]:
-    """Return the axes about which a joint turns."""
-    return [axis for step in joint.joint.steps for axis in step.turns]
-
-
 def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
     """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
-    path, made = ("constraints", name), [held(stage, joint) for joint in gear.joints]
+    path, made = ("constraints", name), [placed_joint(stage, joint) for joint in gear.joints]
     ratio = abs(stage.number(gear.ratio, 1.0)) or 1.0
     if gear.radii is not None:
         radii = [stage.number(radius) for radius in gear.radii]
-    elif not all(_turns(each) for each in made):  # a rack: the ratio is a radius, or one over it
-        radii = [1.0 / ratio if _turns(made[0]) else 0.0, 0.0 if _turns(made[0]) else ratio]
+    elif not all(each.turns for each in made):  # a rack: the ratio is a radius, or one over it
+        radii = [1.0 / ratio if made[0].turns else 0.0, 0.0 if made[0].turns else ratio]
     else:
         first, second = (stage.world(each.parent.body, each.parent.point) for each in made)
         distance = float(np.linalg.norm(first - second))
@@ -289,24 +255,21 @@ def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
         total = ratio + 1.0 if outside else abs(ratio - 1.0)
         radii = [distance / total, ratio * distance / total] if total > 0.0 else [0.0, 0.0]
     for each, radius in zip(made, radii, strict=True):
-        turns = _turns(each)
-        if not turns:
-            slides = [each.child.turned(unit(stage.vector(a))) for step in each.joint.steps for a in step.slides]
-            sign = Symbol("rack", each.child.point, along=slides[0])
+        if not each.turns:
+            sign = Symbol("rack", each.child.point, along=stage.axis(each.child, each.slides[0]))
             yield Item("gear", name, name, path, each.child.body, sign)
             continue
-        axis = each.child.turned(unit(stage.vector(turns[0])))
+        axis = stage.axis(each.child, each.turns[0])
         form = Disc(each.child.point, axis, radius, teeth=True) if radius > 0.0 else None
         yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
 
 
 def _driven(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
     """Yield the direction in which a joint is driven."""
-    each = held(stage, element.joint)
-    turns, slides = _turns(each), [axis for step in each.joint.steps for axis in step.slides]
-    axes = turns or slides
-    axis = each.parent.turned(unit(stage.vector(axes[0]))) if axes else (0.0, 0.0, 1.0)
-    sign = Symbol("drive_about" if turns else "drive_along", each.parent.point, axis)
+    each = placed_joint(stage, element.joint)
+    axes = each.turns or each.slides
+    axis = each.on_parent(axes[0]) if axes else _Z
+    sign = Symbol("drive_about" if each.turns else "drive_along", each.parent.point, axis)
     body, path = each.parent.body, ("constraints", name)
     yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground)
 
@@ -323,7 +286,7 @@ def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Ite
         joint = stage.system.joints.get(body.joint_name)
         if joint is None or joint.kind != "planar" or len(body.u) != 3 or not jacobian.any():
             continue
-        made = held(stage, body.joint_name)
+        made = placed_joint(stage, body.joint_name)
         ways = [stage.turned(made.parent.body, made.parent.turned(axis)) for axis in np.eye(3)]
         across = jacobian[body.u[0]] * ways[0] + jacobian[body.u[1]] * ways[1]
         if float(np.linalg.norm(across)) < 0.5 * float(np.linalg.norm(jacobian)):
@@ -336,19 +299,13 @@ def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Ite
 
 
 def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
-    place = stage.place(element.line.through)
-    axis = place.turned(unit(stage.vector(element.line.direction)))
-    yield _rail(stage, name, place, axis, element.point)
-    yield _bead(stage, name, element.point)
-
-
-def _rail(stage: Stage, name: str, place: Place, axis: Vector, point: str) -> Item:
-    other = stage.place(point)
+    place, other = stage.place(element.line.through), stage.place(element.point)
+    axis = stage.axis(place, element.line.direction)
     apart = stage.world(other.body, other.point) - stage.world(place.body, place.point)
     way, reach = float(apart @ stage.turned(place.body, axis)), 0.5 * stage.lengths.get("size", 1.0)
     rail = Rail(place.point, axis, (min(way - reach, 0.0), max(way + reach, 0.0)))
-    grounded = place.body < 0
-    return Item("guide", name, name, ("constraints", name), place.body, rail, (place.body, other.body), grounded)
+    yield Item("guide", name, name, ("constraints", name), place.body, rail, (place.body, other.body), place.body < 0)
+    yield _bead(stage, name, element.point)
 
 
 def _bead(stage: Stage, name: str, point: str) -> Item:
@@ -358,7 +315,7 @@ def _bead(stage: Stage, name: str, point: str) -> Item:
 
 def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
     place = stage.place(element.plane.through)
-    face = Face(place.point, place.turned(unit(stage.vector(element.plane.normal))))
+    face = Face(place.point, stage.axis(place, element.plane.normal))
     yield Item("surface", name, name, ("constraints", name), place.body, face, on_ground=place.body < 0)
     yield _bead(stage, name, element.point)
 
@@ -420,12 +377,10 @@ def force_items(stage: Stage) -> Iterator[Item]:
         if joint is None or kind is None:
             yield from _field(stage, name, element)
             continue
-        each = held(stage, joint)
-        turns = [axis for step in each.joint.steps for axis in step.turns]
-        if kind in ("torsion_spring", "torsion_damper") and not turns:
+        each = placed_joint(stage, joint)
+        if kind in ("torsion_spring", "torsion_damper") and not each.turns:
             continue  # a strand along the slider
-        axis = each.parent.turned(unit(stage.vector(turns[0]))) if turns else (0.0, 0.0, 1.0)
-        sign = Symbol(kind, each.parent.point, axis)
+        sign = Symbol(kind, each.parent.point, each.on_parent(each.turns[0]) if each.turns else _Z)
         label = roughness(element.static, element.kinetic) if isinstance(element, Friction) else name
         yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
 
@@ -437,7 +392,7 @@ def _field(stage: Stage, name: str, element: Any) -> Iterator[Item]:
     if element.on is not None:
         body, point = stage.number_of(element.on), stage.centre(element.on)
     else:
-        each = held(stage, element.joint or (element.joints or ("",))[0])
+        each = placed_joint(stage, element.joint or (element.joints or ("",))[0])
         body, point = each.child.body, each.child.point
     yield Item("force", name, "", ("forces", name), body, Symbol("tie", point))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 
@@ -53,21 +53,40 @@ def circle(centre: Values, axis: Values, radius: float, count: int = 24) -> Floa
     return found
 
 
-@dataclass(frozen=True)
-class Polyline:
-    """Points joined by straight lines: rods, links, outlines, curves as they were sampled; `closed` ones are filled."""
+class _Form:
+    """What a form says of itself beside its geometry."""
 
-    points: tuple[Vector, ...]
-    closed: bool = False
+    shows_body: ClassVar[bool] = False
+    """Whether a surface of this form shows the whole of its body."""
+    sized: ClassVar[bool] = True
+    """Whether its bounds say how large it is; not so for signs, rails and planes."""
 
     @property
     def bounds(self) -> Floats:
         """Points that bound it (n, 3)."""
+        raise NotImplementedError
+
+    @property
+    def endless(self) -> bool:
+        """Whether it goes as far as the picture does."""
+        return False
+
+
+@dataclass(frozen=True)
+class Polyline(_Form):
+    """Points joined by straight lines: rods, links, outlines, curves as they were sampled; `closed` ones are filled."""
+
+    points: tuple[Vector, ...]
+    closed: bool = False
+    shows_body: ClassVar[bool] = True
+
+    @property
+    def bounds(self) -> Floats:
         return np.array(self.points)
 
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(_Form):
     """A disc about an axis; `hollow` is a ring; with `teeth` it is the pitch circle of a gear."""
 
     centre: Vector
@@ -75,31 +94,31 @@ class Disc:
     radius: float
     hollow: bool = False
     teeth: bool = False
+    shows_body: ClassVar[bool] = True
 
     @property
     def bounds(self) -> Floats:
-        """Points that bound it (n, 3)."""
         return circle(self.centre, self.axis, self.radius)
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(_Form):
     """A ball; `hollow` is a shell, or a bowl that is touched inside."""
 
     centre: Vector
     radius: float
     hollow: bool = False
+    shows_body: ClassVar[bool] = True
 
     @property
     def bounds(self) -> Floats:
-        """Points that bound it (6, 3)."""
         offsets = self.radius * np.vstack([np.eye(3), -np.eye(3)])
         found: Floats = np.array(self.centre) + offsets
         return found
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(_Form):
     """A box about a centre; the columns of `rotation` are the directions of its edges, `sizes` their lengths."""
 
     centre: Vector
@@ -116,7 +135,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Barrel:
+class Barrel(_Form):
     """A cylinder about a centre, `length` along its axis."""
 
     centre: Vector
@@ -133,7 +152,7 @@ class Barrel:
 
 
 @dataclass(frozen=True)
-class Face:
+class Face(_Form):
     """A plane: a line (in space a sheet) with hatching on the side away from its normal.
 
     Without `ends` it goes as far as the picture does.
@@ -142,15 +161,21 @@ class Face:
     through: Vector
     normal: Vector
     ends: tuple[Vector, Vector] | None = None
+    shows_body: ClassVar[bool] = True
+    sized: ClassVar[bool] = False
 
     @property
     def bounds(self) -> Floats:
         """The place that it goes through, and its ends (n, 3)."""
         return np.array([self.through] if self.ends is None else self.ends)
 
+    @property
+    def endless(self) -> bool:
+        return self.ends is None
+
 
 @dataclass(frozen=True)
-class Rail:
+class Rail(_Form):
     """What a slider runs along: a line through a place, seen from `reach[0]` to `reach[1]` (m) along its unit axis.
 
     A `light` one is the way of what hangs there, where a figure has no rail.
@@ -160,16 +185,16 @@ class Rail:
     axis: Vector
     reach: tuple[float, float]
     light: bool = False
+    sized: ClassVar[bool] = False
 
     @property
     def bounds(self) -> Floats:
-        """Its ends (2, 3)."""
         found: Floats = np.array(self.at) + np.outer(self.reach, self.axis)
         return found
 
 
 @dataclass(frozen=True)
-class Stop:
+class Stop(_Form):
     """What ends a way: the place of a body that comes `at` it is `point`, in the axes of that body.
 
     `axis` is the unit direction that is barred, `front` how far (m) what has a size reaches ahead of the place.
@@ -188,7 +213,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class TurnStop:
+class TurnStop(_Form):
     """What ends a turn about a place: turning on about the unit `axis` is barred.
 
     There the direction `own` of the body that turns, in its axes, lies along `way`; it is `reach` (m) long.
@@ -202,12 +227,11 @@ class TurnStop:
 
     @property
     def bounds(self) -> Floats:
-        """Its place (1, 3)."""
         return np.array([self.at])
 
 
 @dataclass(frozen=True)
-class Symbol:
+class Symbol(_Form):
     """A sign of a `kind` at a place, whose size is the page's affair, with an axis and a direction along which it lies.
 
     The kinds are the keys of `drawing.look`'s table of symbols.
@@ -217,15 +241,15 @@ class Symbol:
     at: Vector
     axis: Vector = (0.0, 0.0, 1.0)
     along: Vector = (1.0, 0.0, 0.0)
+    sized: ClassVar[bool] = False
 
     @property
     def bounds(self) -> Floats:
-        """Its place (1, 3)."""
         return np.array([self.at])
 
 
 @dataclass(frozen=True)
-class Bowl:
+class Bowl(_Form):
     """A surface that is round about an axis through a centre, by its profile: distances from the axis and heights."""
 
     centre: Vector
@@ -252,16 +276,16 @@ class Bowl:
 
 
 @dataclass(frozen=True)
-class Axes:
+class Axes(_Form):
     """The directions along which something moves freely, with the names of its coordinates; those of turns last."""
 
     at: Vector
     axes: tuple[Vector, ...]
     names: tuple[str, ...]
+    sized: ClassVar[bool] = False
 
     @property
     def bounds(self) -> Floats:
-        """Its place (1, 3)."""
         return np.array([self.at])
 
 
@@ -324,7 +348,7 @@ class Strand:
 
 
 @dataclass(frozen=True)
-class Dimension:
+class NamedLength:
     """A named length between two points, or a coordinate along a way (`coordinate`).
 
     `component` is the one of a point of the body, sign and all, whose size the label is.
@@ -384,10 +408,14 @@ class Bow:
     def points(self, step: float = np.pi / 60.0) -> Floats:
         """Return points of it, at most `step` (rad) apart (n, 3)."""
         count = max(2, int(np.ceil(abs(self.angle) / step)) + 1)
-        angles = np.linspace(0.0, self.angle, count)[:, None]
+        return self.at(np.linspace(0.0, self.angle, count))
+
+    def at(self, angles: Floats) -> Floats:
+        """Return its points (n, 3) at angles (n,) from its start."""
         e1 = np.array(self.start) - np.array(self.centre)
         e2 = np.cross(self.axis, e1)
-        found: Floats = np.array(self.centre) + np.cos(angles) * e1 + np.sin(angles) * e2
+        cosines, sines = np.cos(angles)[:, None], np.sin(angles)[:, None]
+        found: Floats = np.array(self.centre) + cosines * e1 + sines * e2
         return found
 
 

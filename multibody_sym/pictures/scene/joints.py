@@ -13,9 +13,10 @@ from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits
-from multibody_sym.pictures.scene.items import Axes, Form, Item, Polyline, Rail, Role, Symbol, Vector, unit, vector
-from multibody_sym.pictures.scene.stage import Place, Stage, curve_points
+from multibody_sym.pictures.scene.items import Axes, Form, Item, Polyline, Rail, Role, Symbol, Vector, vector
+from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO, symbol
 
 _MARGIN: Final = 0.06
@@ -23,14 +24,14 @@ _MARGIN: Final = 0.06
 
 
 @dataclass(frozen=True)
-class Held:
+class PlacedJoint:
     """A joint that is drawn: its name, both frames, and the coordinates at the start."""
 
     stage: Stage
     name: str
     joint: Joint
-    parent: Place
-    child: Place
+    parent: FrameOnBody
+    child: FrameOnBody
     values: tuple[float, ...]
 
     @property
@@ -43,72 +44,82 @@ class Held:
         """Both bodies."""
         return self.parent.body, self.child.body
 
+    @property
+    def turns(self) -> list[Point]:
+        """The axes about which it turns."""
+        return [axis for step in self.joint.steps for axis in step.turns]
+
+    @property
+    def slides(self) -> list[Point]:
+        """The axes along which it slides."""
+        return [axis for step in self.joint.steps for axis in step.slides]
+
+    @property
+    def way(self) -> Floats:
+        """The vector (world) from the parent's frame to the child's at the start."""
+        stage, parent, child = self.stage, self.parent, self.child
+        return stage.world(child.body, child.point) - stage.world(parent.body, parent.point)
+
+    def on_parent(self, axis: Point) -> Vector:
+        """Return the unit vector along an axis in the axes of the parent."""
+        return self.stage.axis(self.parent, axis)
+
     def item(self, role: Role, form: Form, *, on_child: bool = False) -> Item:
         """Return an item of the joint on one of both bodies."""
         label = getattr(self.joint, "label", None) or self.name
         place = self.child if on_child else self.parent
         return Item(role, self.name, label, ("joints", self.name), place.body, form, self.bodies, self.on_ground)
 
+    def sign_on_child(self, kind: str, axis: Point) -> Item:
+        """Return a symbol about an axis at the joint's place on the child."""
+        return self.item("joint", Symbol(kind, self.child.point, self.stage.axis(self.child, axis)), on_child=True)
+
 
 def joint_items(stage: Stage) -> Iterator[Item]:
     """Yield what is seen of each joint."""
     for name, joint in stage.system.joints.items():
-        yield from _SIGNS.get(joint.kind, _nothing)(held(stage, name))
+        yield from _SIGNS.get(joint.kind, _free_axes)(placed_joint(stage, name))
 
 
-def held(stage: Stage, name: str) -> Held:
+def placed_joint(stage: Stage, name: str) -> PlacedJoint:
     """Return a joint with its places and coordinates at the start."""
     joint = stage.system.joints[name]
     names = coordinate_names(name, joint)
     values = tuple(stage.known.get(symbol(q), math.nan) for q in names)
-    return Held(stage, name, joint, stage.place(joint.parent), stage.place(joint.child), values)
+    return PlacedJoint(stage, name, joint, stage.place(joint.parent), stage.place(joint.child), values)
 
 
-def _sign(kind: str, role: Role = "joint") -> Callable[[Held], Iterator[Item]]:
-    """Return what makes one symbol at the joint's place on its parent, about its first axis."""
+def _sign(kind: str, on_ground: str = "") -> Callable[[PlacedJoint], Iterator[Item]]:
+    """Return what makes one symbol at the joint's place on its parent, about its first axis; another `on_ground`."""
 
-    def items(joint: Held) -> Iterator[Item]:
+    def items(joint: PlacedJoint) -> Iterator[Item]:
         axes = [axis for step in joint.joint.steps for axis in (*step.turns, *step.slides)]
-        axis = joint.parent.turned(unit(joint.stage.vector(axes[0]))) if axes else (0.0, 0.0, 1.0)
-        second = unit(joint.stage.vector(axes[1])) if len(axes) > 1 else (1.0, 0.0, 0.0)
-        along = joint.parent.turned(second)
-        yield joint.item(role, Symbol(kind, joint.parent.point, axis, along))
+        axis = joint.on_parent(axes[0]) if axes else (0.0, 0.0, 1.0)
+        along = joint.on_parent(axes[1]) if len(axes) > 1 else joint.parent.turned((1.0, 0.0, 0.0))
+        shown = on_ground if joint.on_ground and on_ground else kind
+        yield joint.item("joint", Symbol(shown, joint.parent.point, axis, along))
 
     return items
 
 
-def _hinge(joint: Held) -> Iterator[Item]:
-    yield from _sign("pivot" if joint.on_ground else "pin")(joint)
-
-
-def _ball(joint: Held) -> Iterator[Item]:
-    yield from _sign("ball_pivot" if joint.on_ground else "ball_joint")(joint)
-
-
-def _nothing(joint: Held) -> Iterator[Item]:
+def _free_axes(joint: PlacedJoint) -> Iterator[Item]:
     """Yield the axes along which what is free moves, at the joint's place on its parent."""
-    slides = [axis for step in joint.joint.steps for axis in step.slides]
-    axes = [joint.parent.turned(unit(joint.stage.vector(axis))) for axis in slides]
-    yield joint.item("joint", Axes(joint.parent.point, tuple(axes), coordinate_names(joint.name, joint.joint)))
+    axes = tuple(joint.on_parent(axis) for axis in joint.slides)
+    yield joint.item("joint", Axes(joint.parent.point, axes, coordinate_names(joint.name, joint.joint)))
 
 
-def _slider(joint: Held) -> Iterator[Item]:
+def _slider(joint: PlacedJoint) -> Iterator[Item]:
     """Yield the rail on the parent, and the block on the child."""
-    (step,) = joint.joint.steps
-    axis = joint.parent.turned(unit(joint.stage.vector(step.slides[0])))
+    axis = joint.on_parent(joint.slides[0])
     yield from _slide(joint, axis, joint.values)
     light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
-    yield joint.item("joint", Symbol("hanger" if light else "slider", *_on_child(joint, step.slides[0])), on_child=True)
+    yield joint.sign_on_child("hanger" if light else "slider", joint.slides[0])
 
 
-def _on_child(joint: Held, axis: Point) -> tuple[Vector, Vector]:
-    """Return the joint's place on the child, and its axis there."""
-    return joint.child.point, joint.child.turned(unit(joint.stage.vector(axis)))
-
-
-def _slide(joint: Held, axis: Vector, values: tuple[float, ...]) -> Iterator[Item]:
+def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Iterator[Item]:
     """Yield the rail along which a joint slides on its parent."""
-    way = values[0] if values and math.isfinite(values[0]) else _way(joint, axis)
+    known = values and math.isfinite(values[0])
+    way = values[0] if known else float(joint.way @ joint.stage.turned(joint.parent.body, axis))
     low, high = min(0.0, way), max(0.0, way)
     limits: Limits | None = getattr(joint.joint, "limits", None)
     if limits is not None:
@@ -128,28 +139,17 @@ def is_led(stage: Stage, joint: Joint) -> bool:
     child, parent = stage.body(joint.child), stage.declared(stage.body(joint.parent))
     (name,) = (key for key, each in stage.system.joints.items() if each is joint)
     springs = (e for e in stage.system.forces.values() if isinstance(e, (SpringDamper, Damper)))
-    if any(e.joint == name for e in springs) and stage.declared(child).inertia is None and not _is_block(stage, joint):
+    bare = parent.inertia is None and parent.shape is None
+    block = parent.mass is not None and bare and not parent.points  # on which another one slides
+    if any(e.joint == name for e in springs) and stage.declared(child).inertia is None and not block:
         return True
     lines = (*stage.system.constraints.values(), *stage.system.forces.values())
     ends = [end for e in lines for end in (getattr(e, "path", None) or getattr(e, "between", None) or ())]
-    light = parent.mass is None and parent.inertia is None and parent.shape is None
-    return light and any(stage.body(end) == child for end in ends if end not in stage.system.pulleys)
+    carried = any(stage.body(end) == child for end in ends if end not in stage.system.pulleys)
+    return parent.mass is None and bare and carried
 
 
-def _is_block(stage: Stage, joint: Joint) -> bool:
-    """Return whether what carries a slider is a mass without a size, a block or wedge on which another one slides."""
-    parent = stage.declared(stage.body(joint.parent))
-    return parent.mass is not None and parent.inertia is None and parent.shape is None and not parent.points
-
-
-def _way(joint: Held, axis: Vector) -> float:
-    """Return how far the child's frame is along the axis at the start."""
-    stage = joint.stage
-    apart = stage.world(joint.child.body, joint.child.point) - stage.world(joint.parent.body, joint.parent.point)
-    return float(apart @ stage.turned(joint.parent.body, axis))
-
-
-def _hangs(joint: Held, axis: Vector) -> bool:
+def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
     """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen.
 
     Where there is no gravity a ball flies straight.
@@ -178,81 +178,74 @@ def bounces(contact: Contact) -> bool:
     return contact.restitution not in (None, ZERO) and contact.static is None and contact.kinetic is None
 
 
-def _screw(joint: Held) -> Iterator[Item]:
-    axis = joint.parent.turned(unit(joint.stage.vector(joint.joint.steps[0].turns[0])))
-    yield from _slide(joint, axis, ())
+def _screw(joint: PlacedJoint) -> Iterator[Item]:
+    yield from _slide(joint, joint.on_parent(joint.turns[0]), ())
     yield from _sign("nut")(joint)
 
 
-def _cylindrical(joint: Held) -> Iterator[Item]:
-    axis = joint.parent.turned(unit(joint.stage.vector(joint.joint.steps[0].slides[0])))
-    yield from _slide(joint, axis, joint.values[:1])
-    yield joint.item("joint", Symbol("sleeve", *_on_child(joint, joint.joint.steps[0].slides[0])), on_child=True)
+def _cylindrical(joint: PlacedJoint) -> Iterator[Item]:
+    yield from _slide(joint, joint.on_parent(joint.slides[0]), joint.values[:1])
+    yield joint.sign_on_child("sleeve", joint.slides[0])
 
 
-def wire_of(joint: Held) -> Polyline:
+def wire_of(joint: PlacedJoint) -> Polyline:
     """Return the curve along which a joint guides its child, in the axes of its parent."""
     assert isinstance(joint.joint, CurveJoint)
     near = joint.values[0] if joint.values else None
     curve, base = joint.joint.curve, np.array(joint.parent.point)
     points = [vector(base + joint.parent.turned(point)) for point in curve_points(joint.stage, curve, near)]
-    if curve.unit_of_parameter != "rad" and joint.stage.ended:
-        points = _beside(joint, points)
+    if curve.unit_of_parameter != "rad" and joint.stage.ended:  # no longer than what has ends beside it
+        ended = np.array(joint.stage.ended)
+        low, high = ended.min(axis=0), ended.max(axis=0)
+        margin = _MARGIN * float(np.linalg.norm(high - low))
+        seen = [joint.stage.world(joint.parent.body, point) for point in points]
+        inside = [np.all(point >= low - margin) and np.all(point <= high + margin) for point in seen]
+        kept = [point for point, is_near in zip(points, inside, strict=True) if is_near]
+        points = kept if len(kept) > 1 else points
     return Polyline(tuple(points))
 
 
-def _beside(joint: Held, points: list[Vector]) -> list[Vector]:
-    """Return the part of a curve without ends that is beside what has ends, all of it where that is nowhere."""
-    ended = np.array(joint.stage.ended)
-    low, high = ended.min(axis=0), ended.max(axis=0)
-    margin = _MARGIN * float(np.linalg.norm(high - low))
-    seen = [joint.stage.world(joint.parent.body, point) for point in points]
-    inside = [np.all(point >= low - margin) and np.all(point <= high + margin) for point in seen]
-    kept = [point for point, is_near in zip(points, inside, strict=True) if is_near]
-    return kept if len(kept) > 1 else points
-
-
-def _wire(joint: Held) -> Iterator[Item]:
+def _wire(joint: PlacedJoint) -> Iterator[Item]:
     yield joint.item("guide", wire_of(joint))
     yield joint.item("joint", Symbol("bead", joint.child.point), on_child=True)
 
 
-def _custom(joint: Held) -> Iterator[Item]:
+def _custom(joint: PlacedJoint) -> Iterator[Item]:
     """Yield rails for what slides before anything turns, and one sign for what turns: a pin, a cross or a ball."""
     assert isinstance(joint.joint, Custom)
     turns: list[Point] = []
     screws: list[Point] = []
     for freedom in joint.joint.free:
         if freedom.translate is not None and not turns:
-            yield from _slide(joint, joint.parent.turned(unit(joint.stage.vector(freedom.translate))), ())
+            yield from _slide(joint, joint.on_parent(freedom.translate), ())
         elif freedom.rotate is not None:
             (turns if freedom.pitch is None else screws).append(freedom.rotate)
     slides = any(freedom.rotate is None for freedom in joint.joint.free)
     if turns and not slides:
         kind = {1: "pin", 2: "cardan"}.get(len(turns), "ball_joint")
         grounded = {"pin": "pivot", "ball_joint": "ball_pivot"}.get(kind, kind) if joint.on_ground else kind
-        axis, along = (joint.parent.turned(unit(joint.stage.vector(each))) for each in (turns[0], turns[-1]))
+        axis, along = joint.on_parent(turns[0]), joint.on_parent(turns[-1])
         yield joint.item("joint", Symbol(grounded, joint.parent.point, axis, along))
     elif turns:
-        yield joint.item("joint", Symbol("pin", *_on_child(joint, turns[0])), on_child=True)
+        yield joint.sign_on_child("pin", turns[0])
     elif screws:
-        yield joint.item("joint", Symbol("nut", *_on_child(joint, screws[0])), on_child=True)
+        yield joint.sign_on_child("nut", screws[0])
     else:
-        yield from _nothing(joint)
+        yield from _free_axes(joint)
 
 
-_SIGNS: Final[Mapping[str, Callable[[Held], Iterator[Item]]]] = {
-    "revolute": _hinge,
+_SIGNS: Final[Mapping[str, Callable[[PlacedJoint], Iterator[Item]]]] = {
+    "revolute": _sign("pin", on_ground="pivot"),
     "prismatic": _slider,
     "screw": _screw,
     "cylindrical": _cylindrical,
     "universal": _sign("cardan"),
-    "spherical": _ball,
+    "spherical": _sign("ball_joint", on_ground="ball_pivot"),
     "curve": _wire,
     "custom": _custom,
     "fixed": _sign("weld"),
-    "planar": _nothing,
-    "point": _nothing,
-    "free": _nothing,
+    "planar": _free_axes,
+    "point": _free_axes,
+    "free": _free_axes,
 }
 """What is seen of each kind of joint."""

@@ -16,24 +16,19 @@ from multibody_sym.model.constraints import Distance
 from multibody_sym.model.fields import Point
 from multibody_sym.model.joints import MovingJoint
 from multibody_sym.model.parameters import in_letters, letters_of
-from multibody_sym.pictures.scene.items import GROUND as WORLD
 from multibody_sym.pictures.scene.items import (
     Anchor,
     AngleMark,
-    Axes,
-    Dimension,
-    Face,
     Item,
-    Rail,
+    NamedLength,
     Stop,
-    Symbol,
     TurnStop,
     Vector,
     across,
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import Held, held
+from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint
 from multibody_sym.pictures.scene.stage import Stage, same
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
@@ -51,7 +46,7 @@ _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
 """Between which places (from the centre, in units of a size) sizes of a shape lie; those of round ones are radii."""
 
 
-def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Dimension, ...]:
+def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[NamedLength, ...]:
     """Return the lengths that the model names, each letter once: plain letters first, where they are radii."""
     found = [*_sizes(stage), *_points(stage), *_radii(stage)]
     order = sorted(range(len(found)), key=lambda k: (len(found[k].label), not found[k].radius, k))
@@ -59,15 +54,11 @@ def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Di
     kept = []
     for k in order:
         words = set(re.findall("[A-Za-z_][A-Za-z_0-9]*", found[k].label))
-        if not words <= taken and not _is_point(stage, found[k]):
+        ends = (vector(stage.world(end.body, end.point)) for end in (found[k].a, found[k].b))
+        if not words <= taken and not same(*ends):
             taken |= words
             kept.append(k)
     return tuple(found[k] for k in sorted(kept))
-
-
-def _is_point(stage: Stage, dimension: Dimension) -> bool:
-    a, b = dimension.a, dimension.b
-    return same(vector(stage.world(a.body, a.point)), vector(stage.world(b.body, b.point)))
 
 
 def letters(node: Node) -> str:
@@ -80,7 +71,7 @@ def letters(node: Node) -> str:
     return found if len(found) <= _LONGEST and "(" not in found else ""
 
 
-def _sizes(stage: Stage) -> Iterator[Dimension]:
+def _sizes(stage: Stage) -> Iterator[NamedLength]:
     for name, body in stage.system.bodies.items():
         if body.shape is None:
             continue
@@ -92,22 +83,22 @@ def _sizes(stage: Stage) -> Iterator[Dimension]:
             if kind in _SIZES:
                 centre = np.array(stage.centre(name))
                 ends = [Anchor(number, vector(centre + stage.number(size) * np.array(end))) for end in _SIZES[kind][k]]
-                yield Dimension(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1])
+                yield NamedLength(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1])
             elif k == 0:
                 yield _radius(f"{name}.radius", label, number, stage.centre(name), stage.number(size))
 
 
 def _radius(
     name: str, label: str, body: int, centre: Vector, radius: float, angle: float = 0.7, axis: Vector = (0.0, 0.0, 1.0)
-) -> Dimension:
+) -> NamedLength:
     """Return a radius about an axis at an angle from x, or from what is across the axis beside x and y."""
     e1 = np.array(across(axis))
     e2 = np.cross(unit(axis), e1)
     rim = vector(np.array(centre) + radius * (np.cos(angle) * e1 + np.sin(angle) * e2))
-    return Dimension(name, label, Anchor(body, centre), Anchor(body, rim), radius=True)
+    return NamedLength(name, label, Anchor(body, centre), Anchor(body, rim), radius=True)
 
 
-def _radii(stage: Stage) -> Iterator[Dimension]:
+def _radii(stage: Stage) -> Iterator[NamedLength]:
     """Yield the radii of surfaces and pulleys."""
     for name, body in stage.system.bodies.items():
         for word, surface in body.surfaces.items():
@@ -124,10 +115,10 @@ def _radii(stage: Stage) -> Iterator[Dimension]:
     for name, element in stage.system.constraints.items():
         if isinstance(element, Distance) and letters(element.value):
             first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))
-            yield Dimension(name, letters(element.value), first, second)
+            yield NamedLength(name, letters(element.value), first, second)
 
 
-def _points(stage: Stage) -> Iterator[Dimension]:
+def _points(stage: Stage) -> Iterator[NamedLength]:
     """Yield the ways along a body's axes to its points and its centre of mass, where each is one expression."""
     for name, body in stage.system.bodies.items():
         number = stage.number_of(name)
@@ -141,22 +132,22 @@ def _points(stage: Stage) -> Iterator[Dimension]:
                 if label:
                     start[k] = 0.0
                     ends = Anchor(number, vector(start)), Anchor(number, stage.vector(point))
-                    yield Dimension(f"{name}.{word}", label, *ends, component=text(point[k]))
+                    yield NamedLength(f"{name}.{word}", label, *ends, component=text(point[k]))
 
 
 # --- coordinates and angles ----------------------------------------------------------------------------------------
 
 
-def ways(stage: Stage) -> Iterator[Dimension]:
+def ways(stage: Stage) -> Iterator[NamedLength]:
     """Yield the coordinates of sliders: from the place on the parent to that on the child."""
     for name, joint in stage.system.joints.items():
         steps = [free.step for free in joint.free_steps]
         if len(steps) != 1 or len(steps[0].slides) != 1 or steps[0].turns:
             continue
-        made = held(stage, name)
+        made = placed_joint(stage, name)
         (label,) = coordinate_names(name, joint)
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
-        yield Dimension(label, label, a, b, coordinate=True)
+        yield NamedLength(label, label, a, b, coordinate=True)
 
 
 def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
@@ -165,7 +156,7 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
     for name, joint in stage.system.joints.items():
         if len(joint.free_steps) != 1 or not joint.free_steps[0].step.is_hinge:
             continue
-        (label,), made = coordinate_names(name, joint), held(stage, name)
+        (label,), made = coordinate_names(name, joint), placed_joint(stage, name)
         if label not in own_names and stage.mechanism.relative is None:
             continue
         axis: Floats = np.array(unit(stage.vector(joint.free_steps[0].step.turns[0])))
@@ -202,19 +193,11 @@ def _slopes(stage: Stage) -> Iterator[AngleMark]:
             if len(frame.rotate) != 1 or not letters(frame.rotate[0].angle):
                 continue
             axis = unit(stage.vector(frame.rotate[0].axis))
-            if abs(axis[0]) > 0.9:
-                first: Vector = (0.0, 1.0, 0.0)
-            else:
-                first = (1.0, 0.0, 0.0)
+            first: Vector = (0.0, 1.0, 0.0) if abs(axis[0]) > 0.9 else (1.0, 0.0, 0.0)
             place = stage.place(f"{name}.{word}")
             at = Anchor(place.body, place.point)
             start, stop = Anchor(place.body, first), Anchor(place.body, place.turned(first))
             yield AngleMark(f"{name}.{word}", letters(frame.rotate[0].angle), at, start, stop, axis, coordinate=False)
-
-
-def world_anchor(point: Sequence[float]) -> Anchor:
-    """Return a place in the world."""
-    return Anchor(WORLD, vector(point))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -241,25 +224,25 @@ def stop_items(
             value = math.nan if node is None else stage.number(node, math.nan)
             if node is None or not math.isfinite(value):
                 continue
-            made = held(stage, name)
+            made = placed_joint(stage, name)
             form = _form(made, value, side, bodies, places)
             if form is not None:
-                told, path = _told(node, value, joint.coordinate_units[0], book), ("joints", name, "limits", word)
-                label, on_ground = f"{coordinate_names(name, joint)[0]} {sign} {told}", stage.is_ground(joint.parent)
+                limit = in_letters(letters(node), book) or _number_with_unit(value, joint.coordinate_units[0])
+                label, path = f"{coordinate_names(name, joint)[0]} {sign} {limit}", ("joints", name, "limits", word)
+                on_ground = stage.is_ground(joint.parent)
                 yield Item("stop", f"{name}.{word}", label, path, made.parent.body, form, made.bodies, on_ground)
 
 
-def _told(node: Node, value: float, unit_of: str, book: Mapping[str, str]) -> str:
-    """Return a limit as a figure has it: its letters, else the number with its unit, of angles in degrees."""
-    named = letters(node)
-    if named or value == 0.0:
-        return in_letters(named, book) or "0"
-    told = f"{math.degrees(value):.4g}°" if unit_of == "rad" else f"{value:.4g} {unit_of}".rstrip()
-    return told.replace("-", "−")
+def _number_with_unit(value: float, unit_of: str) -> str:
+    """Return a limit in digits, of angles in degrees."""
+    if value == 0.0:
+        return "0"
+    number = f"{math.degrees(value):.4g}°" if unit_of == "rad" else f"{value:.4g} {unit_of}".rstrip()
+    return number.replace("-", "−")
 
 
 def _form(
-    made: Held, value: float, side: float, bodies: Sequence[Item], places: Mapping[str, Sequence[Vector]]
+    made: PlacedJoint, value: float, side: float, bodies: Sequence[Item], places: Mapping[str, Sequence[Vector]]
 ) -> Stop | TurnStop | None:
     """Return where a stop stands: across the way on which the joint goes there, or beside the rod that turns."""
     (free,) = made.joint.free_steps
@@ -284,7 +267,7 @@ def _form(
     return TurnStop(vector(base), spin, turned(unit(rotation @ own)), made.child.turned(unit(own)), reach)
 
 
-def _front(made: Held, ahead: Floats, bodies: Sequence[Item]) -> float:
+def _front(made: PlacedJoint, ahead: Floats, bodies: Sequence[Item]) -> float:
     """Return how far what has a size reaches ahead of the joint's place on the child (m), zero where nothing does."""
     stage, child = made.stage, made.child.body
     way = stage.turned(made.parent.body, vector(ahead))
@@ -292,6 +275,6 @@ def _front(made: Held, ahead: Floats, bodies: Sequence[Item]) -> float:
     reaches = [0.0]
     for item in bodies:
         rod = not getattr(item.form, "closed", True)
-        if item.body == child and not rod and not isinstance(item.form, (Axes, Face, Rail, Symbol)):
+        if item.body == child and not rod and item.form.sized:
             reaches += [float((stage.world(child, point) - at) @ way) for point in item.form.bounds]
     return max(reaches)

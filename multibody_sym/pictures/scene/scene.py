@@ -16,7 +16,7 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.joints import CurveJoint
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.model.system import System, verify_system
-from multibody_sym.pictures.scene.arrows import Law, arrow_items
+from multibody_sym.pictures.scene.arrows import ArrowLaw, arrow_items
 from multibody_sym.pictures.scene.bodies import (
     body_items,
     constraint_items,
@@ -28,15 +28,12 @@ from multibody_sym.pictures.scene.bodies import (
 from multibody_sym.pictures.scene.items import (
     AngleMark,
     ArrowItem,
-    Axes,
     Bowl,
-    Dimension,
-    Face,
     Item,
+    NamedLength,
     Placed,
     PlacedStrand,
     Strand,
-    Symbol,
     View,
 )
 from multibody_sym.pictures.scene.joints import joint_items
@@ -44,7 +41,6 @@ from multibody_sym.pictures.scene.marks import angles, dimensions, stop_items, w
 from multibody_sym.pictures.scene.stage import (
     Stage,
     drawn_start,
-    is_plane,
     natural_view,
     places,
     poses_of,
@@ -69,13 +65,13 @@ class Scene:
     size: float
     items: tuple[Item, ...]
     strands: tuple[Strand, ...]
-    dimensions: tuple[Dimension, ...]
+    dimensions: tuple[NamedLength, ...]
     angles: tuple[AngleMark, ...]
     arrows: tuple[ArrowItem, ...]
     mechanism: Mechanism
     begin: Start
     ropes: tuple[Runs, ...] = ()
-    laws: tuple[Law, ...] = ()
+    laws: tuple[ArrowLaw, ...] = ()
 
     @property
     def up(self) -> tuple[float, float, float]:
@@ -153,18 +149,17 @@ def scene_of(
     mechanism = resolved(system) if mechanism is None else mechanism
     if begin is None:
         begin = drawn_start(mechanism, parameters, project=system.simulation.project)
-    return _scene(Stage(system, mechanism, begin))
-
-
-def _scene(stage: Stage) -> Scene:
-    """Return what there is to see on a stage."""
+    stage = Stage(system, mechanism, begin)
     found = places(stage)
-    wires = [item for item in joint_items(stage) if item.role == "guide" and _is_once_around(stage, item)]
+    curves = {name: joint.curve for name, joint in system.joints.items() if isinstance(joint, CurveJoint)}
+    round_ = {name for name, curve in curves.items() if curve.unit_of_parameter == "rad"}  # with a length of their own
+    wires = [item for item in joint_items(stage) if item.role == "guide" and item.path[1] in round_]
     stage.ended.extend(stage.world(item.body, point) for item in wires for point in item.form.bounds)
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
-    book = letters_of(stage.system.parameters)
+    book, (view, plane) = letters_of(stage.system.parameters), natural_view(stage)
+    lengths = (_spelt(each, book) for each in dimensions(stage, found))
     items = (
         *surface_items(stage, "ground"),
         *bodies,
@@ -177,12 +172,12 @@ def _scene(stage: Stage) -> Scene:
     )
     return Scene(
         name=stage.system.name,
-        plane=is_plane(stage),
-        view=natural_view(stage),
+        plane=plane,
+        view=view,
         size=size,
         items=items,
         strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
-        dimensions=(*(_component(_spelt(each, book), book) for each in dimensions(stage, found)), *ways(stage)),
+        dimensions=(*(replace(x, component=in_letters(x.component, book)) for x in lengths), *ways(stage)),
         angles=tuple(each if each.coordinate else _spelt(each, book) for each in angles(stage, found)),
         arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
         mechanism=stage.mechanism,
@@ -192,7 +187,7 @@ def _scene(stage: Stage) -> Scene:
     )
 
 
-_Labelled = TypeVar("_Labelled", Dimension, AngleMark, ArrowItem, Item)
+_Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem, Item)
 
 
 def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
@@ -200,15 +195,11 @@ def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
     return replace(each, label=in_letters(each.label, book))
 
 
-def _component(each: Dimension, book: Mapping[str, str]) -> Dimension:
-    return replace(each, component=in_letters(each.component, book))
-
-
 def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
     """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
     points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
     for item in items:
-        if isinstance(item.form, (Axes, Face, Symbol)) or (item.role in ("surface", "body") and _is_endless(item)):
+        if not item.form.sized or (item.role in ("surface", "body") and _is_endless(item)):
             continue
         points += [stage.world(item.body, point) for point in item.form.bounds]
     points = [point for point in points if np.all(np.isfinite(point))]
@@ -217,12 +208,6 @@ def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequ
     spread = np.max(points, axis=0) - np.min(points, axis=0)
     size = float(np.linalg.norm(spread))
     return size if size > 0.0 else 1.0
-
-
-def _is_once_around(stage: Stage, item: Item) -> bool:
-    """Return whether a joint's curve has a length of its own, since its parameter is an angle."""
-    joint = stage.system.joints[item.path[1]]
-    return isinstance(joint, CurveJoint) and joint.curve.unit_of_parameter == "rad"
 
 
 def _is_endless(item: Item) -> bool:

@@ -59,7 +59,7 @@ from multibody_sym.scalars.node import Node
 
 
 @dataclass(frozen=True)
-class Place:
+class FrameOnBody:
     """A frame on a body: its position and the directions of its axes (columns), in the body's axes."""
 
     body: int
@@ -98,9 +98,8 @@ class Stage:
     @cached_property
     def known(self) -> Mapping[Node, float]:
         """What each name of the model stands for at the start."""
-        symbols, slots = zip(*self.mechanism.symbols.items(), strict=True)
         found = {}
-        for symbol, slot in zip(symbols, slots, strict=True):
+        for symbol, slot in self.mechanism.symbols.items():
             try:
                 found[symbol] = float(self.motion.state.values([slot])[0])
             except (*UNDEFINED, KeyError):
@@ -137,11 +136,15 @@ class Stage:
         x, y, z = (self.number(node) for node in point)
         return x, y, z
 
-    def place(self, reference: str) -> Place:
+    def place(self, reference: str) -> FrameOnBody:
         """Return where a body, point or frame is."""
         marker = self.references.marker(reference)
         rows = [self.vector(row) for row in marker.pose.rotation]
-        return Place(marker.body, self.vector(marker.pose.position), np.array(rows))
+        return FrameOnBody(marker.body, self.vector(marker.pose.position), np.array(rows))
+
+    def axis(self, place: FrameOnBody, axis: Point) -> Vector:
+        """Return the unit vector along an axis that is given in a frame, in the axes of its body."""
+        return place.turned(unit(self.vector(axis)))
 
     def body(self, reference: str) -> str:
         """Return the name of the body that a reference leads to."""
@@ -215,33 +218,20 @@ _CLEARLY: Final = 0.8
 """The second azimuth is taken where places crowd by so much less."""
 
 
-def is_plane(stage: Stage) -> bool:
-    """Return whether all moves in a plane: the x-y plane, or another one across a common axis."""
-    return moves_in_plane(stage.system) or _normal(stage) is not None
-
-
-def natural_view(stage: Stage) -> View:
-    """Return the view that a scene is drawn in unless another is asked for."""
-    if moves_in_plane(stage.system):
-        return _flat(np.array([0.0, 0.0, 1.0]), stage.gravity)
-    normal = _normal(stage)
+def natural_view(stage: Stage) -> tuple[View, bool]:
+    """Return the view that a scene is drawn in unless another is asked for, and whether all moves in its plane."""
+    normal = np.array([0.0, 0.0, 1.0]) if moves_in_plane(stage.system) else _normal(stage)
     if normal is not None:
-        return _flat(normal, stage.gravity)
-    first, second = (turned_view(azimuth, _ELEVATION, _up(stage.gravity)) for azimuth in _AZIMUTHS)
-    places = _places(stage)
-    return second if _crowd(second, places) < _CLEARLY * _crowd(first, places) else first
-
-
-def _places(stage: Stage) -> Floats:
-    """Return where joints and centres of mass are at the start (n, 3), each place once, in sizes of the whole."""
+        return _flat(normal, stage.gravity), True
     frames = (stage.place(joint.parent) for joint in stage.system.joints.values())
-    found = [stage.world(place.body, place.point) for place in frames]
-    found += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
-    size = float(np.linalg.norm(np.ptp(found, axis=0))) if found else 0.0
-    if not size > 0.0:
-        return np.zeros((0, 3))
-    scaled = np.unique(np.round(np.array(found) / size, 6), axis=0)
-    return np.asarray(scaled)
+    places = [stage.world(place.body, place.point) for place in frames]
+    places += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
+    size = float(np.linalg.norm(np.ptp(places, axis=0))) if places else 0.0
+    once = np.unique(np.round(np.array(places) / size, 6), axis=0) if size > 0.0 else np.zeros((0, 3))
+    size = float(np.linalg.norm(stage.gravity))
+    up = np.array([0.0, 0.0, 1.0]) if size == 0.0 else -stage.gravity / size
+    first, second = (turned_view(azimuth, _ELEVATION, up) for azimuth in _AZIMUTHS)
+    return (second if _crowd(second, once) < _CLEARLY * _crowd(first, once) else first), False
 
 
 def _crowd(view: View, places: Floats) -> float:
@@ -251,12 +241,6 @@ def _crowd(view: View, places: Floats) -> float:
     return float((1.0 / (squares + _APART**2)).sum())
 
 
-def _up(gravity: Floats) -> Floats:
-    """Return the direction against gravity; z where there is none."""
-    size = float(np.linalg.norm(gravity))
-    return np.array([0.0, 0.0, 1.0]) if size == 0.0 else -gravity / size
-
-
 def _flat(normal: Floats, gravity: Floats) -> View:
     """Return the view against a normal, gravity down where it lies in the plane."""
     flat = gravity - (gravity @ normal) * normal
@@ -264,8 +248,8 @@ def _flat(normal: Floats, gravity: Floats) -> View:
         up = -flat
     else:
         up = np.array([0.0, 1.0, 0.0]) if abs(normal[1]) < 0.5 else np.array([0.0, 0.0, 1.0])
-    up = np.array(unit(up))
-    return View(unit(np.cross(up, normal)), unit(up))
+    upward = np.array(unit(up))
+    return View(unit(np.cross(upward, normal)), unit(upward))
 
 
 def _normal(stage: Stage) -> Floats | None:
@@ -277,8 +261,8 @@ def _normal(stage: Stage) -> Floats | None:
         place = stage.place(joint.parent)
         places.append(stage.world(place.body, place.point))
         for step in joint.steps:
-            axes += [stage.turned(place.body, place.turned(unit(stage.vector(axis)))) for axis in step.turns]
-            ways += [stage.turned(place.body, place.turned(unit(stage.vector(axis)))) for axis in step.slides]
+            axes += [stage.turned(place.body, stage.axis(place, axis)) for axis in step.turns]
+            ways += [stage.turned(place.body, stage.axis(place, axis)) for axis in step.slides]
     if not axes:
         return None
     normal = axes[0] if axes[0].sum() > 0.0 else -axes[0]
@@ -316,15 +300,17 @@ _SAME: Final = 1e-9
 def places(stage: Stage) -> dict[str, list[Vector]]:
     """Return by body where it is joined, held and marked, each place once, in the order of the declaration."""
     found: dict[str, list[Vector]] = {GROUND: [], **{name: [] for name in stage.system.bodies}}
+    named: list[tuple[str, Vector]] = []
     for reference in references(stage):
         try:
-            body, place = stage.body(reference), stage.place(reference)
+            named.append((stage.body(reference), stage.place(reference).point))
         except ModelError:  # a reference to a surface, which is no place
             continue
-        add_place(found[body], place.point)
     for name, declared in stage.system.bodies.items():
-        for point in declared.points.values():
-            add_place(found[name], stage.vector(point))
+        named += [(name, stage.vector(point)) for point in declared.points.values()]
+    for name, place in named:
+        if not any(same(place, other) for other in found[name]):
+            found[name].append(place)
     return found
 
 
@@ -382,12 +368,6 @@ def _(element: OnCurve, stage: Stage) -> tuple[str, ...]:
     return (element.point,)
 
 
-def add_place(found: list[Vector], place: Vector) -> None:
-    """Add a place to a list unless it is there."""
-    if not any(same(place, other) for other in found):
-        found.append(place)
-
-
 def same(a: Vector, b: Vector) -> bool:
     """Return whether two places are one."""
     return float(np.abs(np.subtract(a, b)).max()) <= _SAME * (1.0 + float(np.abs(a).max()))
@@ -411,7 +391,7 @@ def surface_items(stage: Stage, name: str) -> Iterator[Item]:
 
 def is_solid(item: Item) -> bool:
     """Return whether a surface shows the whole of its body: what is round, a bar, or the face of a wedge."""
-    return not item.on_ground and isinstance(item.form, (Disc, Sphere, Polyline, Face))
+    return not item.on_ground and item.form.shows_body
 
 
 def _disc(stage: Stage, body: Body, surface: Surface) -> Form:

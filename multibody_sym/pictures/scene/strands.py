@@ -17,8 +17,8 @@ from multibody_sym.model.constraints import Coupler, Distance, Rope
 from multibody_sym.model.fields import Element
 from multibody_sym.model.forces import Coulomb, Damper, Gravitation, Potential, Pull, SpringDamper
 from multibody_sym.pictures.scene.items import Anchor, Bow, PlacedStrand, Strand, Vector, unit, vector
-from multibody_sym.pictures.scene.joints import Held, held
-from multibody_sym.pictures.scene.stage import Place, Stage, places, same
+from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint
+from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 
@@ -33,18 +33,13 @@ def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
     for group in ("forces", "constraints"):
         elements: Mapping[str, Element] = getattr(stage.system, group)
         for name, element in elements.items():
-            kind = _STRANDS.get(type(element), _no_kind)(stage, element)
-            if kind is None:
-                continue
-            label = getattr(element, "label", None) or name
-            anchors = _anchors(stage, element, kind)
-            if anchors:
+            kind_of = _STRANDS.get(type(element))
+            kind = None if kind_of is None else kind_of(stage, element)
+            anchors = () if kind is None else _anchors(stage, element, kind)
+            if kind is not None and anchors:
+                label = getattr(element, "label", None) or name
                 loose = anchor_behind(stage, element) is not None
                 yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose)
-
-
-def _no_kind(stage: Stage, element: Any) -> str | None:
-    return None
 
 
 def _spring(stage: Stage, element: Any) -> str:
@@ -76,7 +71,7 @@ def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
         ends = [name for name in element.path if name not in stage.system.pulleys]
         return tuple(_anchor(stage, end) for end in ends)
     if isinstance(element, Coupler):
-        places = [held(stage, name).child for name in element.joints]
+        places = [placed_joint(stage, name).child for name in element.joints]
         return tuple(Anchor(place.body, place.point) for place in places) if len(places) > 1 else ()
     if getattr(element, "between", None) is not None:
         central = kind == "attraction"
@@ -93,26 +88,25 @@ def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
 
 def _in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
     """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child."""
-    joint = held(stage, element.joint)
-    if not any(step.slides for step in joint.joint.steps):
+    joint = placed_joint(stage, element.joint)
+    if not joint.slides:
         return ()
     behind, axis = anchor_behind(stage, element), unit(stage.vector(joint.joint.steps[0].slides[0]))
     if behind is not None:
         return behind, Anchor(joint.child.body, joint.child.point)
-    apart = stage.world(joint.child.body, joint.child.point) - stage.world(joint.parent.body, joint.parent.point)
-    way = float(apart @ stage.turned(joint.parent.body, joint.parent.turned(axis)))
+    way = float(joint.way @ stage.turned(joint.parent.body, joint.parent.turned(axis)))
     first, last = (max(reach, 0.0) for reach in (_reach(stage, joint, 1.0, way), _reach(stage, joint, -1.0, way)))
     if first + last > (1.0 - _GAP) * abs(way):
         first, last = 0.0, 0.0
     return _along(joint.parent, axis, first * np.sign(way)), _along(joint.child, axis, -last * np.sign(way))
 
 
-def _along(place: Place, axis: Vector, way: float) -> Anchor:
+def _along(place: FrameOnBody, axis: Vector, way: float) -> Anchor:
     """Return the place that is so far from a frame along an axis of it."""
     return Anchor(place.body, vector(np.array(place.point) + way * np.array(place.turned(axis))))
 
 
-def _reach(stage: Stage, joint: Held, side: float, way: float) -> float:
+def _reach(stage: Stage, joint: PlacedJoint, side: float, way: float) -> float:
     """Return how far what carries a slider (`side` 1), or slides (-1), reaches towards the other one along the axis."""
     place, reference = (joint.parent, joint.joint.parent) if side > 0.0 else (joint.child, joint.joint.child)
     body = stage.body(reference)
@@ -131,13 +125,12 @@ def anchor_behind(stage: Stage, element: Any) -> Anchor | None:
     """
     if getattr(element, "joint", None) is None or not isinstance(element, (SpringDamper, Damper)):
         return None
-    joint = held(stage, str(element.joint))
-    slides = [axis for step in joint.joint.steps for axis in step.slides]
+    joint = placed_joint(stage, str(element.joint))
     least = _LEAST * stage.lengths.get("size", 1.0)
     rest = stage.number(element.length) if isinstance(element, SpringDamper) else 0.0
-    if not slides or abs(rest) >= 0.3 * least:
+    if not joint.slides or abs(rest) >= 0.3 * least:
         return None
-    axis, at = np.array(joint.parent.turned(unit(stage.vector(slides[0])))), np.array(joint.parent.point)
+    axis, at = np.array(joint.on_parent(joint.slides[0])), np.array(joint.parent.point)
     body = stage.body(joint.joint.parent)
     own = [] if stage.is_ground(joint.joint.parent) else [*places(stage)[body], stage.centre(body)]
     ways = [float((at - place) @ axis) for place in own]
@@ -190,7 +183,12 @@ def placed_rope(strand: Strand, runs: Runs, motion: Motion, ends: Sequence[Float
         if first.after is not None
     ]
     bows = [_bow(bend) for bend in bends if bend.before and bend.after]
-    wound = [_coil(bend) for bend in (bends[0], bends[-1]) if bend.wheel is not None]
+    wound = []  # a turn around each drum at an end shows that the rope is wound there
+    for bend in (bends[0], bends[-1]):
+        piece = bend.before or bend.after
+        if bend.wheel is not None and piece is not None:
+            start, centre = vector(bend.touches(piece)), vector(bend.centre)
+            wound.append(Bow(centre, unit(bend.wheel.axis), float(bend.wheel.radius), start, 2.0 * np.pi))
     return PlacedStrand(strand, np.array(pieces), tuple(bows), tuple(wound))
 
 
@@ -222,12 +220,3 @@ def _bow(bend: _Meeting) -> Bow:
     angle = np.pi / 2.0 + np.arctan2(-float(a @ b), float(axis @ np.cross(a, b))) + 2.0 * np.pi * bend.turns
     start = bend.touches(bend.before)
     return Bow(vector(bend.centre), unit(axis), float(bend.wheel.radius), vector(start), float(angle))
-
-
-def _coil(bend: _Meeting) -> Bow:
-    """Return a turn around a drum, which shows that the rope is wound there."""
-    assert bend.wheel is not None
-    piece = bend.before or bend.after
-    assert piece is not None
-    start: Vector = vector(bend.touches(piece))
-    return Bow(vector(bend.centre), unit(bend.wheel.axis), float(bend.wheel.radius), start, 2.0 * np.pi)
