@@ -211,7 +211,7 @@ class TextWriter(Writer):
         return title
 
     def sentence(self, words: Words) -> str:
-        return _indented(_wrapped(self.words(words)))
+        return _indent(_wrap_line(self.words(words)))
 
     def formula(self, line: Formula) -> str:
         tag = "" if line.tag is None else f"({line.tag}) "
@@ -219,10 +219,10 @@ class TextWriter(Writer):
         pieces = [(float(len(term)), term) for term in self.terms(line)]
         first, *others = fill_lines(pieces, _TEXT_WIDTH - len(head), gap=1.0)
         lines = [head + first, *(f"    {other}" for other in others)]
-        return _indented(part for each in lines for part in _wrapped(each))
+        return _indent(part for each in lines for part in _wrap_line(each))
 
     def equations(self, rows: Sequence[Equation]) -> str:
-        return _indented(line for row in rows for line in self._equation(row))
+        return _indent(line for row in rows for line in self._equation(row))
 
     def _equation(self, row: Equation) -> Iterator[str]:
         """Yield an equation in a line, one of a wide matrix by its elements."""
@@ -237,7 +237,7 @@ class TextWriter(Writer):
             yield f"{left}{index} = {self.notation.text(row.right[i, j])}"
 
     def note(self, lines: Sequence[str]) -> str:
-        return _indented(lines)
+        return _indent(lines)
 
     def pieces(self, expression: Any) -> list[str]:
         return self.notation.parts(expression)
@@ -252,11 +252,11 @@ class TextWriter(Writer):
         return f"{digits} {unit}".rstrip()
 
 
-def _indented(lines: Iterable[str]) -> str:
+def _indent(lines: Iterable[str]) -> str:
     return "\n".join(f"    {line}" for line in lines)
 
 
-def _wrapped(line: str) -> list[str]:
+def _wrap_line(line: str) -> list[str]:
     """Return a line in as many as it needs, broken between the terms of sums."""
     indent = line[: len(line) - len(line.lstrip())]
     lines = wrap(line.strip(), _TEXT_WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)

@@ -38,11 +38,11 @@ def fill_lines(pieces: Iterable[tuple[float, str]], room: float, gap: float = 0.
 def equation_lines(notation: Notation, left: Any, right: Any, align: str = "") -> list[str]:
     """Return `left` = `right` in lines; `align` stands before the sign, lines that go on are to be indented."""
     if isinstance(right, sympy.MatrixBase) and latex_width(notation.latex(right)) > _WIDEST_MATRIX:
-        return [line for e in _elements(notation, left, right) for line in _broken(notation, *e, align)]
-    return _broken(notation, left, right, align)
+        return [line for e in _elements(notation, left, right) for line in _break_equation(notation, *e, align)]
+    return _break_equation(notation, left, right, align)
 
 
-def _broken(notation: Notation, left: Any, right: Any, align: str) -> list[str]:
+def _break_equation(notation: Notation, left: Any, right: Any, align: str) -> list[str]:
     """Return an equation in lines, aligned at its sign where that is in the first one, else at its beginning."""
     room = ROOM - _INDENT
     (width, first), *others = notation.latex_pieces(right, room)

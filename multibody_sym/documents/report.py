@@ -69,7 +69,7 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
     scene = scene_of(system)
     solution = solve(system)
     arrows = all_arrows(CutFree(system, scene, scene.motion(), *at_start(solution)))
-    undrawn = _undrawn(scene, solution)
+    undrawn = _undrawn_letters(scene, solution)
     figures = {}
     for k, body in enumerate(scene.mechanism.bodies):
         on_body = tuple(arrow for arrow in arrows if arrow.at.body == k)
@@ -83,7 +83,7 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
     return figures
 
 
-def _undrawn(scene: Scene, solution: Solution) -> Mapping[int, Sequence[str]]:
+def _undrawn_letters(scene: Scene, solution: Solution) -> Mapping[int, Sequence[str]]:
     """Return by body the letters of joints' reactions, and the names of ropes and rods, that are not unique."""
     seen, found = shown_components(scene), dict[int, list[str]]()
     bodies = {item.name: set(item.bodies) for item in scene.items if item.path[0] == "joints" and item.bodies}

@@ -96,9 +96,9 @@ Runs = tuple[Run, ...]
 def notes(shown: FigureContent) -> Iterator[LegendLine]:
     """Yield what is to be said of forces that are not unique: dashed ones, and those that are left out."""
     if any(arrow.open for arrow in shown.reactions):
-        yield from listed("not unique", "dashed: not unique, other values would do as well", ())
+        yield from legend_lines("not unique", "dashed: not unique, other values would do as well", ())
     if shown.undrawn:
-        yield from listed("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
+        yield from legend_lines("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
 
 
 def in_legend(scene: Scene) -> tuple[Scene, list[LegendLine]]:
@@ -112,7 +112,7 @@ def in_legend(scene: Scene) -> tuple[Scene, list[LegendLine]]:
     kept = tuple(each for each in scene.dimensions if each not in centres)
     entries = [_centre_entry(scene, name, list(group)) for name, group in groupby(centres, key=lambda each: each.name)]
     words = "centres of mass, in the axes of their bodies: "
-    return replace(scene, dimensions=kept), list(listed("centres of mass", words, entries))
+    return replace(scene, dimensions=kept), list(legend_lines("centres of mass", words, entries))
 
 
 def _centre_entry(scene: Scene, name: str, given: Sequence[NamedLength]) -> Runs:
@@ -128,7 +128,7 @@ def _centre_entry(scene: Scene, name: str, given: Sequence[NamedLength]) -> Runs
     return (*letters(name.removesuffix(_CENTRE)), (" (", "roman"), *shown[1:], (")", "roman"))
 
 
-def listed(name: str, words: str, entries: Sequence[Runs]) -> Iterator[LegendLine]:
+def legend_lines(name: str, words: str, entries: Sequence[Runs]) -> Iterator[LegendLine]:
     """Yield words and entries behind them as lines that are no wider than a legend, named `name`."""
     line: list[Run] = [(words, "roman")]
     count = held = 0
@@ -161,25 +161,25 @@ _REACTIONS: Final = ("reaction", "couple")
 
 def description(scene: Scene, placed: Placed, shown: FigureContent) -> str:
     """Return sentences that say what a picture shows."""
-    view = "in its plane" if scene.plane else "in space"
+    view, lengths = "in its plane" if scene.plane else "in space", [each.label for each in scene.dimensions]
     told = [
         f"The mechanism {scene.name}, drawn {view}, at t = {placed.time:g} s.",
-        _listed("Bodies", scene.bodies),
-        _listed("Joints", _named(item for item in scene.items if item.role == "joint")),
-        _listed("Pulleys", _named(item for item in scene.items if item.role == "pulley")),
-        _listed("Contacts", _named(item for item in scene.items if item.role == "contact")),
-        _listed("Stops", [item.label for item in scene.items if item.role == "stop"]),
-        _listed("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
-        _listed("Lengths and angles", _once([*(d.label for d in scene.dimensions), *(a.label for a in scene.angles)])),
-        _listed("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
-        _listed("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
-        _listed("Not unique, because constraints depend on each other", shown.not_unique),
-        _listed("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
+        _sentence("Bodies", scene.bodies),
+        _sentence("Joints", _names_with_kinds(item for item in scene.items if item.role == "joint")),
+        _sentence("Pulleys", _names_with_kinds(item for item in scene.items if item.role == "pulley")),
+        _sentence("Contacts", _names_with_kinds(item for item in scene.items if item.role == "contact")),
+        _sentence("Stops", [item.label for item in scene.items if item.role == "stop"]),
+        _sentence("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
+        _sentence("Lengths and angles", _once([*lengths, *(angle.label for angle in scene.angles)])),
+        _sentence("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
+        _sentence("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
+        _sentence("Not unique, because constraints depend on each other", shown.not_unique),
+        _sentence("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
     ]
     return " ".join(sentence for sentence in told if sentence)
 
 
-def _named(items: Iterable[Item]) -> list[str]:
+def _names_with_kinds(items: Iterable[Item]) -> list[str]:
     """Return names once each, with what kind of symbol stands for them."""
     kinds: dict[str, str] = {}
     for item in items:
@@ -192,7 +192,7 @@ def _once(names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _listed(what: str, names: Sequence[str]) -> str:
+def _sentence(what: str, names: Sequence[str]) -> str:
     if not names:
         return ""
     more = f" and {len(names) - _DESCRIBED_MOST} more" if len(names) > _DESCRIBED_MOST else ""

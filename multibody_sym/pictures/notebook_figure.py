@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from multibody_sym.pictures.page.plot_files import content
+from multibody_sym.pictures.page.plot_files import figure_content
 
 
 class ShownFigure(Figure):
@@ -18,4 +18,4 @@ class ShownFigure(Figure):
         FigureCanvasAgg(self)
 
     def _repr_png_(self) -> bytes:
-        return content(self, "png")
+        return figure_content(self, "png")

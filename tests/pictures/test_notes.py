@@ -8,7 +8,7 @@ import numpy as np
 from geometry import faults, shown, texts
 
 import multibody_sym as mbs
-from multibody_sym.pictures.draw import draw, listed
+from multibody_sym.pictures.draw import draw, legend_lines
 from multibody_sym.pictures.page.picture import words
 from multibody_sym.pictures.scene.scene import scene_of
 
@@ -49,7 +49,7 @@ def test_letters_of_an_angle_that_is_zero_stand_at_their_own_hinge() -> None:
 def test_a_few_lengths_stay_in_the_figure_and_long_legends_end() -> None:
     scene = scene_of(mbs.load(EXAMPLES / "oscillations/coupled_pendulums.yaml"))
     assert not [text for text in texts(draw(scene, scene.at())) if text.role == "legend"]
-    lines = ["".join(run for run, _ in note.runs) for note in listed("x", "all: ", [words("a" * 20)] * 60)]
+    lines = ["".join(run for run, _ in note.runs) for note in legend_lines("x", "all: ", [words("a" * 20)] * 60)]
     assert len(lines) == 6
     assert lines[0].startswith("all: aaa")
     assert lines[1].startswith("aaa")

@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import draw
-from multibody_sym.pictures.page.free_space import crossed
+from multibody_sym.pictures.page.free_space import crossing_count
 from multibody_sym.pictures.page.picture import Arc, Arrow, Hatch, Mark, Picture, Stroke, TextMark
 from multibody_sym.pictures.scene.scene import scene_of
 
@@ -324,7 +324,7 @@ def test_no_dimension_line_crosses_a_load_or_a_spring(name: str, length: str, ac
     strokes = [np.asarray(m.points) for m in shown.marks if m.name == acting and isinstance(m, (Arrow, Stroke))]
     pieces = np.vstack([np.hstack((points[:-1], points[1:])) for points in strokes])
     assert lines
-    assert all(crossed(line[0], line[-1], pieces) == 0 for line in lines)
+    assert all(crossing_count(line[0], line[-1], pieces) == 0 for line in lines)
 
 
 def test_a_ball_that_flies_without_gravity_has_no_rail_and_a_racket_in_a_guide_has() -> None:

@@ -21,7 +21,7 @@ from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.draw import item_marks
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.marks.strands import strand_marks
-from multibody_sym.pictures.page.picture import Picture, Projection, Wanted, in_order, moved
+from multibody_sym.pictures.page.picture import Picture, Projection, Wanted, in_order, shifted_mark
 from multibody_sym.pictures.page.raster import pixels
 from multibody_sym.pictures.plots import COLOURS, Plot
 from multibody_sym.program.target_layout import filled, template_text
@@ -206,7 +206,7 @@ def _image(frames: Frames, projection: Projection, k: int) -> Any:
     sheet = Sheet(frames.scene, placed, frames.placed[0], projection, others=frames.looked_at)
     marks = [mark for item in frames.scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
     marks += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
-    drawn = in_order([moved(mark, shift) for mark in marks if not isinstance(mark, Wanted)])  # type: ignore[arg-type]
+    drawn = in_order([shifted_mark(mark, shift) for mark in marks if not isinstance(mark, Wanted)])  # type: ignore[arg-type]
     return pixels(Picture(float(width), float(height), drawn, frames.scene.name), _DOTS)
 
 

@@ -12,7 +12,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.marks.sheet import extent
 from multibody_sym.pictures.page.picture import Projection, view_of
-from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, Rail, Symbol, vector
+from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, Symbol, vector
 from multibody_sym.pictures.scene.scene import Scene, scene_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -53,7 +53,8 @@ class Frames:
     @cached_property
     def near(self) -> float:
         """How far apart all that moves is at most at one instant (m)."""
-        moving = [item for item in self.scene.items if item.body >= 0 and not isinstance(item.form, (Axes, Face, Rail))]
+        items = (item for item in self.scene.items if item.body >= 0 and not item.form.guides)
+        moving = [item for item in items if not isinstance(item.form, Axes)]
         found = [0.0]
         for placed in self.looked_at if moving else ():
             points = np.vstack([placed.world(item.body, item.form.bounds) for item in moving])

@@ -39,11 +39,9 @@ from multibody_sym.pictures.scene.items import (
     Anchor,
     Axes,
     Disc,
-    Face,
     Item,
     PlacedStrand,
     Polyline,
-    Rail,
     TurnStop,
     across,
 )
@@ -195,7 +193,7 @@ _ROPES: Final = ("rope", "belt")
 
 def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
     """Return the SVG of a plane motion and the numbers that move it: all of its way, or a window that follows it."""
-    projection, follows = _followed(frames, projection)
+    projection, follows = _follow_scale(frames, projection)
     corners = projection.page(frames.extent)
     margin = _margin(frames, projection)
     shift = margin - corners.min(axis=0)
@@ -242,7 +240,7 @@ def _squares(corners: Floats, height: float) -> str:
     return f'<pattern id="squares" {size}>{line}</pattern><rect {place} {area} fill="url(#squares)"/>'
 
 
-def _followed(frames: Frames, projection: Projection) -> tuple[Projection, bool]:
+def _follow_scale(frames: Frames, projection: Projection) -> tuple[Projection, bool]:
     """Return the scale at which what goes far is well seen, and whether it is followed."""
     reach = float(np.linalg.norm(np.ptp(projection.page(frames.extent), axis=0)))
     if not (frames.near > 0.0 and reach > 0.0 and frames.follows):
@@ -326,7 +324,7 @@ def _simple(mark: Mark) -> list[Simple]:
     """Return a mark as lines and letters; labels that still want a place are left out."""
     placed: Placed | Wanted = mark  # type: ignore[assignment]
     if isinstance(placed, Hatch) and len(placed.points) == 2 and _length(placed.points) > _TICKS * placed.gap:
-        return _dashed(placed)
+        return _dashed_hatch(placed)
     return [] if isinstance(placed, Wanted) else simple(placed)
 
 
@@ -334,7 +332,7 @@ def _length(points: Floats) -> float:
     return float(np.hypot(*(np.asarray(points[1]) - points[0])))
 
 
-def _dashed(hatch: Hatch) -> list[Simple]:
+def _dashed_hatch(hatch: Hatch) -> list[Simple]:
     """Return a long line with its hatching as a second one beside it, wide and dashed."""
     start, end = np.asarray(hatch.points, dtype=float)
     along, deep = (end - start) / _length(hatch.points), hatch.tick * np.sqrt(0.5)
@@ -435,16 +433,17 @@ def _poses(poses: Floats) -> Floats:
 
 def _item(item: Item) -> dict[str, Any]:
     """Return an item as the script's builders read it."""
-    still = item.on_ground or isinstance(item.form, (Face, Rail)) or item.role == "ground"
+    still = item.on_ground or item.form.guides or item.role == "ground"
     colour = _GROUND if still or item.body < 0 else _COLOURS[item.body % len(_COLOURS)]
-    return {"body": item.body, "form": type(item.form).__name__, "colour": colour, **_rounded(asdict(item.form))}
+    form = _with_short_numbers(asdict(item.form))
+    return {"body": item.body, "form": type(item.form).__name__, "colour": colour, **form}
 
 
-def _rounded(value: Any) -> Any:
+def _with_short_numbers(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _rounded(each) for key, each in value.items()}
+        return {key: _with_short_numbers(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_rounded(each) for each in value]
+        return [_with_short_numbers(each) for each in value]
     return short(value) if isinstance(value, float) else value
 
 

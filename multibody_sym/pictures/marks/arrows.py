@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.pictures.marks.shapes import outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.page.free_space import crossed, segments_of
+from multibody_sym.pictures.page.free_space import crossing_count, segments_of
 from multibody_sym.pictures.page.picture import (
     BLACK,
     FORCE,
@@ -165,7 +165,7 @@ def _force(
     pushes, shaft = False, points[1] - points[0]
     if lines is not None:
         starts = at, at - (1.0 + _CLEAR) * shaft
-        away, into = (crossed(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
+        away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
         pushes = into < away
     if pushes:
         points = points + points[0] - points[1]

@@ -84,7 +84,7 @@ class _Settling:
         return symbols[0] if len(forms) == 1 and symbols else None
 
 
-def settled(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
+def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
     """Return where things without a size stand in a view."""
     made = _Settling(scene, home, np.array([right, up]), scale)
     for strand in home.strands:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import Settled, settled
+from multibody_sym.pictures.marks.place_symbols import Settled, settle
 from multibody_sym.pictures.page.picture import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED, Pen, Projection
 from multibody_sym.pictures.scene.items import Axes, Item, Path, Placed, Symbol
 from multibody_sym.pictures.scene.scene import Scene
@@ -88,7 +88,7 @@ class Sheet:
     def settled(self) -> Settled:
         """How far things without a size are displaced on the page."""
         seen = self.projection
-        return settled(self.scene, self.home, np.array(seen.right), np.array(seen.up), seen.scale)
+        return settle(self.scene, self.home, np.array(seen.right), np.array(seen.up), seen.scale)
 
     def moved(self, placed: Placed) -> Sheet:
         """Return the sheet of another instant, on which things without a size are displaced as on this one."""

@@ -320,7 +320,7 @@ def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield Arc(at, 1.2, None, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
 
 
-def _torsion(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+def _torsion_spring(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield the spiral of a spring in a hinge."""
     named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
     turn = np.linspace(0.0, 5.0 * np.pi, 90)
@@ -328,7 +328,7 @@ def _torsion(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield Stroke(at + radii[:, None] * np.column_stack((np.cos(turn), np.sin(turn))), sheet.pen(item), **named)
 
 
-def _damped(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+def _torsion_damper(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield the cup of a damper in a hinge."""
     named, at = sheet.named(item, LAYER_JOINT + 0.2, symbol.at), sheet.at(item.body, symbol.at)
     yield Arc(at, 8.0, sheet.pen(item), 0.2, np.pi - 0.2, **named)
@@ -366,12 +366,12 @@ def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield Stroke(np.array([at + 10.0 * way, at + 14.0 * way]), INK, **named)
 
 
-def _driven(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+def _drive(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield an arrow along the axis of what is driven, or most of a circle about it."""
     yield Arrow(driven_points(sheet, item, symbol), MOTION, head=5.0, **sheet.named(item, LAYER_ARROW))
 
 
-def _nothing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+def _ring_if_marked(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield ink only where the item is marked: a ring about its place."""
     if sheet.is_marked(item.path):
         yield Arc(sheet.at(item.body, symbol.at), 9.0, sheet.pen(item), **sheet.named(item, LAYER_JOINT, symbol.at))
@@ -382,7 +382,7 @@ def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     at = touching_place(sheet, item, symbol)
     if at is not None:
         yield Arc(at, 1.3, None, fill=BLACK, **sheet.named(item, LAYER_JOINT + 0.5, symbol.at))
-    yield from _nothing(sheet, item, symbol)
+    yield from _ring_if_marked(sheet, item, symbol)
 
 
 def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -398,8 +398,8 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "cardan": _cardan,
     "weld": weld_marks,
     "slider": _slider,
-    "hanger": _nothing,
-    "nut_body": _nothing,
+    "hanger": _ring_if_marked,
+    "nut_body": _ring_if_marked,
     "sleeve": _sleeve,
     "nut": _screw,
     "bead": _bead,
@@ -413,17 +413,17 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "point": _point,
     "place": _point,
     "used_point": _edge,
-    "torsion_spring": _torsion,
-    "torsion_damper": _damped,
+    "torsion_spring": _torsion_spring,
+    "torsion_damper": _torsion_damper,
     "motor": _motor,
     "skate": _skate,
     "rack": _rack,
     "gear": _gear,
-    "drive_about": _driven,
-    "drive_along": _driven,
-    "tie": _nothing,
-    "free": _nothing,
+    "drive_about": _drive,
+    "drive_along": _drive,
+    "tie": _ring_if_marked,
+    "free": _ring_if_marked,
     "contact": _contact,
-    "friction": _nothing,
+    "friction": _ring_if_marked,
 }
 """How each kind of symbol looks."""

@@ -131,7 +131,7 @@ class Room:
 
     def acts_across(self, start: Floats, stop: Floats) -> bool:
         """Return whether a line crosses the arrow of a load, a spring or a rope."""
-        return bool(self._acting) and crossed(start, stop, np.vstack(self._acting)) > 0
+        return bool(self._acting) and crossing_count(start, stop, np.vstack(self._acting)) > 0
 
     def covered(self, points: Floats) -> Floats:
         """Return in how many filled areas each of the points (m, 2) lies: (m,)."""
@@ -151,7 +151,7 @@ class Room:
         return float(close * _STRIDE + 40.0 * text)
 
 
-def crossed(start: Floats, stop: Floats, lines: Floats) -> int:
+def crossing_count(start: Floats, stop: Floats, lines: Floats) -> int:
     """Return how many lines (n, 4) a line crosses."""
     one, two, way = lines[:, :2], lines[:, 2:], stop - start
 
@@ -235,7 +235,7 @@ class Candidates:
         self.wish = wish
         self.wide = width_of(wish.runs, wish.size)
         self.high = (HEIGHT + DESCENT) * wish.size
-        rows = list(_tried(np.asarray(wish.about, dtype=float), wish, steps))
+        rows = list(_starts(np.asarray(wish.about, dtype=float), wish, steps))
         base, way, step, extra = (np.array(column) for column in zip(*rows, strict=True))
         half = np.array([self.wide, self.high]) / 2
         self.base = base
@@ -255,7 +255,7 @@ class Candidates:
         self.boxes = box_at(self.centres, self.wide, self.high)
 
 
-def _tried(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
+def _starts(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
     """Yield places to start from, directions, distances and costs of their own."""
     short = len(about) == 1 or float(np.hypot(*np.diff(about, axis=0).T).sum()) < _SHORT
     if short or steps[0] > 0.0:
@@ -311,7 +311,7 @@ def _outside(room: Room, wish: Wish) -> list[Placed]:
     """Return a label below all that is drawn, without a leader, which would cross other letters."""
     low = [float(each[:, 1::2].min()) for each in (room.segments, room.letters) if len(each)]
     at = np.array([float(np.asarray(wish.about)[0, 0]), min(low, default=0.0) - 2.0 * wish.size])
-    return [TextMark(at, wish.runs, wish.size, wish.colour, **_named(wish))]
+    return [TextMark(at, wish.runs, wish.size, wish.colour, **_mark_fields(wish))]
 
 
 def _lines(room: Room, one: Candidates) -> Floats:
@@ -344,9 +344,9 @@ def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> lis
     _, i, leader = best
     wish, box = one.wish, one.boxes[i]
     at = np.array([box[0], box[1] + DESCENT * wish.size])
-    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **_named(wish))]
+    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **_mark_fields(wish))]
     if leader is not None:
-        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **_named(wish)))
+        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **_mark_fields(wish)))
     return marks
 
 
@@ -377,5 +377,5 @@ def _leader(one: Candidates, i: int) -> Floats | None:
     return np.array([base + min(one.wish.clear, 2.0) * way, end])
 
 
-def _named(wish: Wish) -> dict[str, Any]:
+def _mark_fields(wish: Wish) -> dict[str, Any]:
     return {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}

@@ -30,7 +30,7 @@ from multibody_sym.pictures.page.picture import (
     Wish,
     box_of,
     in_order,
-    moved,
+    shifted_mark,
     simple,
     width_of,
 )
@@ -79,7 +79,7 @@ def place_measures(room: Room, measures: Sequence[Measure]) -> tuple[list[Placed
         lines.append(best)
     found: list[Placed] = []
     for line in lines:
-        if line.crossed(room):
+        if line.is_crossed(room):
             room.forget(line.letters)
             found.extend(line.marks(gap=False))
             told.append(line.wish)
@@ -100,7 +100,7 @@ def _cheapest(room: Room, one: Measure) -> _Line:
     return best
 
 
-def _named(one: Measure | AngleArc, layer: int = LAYER_ARROW) -> dict[str, Any]:
+def _mark_fields(one: Measure | AngleArc, layer: int = LAYER_ARROW) -> dict[str, Any]:
     return {"role": one.role, "name": one.name, "layer": float(layer)}
 
 
@@ -158,7 +158,7 @@ class _Line:
 
     def marks(self, *, gap: bool) -> list[Placed]:
         """Return the extension lines and the arrows, with a gap for the letters or without."""
-        named = _named(self.one)
+        named = _mark_fields(self.one)
         found: list[Placed] = [Stroke(line, THIN, **named) for line in self._extensions()]
         if self.inside and gap:
             half = self.gap / 2 * self.along
@@ -173,7 +173,7 @@ class _Line:
     def letters(self) -> TextMark:
         """The letters in their place."""
         at = np.array([self.box[0, 0], self.box[0, 1] + DESCENT * self.one.size])
-        return TextMark(at, self.one.runs, self.one.size, **_named(self.one, LAYER_TEXT))
+        return TextMark(at, self.one.runs, self.one.size, **_mark_fields(self.one, LAYER_TEXT))
 
     @property
     def wish(self) -> Wish:
@@ -186,7 +186,7 @@ class _Line:
         for mark in (*self.marks(gap=True), self.letters):
             room.take(mark)
 
-    def crossed(self, room: Room) -> bool:
+    def is_crossed(self, room: Room) -> bool:
         """Whether a line or other letters touch the letters."""
         return bool(crossings(self.box, room.segments)[0] + overlaps(self.box, room.letters)[0] > 1)
 
@@ -226,7 +226,7 @@ def _arc_cost(room: Room, one: AngleArc, radius: float) -> float:
 
 
 def _arc_marks(one: AngleArc, radius: float) -> list[Placed]:
-    named, at = _named(one), np.asarray(one.at, dtype=float)
+    named, at = _mark_fields(one), np.asarray(one.at, dtype=float)
     arc = Arc(at, radius, THIN, one.start, one.stop)
     marks: list[Placed] = [
         Stroke(_ray(at, angle, PIN + 0.6, radius + 9.0), HIDDEN, **named)
@@ -264,7 +264,7 @@ def laid_out(marks: Iterable[Mark], title: str, description: str = "") -> Pictur
     left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
     shift = np.array([MARGIN - left, MARGIN - bottom])
     width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
-    return Picture(width, height, [moved(mark, shift) for mark in marks], title, description)
+    return Picture(width, height, [shifted_mark(mark, shift) for mark in marks], title, description)
 
 
 def _legend(drawn: list[Placed], notes: list[LegendLine]) -> Iterator[TextMark]:

@@ -334,7 +334,7 @@ def in_order(marks: Iterable[Placed]) -> list[Placed]:
     return sorted(marks, key=lambda mark: (mark.layer, mark.depth))
 
 
-def moved(mark: Placed, shift: Floats) -> Placed:
+def shifted_mark(mark: Placed, shift: Floats) -> Placed:
     """Return a mark farther by `shift` (2)."""
     if isinstance(mark, Arc):
         return replace(mark, centre=np.asarray(mark.centre) + shift)
@@ -356,19 +356,19 @@ def box_of(mark: Simple) -> Box:
 def simple(mark: Placed) -> list[Simple]:
     """Return a mark as strokes, arcs and texts."""
     if isinstance(mark, Hatch):
-        return _hatched(mark)
+        return _hatch_lines(mark)
     if isinstance(mark, Arrow):
         return _with_heads(mark)
     return [mark]
 
 
-def _named(mark: Mark) -> dict[str, Any]:
+def _mark_fields(mark: Mark) -> dict[str, Any]:
     return {"role": mark.role, "name": mark.name, "layer": mark.layer, "depth": mark.depth}
 
 
-def _hatched(mark: Hatch) -> list[Simple]:
+def _hatch_lines(mark: Hatch) -> list[Simple]:
     """Return the line and its ticks, which lean back at 45 degrees and stay within the length of the line."""
-    named, found = _named(mark), list[Simple]()
+    named, found = _mark_fields(mark), list[Simple]()
     points = np.asarray(mark.points, float)
     if mark.line:
         found.append(Stroke(points, mark.pen, **named))
@@ -389,7 +389,7 @@ def _hatched(mark: Hatch) -> list[Simple]:
 
 def _with_heads(mark: Arrow) -> list[Simple]:
     """Return the shaft, ended inside the heads, and the heads."""
-    named, points = _named(mark), np.asarray(mark.points, float).copy()
+    named, points = _mark_fields(mark), np.asarray(mark.points, float).copy()
     length = float(np.hypot(*np.diff(points, axis=0).T).sum())
     size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
     found: list[Simple] = []

@@ -16,10 +16,10 @@ from multibody_sym.text.files import path_name, write_whole
 def write_figure(figure: Any, path: str | os.PathLike[str]) -> None:
     """Write the figure as PNG, SVG or PDF, by the ending of `path`. Raises OutputError."""
     ending = os.path.splitext(path_name(path))[1].removeprefix(".").lower() or "png"
-    write_whole(path, content(figure, ending))
+    write_whole(path, figure_content(figure, ending))
 
 
-def content(figure: Any, ending: str) -> bytes:
+def figure_content(figure: Any, ending: str) -> bytes:
     """Return the figure in a format, the same bytes each time. Raises OutputError for what is no format."""
     import matplotlib as mpl
 

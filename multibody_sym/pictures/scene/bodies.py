@@ -264,7 +264,7 @@ def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
         yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
 
 
-def _driven(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
+def _drive(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
     """Yield the direction in which a joint is driven."""
     each = placed_joint(stage, element.joint)
     axes = each.turns or each.slides
@@ -335,7 +335,7 @@ def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
 
 _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
     Gear: _gear,
-    PrescribedMotion: _driven,
+    PrescribedMotion: _drive,
     PointOnLine: _on_line,
     PointInPlane: _in_plane,
     OnCurve: _on_curve,

@@ -60,6 +60,8 @@ class _Form:
     """Whether a surface of this form shows the whole of its body."""
     sized: ClassVar[bool] = True
     """Whether its bounds say how large it is; not so for signs, rails and planes."""
+    guides: ClassVar[bool] = False
+    """Whether others slide along it or lie on it."""
 
     @property
     def bounds(self) -> Floats:
@@ -163,6 +165,7 @@ class Face(_Form):
     ends: tuple[Vector, Vector] | None = None
     shows_body: ClassVar[bool] = True
     sized: ClassVar[bool] = False
+    guides: ClassVar[bool] = True
 
     @property
     def bounds(self) -> Floats:
@@ -186,6 +189,7 @@ class Rail(_Form):
     reach: tuple[float, float]
     light: bool = False
     sized: ClassVar[bool] = False
+    guides: ClassVar[bool] = True
 
     @property
     def bounds(self) -> Floats:

@@ -474,18 +474,18 @@ def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool =
         middle = np.pi if once or near is None else near
         low, high = middle - np.pi, middle + np.pi
         if not once and near is not None:
-            wider = _defined(stage, curve, (middle - 2.0 * np.pi, middle + 2.0 * np.pi), near)
+            wider = _defined_points(stage, curve, (middle - 2.0 * np.pi, middle + 2.0 * np.pi), near)
             if all(_cusps(*wider)):  # a whole arch
                 return _between_cusps(*wider)
     else:
         reach = max(_reach(stage), 1.3 * abs(near or 0.0))
         low, high = -reach, reach
     if once:
-        return _defined(stage, curve, (low, high), low)[0]
-    return _between_cusps(*_defined(stage, curve, (low, high), near))
+        return _defined_points(stage, curve, (low, high), low)[0]
+    return _between_cusps(*_defined_points(stage, curve, (low, high), near))
 
 
-def _defined(
+def _defined_points(
     stage: Stage, curve: Curve, ends: tuple[float, float], near: float | None
 ) -> tuple[list[Vector], int]:
     """Return points of a curve where it is defined, and how many of them come before the parameter `near`."""
