@@ -28,7 +28,7 @@ from multibody_sym.derivation.force_letters import (
 from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.dynamics.programs.reactions import OneWayForces, ropes
+from multibody_sym.dynamics.programs.reactions import LawForces, ropes
 from multibody_sym.mechanics.contact_geometry import touch
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, LawElement, component_names
@@ -142,14 +142,14 @@ def sums(instant: Instant, several: Collection[Component], touching: Motion) -> 
         return {}
     dynamics = composite_body(touching.mechanism, touching.state)
     names, idle = dynamics.row_names, idle_combinations(dynamics)
-    acting = OneWayForces(instant.motion, instant.multipliers)
+    acting = LawForces(instant.motion, instant.multipliers)
     found = {}
     for name, corners in asked.items():
         rubbing = (part for x in corners if (x.name, "friction") in several for part in x.frictions[:1])
         rows = {row.name for part in rubbing for row in part.rows}
         left = (sum(share for row, share in zip(names, each, strict=True) if row in rows) for each in idle)
         if rows <= set(names) and all(abs(float(x)) <= NEGLIGIBLE for x in left):
-            found[name] = {"friction": float(acting.asked(name, "friction"))}
+            found[name] = {"friction": float(acting.component(name, "friction"))}
     return found
 
 
@@ -197,7 +197,7 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component
 def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]:
     """Return the forces at an instant but ambiguous ones; those of joints are what the run tells of them."""
     mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
-    acting = OneWayForces(instant.motion, instant.multipliers)
+    acting = LawForces(instant.motion, instant.multipliers)
     found: dict[str, dict[str, Any]] = {
         row.name: {"force": x}
         for row, x in zip(mechanism.rows, instant.multipliers, strict=True)

@@ -22,7 +22,7 @@ from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.constraints.redundancy import held_coordinates
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
 from multibody_sym.dynamics.programs.quantities import Instant
-from multibody_sym.dynamics.programs.reactions import OneWayForces
+from multibody_sym.dynamics.programs.reactions import LawForces
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
@@ -315,7 +315,7 @@ _ROUNDING: Final = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class ActingForces(OneWayForces):
+class ActingForces(LawForces):
     """The elements of a mechanism in its mode at an instant, with their forces and accelerations."""
 
     udot: Sequence[S]

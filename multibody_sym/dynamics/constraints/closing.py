@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.constrained import correction, in_floats
 from multibody_sym.dynamics.formalisms.equations import MassFactors, completed_matrix, massless_speeds
-from multibody_sym.dynamics.programs.closing import CompiledRows, RowNumbers
+from multibody_sym.dynamics.programs.closing import ClosingRows, CompiledRows
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
@@ -128,7 +128,7 @@ class ConstraintRows:
             return len(self.active)
         return int(self.compiled.acting[list(self.active)].sum())
 
-    def numbers(self, q: Floats, u: Floats | None = None) -> RowNumbers | None:
+    def numbers(self, q: Floats, u: Floats | None = None) -> ClosingRows | None:
         """Return all rows in numbers by compiled Programs; None without these, and where some have no value."""
         if self.compiled is None:
             return None

@@ -28,7 +28,13 @@ from multibody_sym.dynamics.formalisms.constrained import constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.dynamics.programs.repeated_bodies import Kind, packed, unpacked, vectors, worth_scanning
+from multibody_sym.dynamics.programs.repeated_bodies import (
+    BodyKind,
+    pack_inertia,
+    unpack_inertia,
+    vectors,
+    worth_scanning,
+)
 from multibody_sym.dynamics.programs.system import friction_of
 from multibody_sym.mechanics.impact_records import JumpRow, MeetingRow
 from multibody_sym.mechanics.impacts import after_impact, impact_mechanism, state_in_impact
@@ -163,7 +169,7 @@ def _pushes(blow: Blow, rows: Sequence[Row], seen: Mapping[str, Row]) -> dict[in
 class _Scan:
     blow: Blow
     struck: StruckRows
-    kinds: Sequence[Kind]
+    kinds: Sequence[BodyKind]
     bodies: Bodies
     pushes: Mapping[int, list[_Push]]
     rows: int
@@ -223,7 +229,7 @@ class _Scan:
         speeds = [dict(zip((*names, *self.seen), each, strict=True)) for each in (first, after)]
         return list(self.judge(dict(zip(names, impulses, strict=True)), *speeds))
 
-    def _struck_kinds(self) -> tuple[list[Kind], dict[int, list[_Push]], Bodies]:
+    def _struck_kinds(self) -> tuple[list[BodyKind], dict[int, list[_Push]], Bodies]:
         """Return the kinds with one more for each body that is struck, what pushes those, and the bodies."""
         kinds, pushed = list(self.kinds), dict[int, list[_Push]]()
         chosen, all_leaves, atoms = list(self.bodies.kinds), list(self.bodies.leaves), list(self.bodies.atoms)
@@ -239,10 +245,10 @@ class _Scan:
             state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
             chosen[body], atoms[body] = len(kinds), tuple(known)
             all_leaves.append(tuple(known.values()))
-            kinds.append(Kind(kind.mechanism, state))
+            kinds.append(BodyKind(kind.mechanism, state))
         return kinds, pushed, Bodies(tuple(chosen), tuple(all_leaves), tuple(atoms))
 
-    def _step(self, kinds: Sequence[Kind], pushed: Mapping[int, list[_Push]], number: int, read: Values) -> Values:
+    def _step(self, kinds: Sequence[BodyKind], pushed: Mapping[int, list[_Push]], number: int, read: Values) -> Values:
         """Return what a body hands on, and its jumps, impulses and powers in all columns."""
         kind, c = kinds[number], self.columns
         body, state = kind.body, kind.state
@@ -250,7 +256,7 @@ class _Scan:
         moved = body_motion(body, moving_parent(w, v, ZERO_VECTOR), state)
         R_WB, p_WB = body_pose(moved, ((x, y, z), p))
         own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
-        inertia = articulated(about_origin(body_mass(body, state))).plus(unpacked(read["carried"][6 * c :]))
+        inertia = articulated(about_origin(body_mass(body, state))).plus(unpack_inertia(read["carried"][6 * c :]))
         freedoms, left = eliminate_joint(body.u, moved, inertia)
         handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
         for j in range(c):
@@ -269,7 +275,7 @@ class _Scan:
         twists: list[Wrench] = [*here, (moved.v_WB, moved.w_WB)]
         return {
             "motion": (*moved.w_WB, *moved.v_WB, *(x for row in R_WB for x in row), *p_WB),
-            "carried": (*handed, *packed(left.moved(moved.R_PB, moved.p_PB))),
+            "carried": (*handed, *pack_inertia(left.moved(moved.R_PB, moved.p_PB))),
             "reached": [x for a, alpha in here for x in (*a, *alpha)],
             **jumps,
             **told,
@@ -363,7 +369,7 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
     return own, measured
 
 
-def _told(kind: Kind, moved: BodyMotion, wrench: Wrench) -> list[S]:
+def _told(kind: BodyKind, moved: BodyMotion, wrench: Wrench) -> list[S]:
     """Return a joint's impulse about its point, in the frame on the parent."""
     R_PF, _ = pose(kind.state, kind.body.frame_on_parent)
     _, point = pose(kind.state, kind.body.frame_on_body)

@@ -2,7 +2,7 @@
 
 All rows are computed; a solve takes the acting ones, A = H G^-1, and the forces that they exert: A itself where nothing
 slides. A sliding part has a multiplier of its own, -mu N along its slip. Reactions, powers and outputs are sums over
-all rows, whatever the mode. Multipliers lambda that other rows are defined by stand beside x:
+all rows, whatever the mode. Multipliers lambda that define other rows stand beside x:
 
     A x + D lambda = r,   x = C^T lambda    as    [A D] (x, lambda) = r,   (x, lambda) = [C 1]^T lambda
 """
@@ -19,10 +19,10 @@ from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_programs import (
     STABILISING,
-    Friction,
     Row,
     RowProgram,
     RowValues,
+    SlidingForces,
     column,
     combination,
     law_program,
@@ -31,7 +31,7 @@ from multibody_sym.dynamics.programs.law_programs import (
     with_friction,
     with_sliding,
 )
-from multibody_sym.dynamics.programs.quantities import Sources, answered, forces_of
+from multibody_sym.dynamics.programs.quantities import Sources, forces_of, with_quantities
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
@@ -63,19 +63,19 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, less_equa
 from multibody_sym.scalars.vectors import S, unit_quaternion
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What the numbers of a mode make of friction and of switching functions, in Programs of all modes.
+# Friction and switching functions for the numbers of a mode, in Programs of all modes.
 
 
 _HALF: Final = ONE / 2
 
 
-def chosen(number: Node, yes: S, no: S) -> Node:
+def choose(number: Node, yes: S, no: S) -> Node:
     """Return one of two values by a number that is 1 or 0."""
     return as_node(where(less(_HALF, number), as_node(yes), as_node(no)))
 
 
 def is_of_normal(function: str) -> bool:
-    """Return whether a switching function, by its name, is that of a normal, which every mode watches."""
+    """Return whether a switching function, by its name, is that of a normal, which is watched in every mode."""
     return function.startswith("normal ")
 
 
@@ -98,12 +98,12 @@ class ModeValues:
         if part.regularised is not None:
             kinetic, least = self.motion.state.values([part.kinetic, part.regularised])
             return list(map(as_node, sliding(kinetic, speeds, length([*speeds, least]))))
-        slip, mu = self.modes.slip(part), chosen(self.modes.at_limit(part), *limits)
+        slip, mu = self.modes.slip(part), choose(self.modes.at_limit(part), *limits)
         if len(part.rows) == 1:
             return [as_node(-slip * mu)]
         ways = self._slip_velocity(part, speeds)
-        whole = chosen(slip, length(ways), ONE)
-        return [chosen(slip, -mu * v / whole, ZERO) for v in ways]
+        whole = choose(slip, length(ways), ONE)
+        return [choose(slip, -mu * v / whole, ZERO) for v in ways]
 
     def functions(self, multipliers: Sequence[Node]) -> dict[str, S]:
         """Return the switching functions of all modes by name, for the multipliers of all rows."""
@@ -118,7 +118,7 @@ class ModeValues:
                     found[f"turns {row.name}"] = -towards(side, force)
                 continue
             opens, closes = -values.normal(element), values.closes(normal)
-            found[f"normal {element.name}"] = chosen(self.modes.acts(normal), opens, closes)
+            found[f"normal {element.name}"] = choose(self.modes.acts(normal), opens, closes)
             if has_end(element):
                 found[f"edge {element.name}"] = values.leaves(normal)
             if has_rim(element):
@@ -128,20 +128,20 @@ class ModeValues:
             slip, way = self.modes.slip(part), f"slip {part.name}"
             held = -values.room(element, part)
             if len(part.rows) == 1:
-                found[way] = chosen(slip * slip, -slip * speeds[0], held)
+                found[way] = choose(slip * slip, -slip * speeds[0], held)
                 continue
-            found[way] = chosen(slip, -length(self._slip_velocity(part, speeds)), held)
+            found[way] = choose(slip, -length(self._slip_velocity(part, speeds)), held)
             onward = along(self.modes.direction(part), speeds)
             found |= {f"onward {part.name}": onward, f"back {part.name}": -onward}
         return found
 
     def _slip_velocity(self, part: FrictionPart, speeds: Sequence[Node]) -> list[Node]:
-        """Return what has the direction of slip in space (see `mechanics.points`)."""
+        """Return a vector along the slip in space (see `mechanics.points`)."""
         return [v + real(STARTING) * way for v, way in zip(speeds, self.modes.direction(part), strict=True)]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What the numbers of a mode make of contacts by kinds: said once a kind, and scanned over those that act.
+# Contacts by kinds for the numbers of a mode: derived once a kind, and scanned over those that act.
 #
 # A function here takes a kind and its rows, in whose arrays it reads, and returns values by name.
 
@@ -165,7 +165,7 @@ def pressing(kind: ContactKind, rows: RowValues) -> Named:
 def exerted_by(kind: ContactKind, rows: RowValues) -> tuple[list[Row], Row]:
     """Return by the speeds of a contact the force of each way in which its rows share, friction included.
 
-    And that of all its rows with the shares that a mode gives them.
+    The second result is the force of all its rows with the shares of the mode.
     """
     sliding = with_sliding(rows.matrix("exerted", kind.leaves), _frictions(kind))
     modes = ModeNodes(kind.mechanism)
@@ -173,26 +173,26 @@ def exerted_by(kind: ContactKind, rows: RowValues) -> tuple[list[Row], Row]:
     return ways, combination(zip(modes.carried(), sliding, strict=True))
 
 
-def unloaded(kind: ContactKind, rows: RowValues) -> Named:
-    """Return `right` less what the motion `near`, that of the shares of all rows, gives to it."""
+def right_without_shares(kind: ContactKind, rows: RowValues) -> Named:
+    """Return `right` less its part from the motion `near`, that of the shares of all rows."""
     return {"right": _less(kind.leaves["right"], rows.matrix("matrix", kind.leaves), kind.leaves["near"])}
 
 
-def missing(kind: ContactKind, rows: RowValues) -> Named:
+def missing_accelerations(kind: ContactKind, rows: RowValues) -> Named:
     """Return by how much the accelerations `near` are short of `gamma`."""
     return {"missing": _less(kind.leaves["gamma"], rows.matrix("jacobian", kind.leaves), kind.leaves["near"])}
 
 
 def multipliers(kind: ContactKind, rows: RowValues) -> Named:
-    """Return the multipliers of all rows for the sum of both solves, `taken` and `more`, one number a way."""
+    """Return the multipliers of all rows for the sum of both solves, `taken` and `more`, with one number a way."""
     own, modes = kind.leaves, ModeNodes(kind.mechanism)
     taken = [x + y for x, y in zip(own["taken"], own["more"], strict=True)]
     found = Sharing(modes.carried(), modes.ways()).carried(taken)
     return {"multipliers": with_friction(list(map(as_node, found)), _frictions(kind))}
 
 
-def correcting(kind: ContactKind, rows: RowValues) -> Named:
-    """Return the `elements` of the rows by which speeds are put back (see `correcting_rows`)."""
+def correction_elements(kind: ContactKind, rows: RowValues) -> Named:
+    """Return the `elements` of the rows that correct speeds (see `correcting_rows`)."""
     return {"elements": elements(correcting_rows(kind, rows))}
 
 
@@ -204,33 +204,33 @@ def correcting_rows(kind: ContactKind, rows: RowValues) -> list[Row]:
     return [of_moving(*each, own["held"], some) for each in zip(jacobian, by_mass, strict=True)]
 
 
-def missed(kind: ContactKind, rows: RowValues) -> Named:
-    """Return what is missed at a state (see `missed_by`)."""
+def contact_residuals(kind: ContactKind, rows: RowValues) -> Named:
+    """Return the residuals of a contact at a state (see `residuals`)."""
     acts = map(ModeNodes(kind.mechanism).acts, kind.mechanism.rows)
-    return missed_by(row_motions(kind.motion), list(acts))
+    return residuals(row_motions(kind.motion), list(acts))
 
 
 def ends_of_normal(kind: ContactKind, rows: RowValues) -> Named:
-    """Return when a contact closes or opens."""
+    """Return the function that ends a mode where a contact closes or opens."""
     values = ModeValues(kind.motion).functions(kind.leaves["rows"])
     return {"values": [as_node(x) for name, x in values.items() if is_of_normal(name)]}
 
 
 def ends_of_touching(kind: ContactKind, rows: RowValues) -> Named:
-    """Return when else the mode of a contact that touches ends."""
+    """Return the other functions that end a mode of a contact that touches."""
     values = ModeValues(kind.motion).functions(kind.leaves["rows"])
     return {"values": [as_node(x) for name, x in values.items() if not is_of_normal(name)]}
 
 
-def _frictions(kind: ContactKind) -> list[Friction]:
-    """Return what rubs where a contact touches."""
-    own, values, found = kind.leaves, ModeValues(kind.motion), list[Friction]()
+def _frictions(kind: ContactKind) -> list[SlidingForces]:
+    """Return the friction where a contact touches."""
+    own, values, found = kind.leaves, ModeValues(kind.motion), list[SlidingForces]()
     places = {row.name: k for k, row in enumerate(kind.mechanism.rows)}
     for k, (element, part) in enumerate(friction_parts(kind.mechanism)):
         tangents = [places[row.name] for row in part.rows]
         forces = values.friction(part, [own["phidot"][j] for j in tangents], own["limits"][2 * k : 2 * k + 2])
         normals = [places[row.name] for row in element.normals_of(part)]
-        found.append(Friction(normals, [ONE] * len(normals), tangents, forces, norm=False))
+        found.append(SlidingForces(normals, [ONE] * len(normals), tangents, forces, norm=False))
     return found
 
 
@@ -247,31 +247,31 @@ def elements(rows: Iterable[Row]) -> list[Node]:
 
 
 def baumgarte(row: DeclaredRow, phi: Node, phidot: Node, alpha_beta: Sequence[Node]) -> Node:
-    """Return Baumgarte's term of a row (see `system.stabilised`)."""
+    """Return Baumgarte's term of a row (see `system.constrained_motion`)."""
     alpha, beta = alpha_beta
     return -2 * alpha * phidot - beta**2 * phi if row.is_holonomic else -alpha * phidot
 
 
 def of_moving(row: Row, by_mass: Row, held: Sequence[Node], some: Node) -> Row:
-    """Return a row of the speeds that are not held where `some` are, else that of all of them by mass."""
+    """Return a row of the speeds that are not held, if `some` are held, else of all of them by mass."""
     least = sum((absolute(h) * held[j] for j, h in row.items()), ZERO)
-    moving = {j: chosen(held[j], ZERO, felt(h, least)) for j, h in row.items()}
-    return {j: chosen(some, moving.get(j, ZERO), by_mass.get(j, ZERO)) for j in sorted({*moving, *by_mass})}
+    moving = {j: choose(held[j], ZERO, felt(h, least)) for j, h in row.items()}
+    return {j: choose(some, moving.get(j, ZERO), by_mass.get(j, ZERO)) for j in sorted({*moving, *by_mass})}
 
 
-def missed_by(rows: Sequence[RowMotion], acts: Sequence[Node]) -> Named:
+def residuals(rows: Sequence[RowMotion], acts: Sequence[Node]) -> Named:
     """Return phi and the `residual` phidot of the rows that act, zeros for the others."""
     pairs = list(zip(rows, acts, strict=True))
     return {
-        "phi": [chosen(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
-        "residual": [chosen(acting, row.phidot, ZERO) for row, acting in pairs],
+        "phi": [choose(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
+        "residual": [choose(acting, row.phidot, ZERO) for row, acting in pairs],
     }
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 
 _SETTLED: Final = real(1e-15)
-"""The part of the largest reaction by which rounding changes reactions from pass to pass."""
+"""From pass to pass rounding changes reactions by this part of the largest."""
 _Make = Callable[[ContactKind, RowValues], Mapping[str, Sequence[Node]]]
 _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
@@ -280,8 +280,8 @@ _NO_END: Final = -ONE
 def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict[str, Program], dict[str, list[int]]]:
     """Return by name the Programs that runs of a mechanism take in any of its modes, by a formalism; `laws` among them.
 
-    `declared` is in no mode; those for runs are of the mechanism `in_every_mode`, by methods that take the derivative
-    alone. With them are the places of the entries of matrices of `laws` (see `law_program`).
+    `declared` is in no mode; Programs for runs are of the mechanism `in_every_mode`, for methods that take the
+    derivative alone. The second result are the places of entries of matrices of `laws` (see `law_program`).
     """
     known, mechanism = row_program(declared, formalism), in_every_mode(declared)
     laws, places = law_program(declared, known)
@@ -292,7 +292,7 @@ def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict
 
     sources = Sources(modes.state_derivative(), energy_program(mechanism), motion)
     missed, normalize = modes.missed(), modes.normalize()
-    made = {
+    every = {
         "inputs": inputs_program(mechanism),
         "state_derivative": sources.state_derivative,
         "missed": missed,
@@ -301,13 +301,13 @@ def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict
         "outputs": outputs_program(mechanism, sources),
         "events": modes.events(sources),
     }
-    made |= {} if normalize is None else {"normalize": normalize}
-    return {**all_rolled(made), "laws": laws}, places
+    every |= {} if normalize is None else {"normalize": normalize}
+    return {**all_rolled(every), "laws": laws}, places
 
 
 @dataclass(frozen=True, eq=False)
-class _Instant:
-    """What `rows` tells of a state in a trace: matrices row by row, and vectors by name."""
+class _RowsAtState:
+    """The outputs of `rows` at a state in a trace: matrices row by row, and vectors by name."""
 
     known: RowProgram
     values: Mapping[str, Sequence[Node]]
@@ -322,13 +322,13 @@ class _Instant:
 
     @cached_property
     def coupling(self) -> list[Row]:
-        """The columns of D of rows that others are defined by, behind those of the speeds."""
+        """The columns of D of rows that define others, behind those of the speeds."""
         columns = {j: self.known.size + k for k, j in enumerate(self.known.coupled)}
         return [{columns[j]: x for j, x in row.items()} for row in self.known.matrix("coupling", self.values)]
 
     @property
     def exerting(self) -> list[Row]:
-        """[C 1]: what all rows exert, and multipliers that others are defined by."""
+        """[C 1]: the forces of all rows, and multipliers that define others."""
         found = self.known.matrix("exerted", self.values)
         for k, j in enumerate(self.known.coupled):
             found[j][self.known.size + k] = ONE
@@ -344,10 +344,10 @@ class _Instant:
 
 
 @dataclass(frozen=True)
-class _Pressed:
-    """What acts at a state: gamma and the right side with Baumgarte's terms, and what rows exert where nothing slides.
+class _ActingForces:
+    """At a state: gamma and the right side with Baumgarte's terms, and the forces of rows without sliding.
 
-    Rows of contacts by kinds bring friction along, and share forces; `carried` is what each contact exerts at first.
+    Rows of contacts by kinds carry friction along, and share forces; `carried` are the first forces of each contact.
     """
 
     gamma: list[Node]
@@ -369,7 +369,7 @@ class _EveryMode:
 
     @cached_property
     def values(self) -> ModeValues:
-        """What its numbers make of friction."""
+        """Friction for the numbers of the mode."""
         return ModeValues(self._motion)
 
     @cached_property
@@ -385,9 +385,9 @@ class _EveryMode:
     def _motion(self) -> Motion:
         return motion_of(self.mechanism, slot_state(self.mechanism))
 
-    def _rows(self, trace: Trace) -> _Instant:
+    def _rows(self, trace: Trace) -> _RowsAtState:
         """Return all rows at the state of a trace, those of contacts by kinds where they act."""
-        return _Instant(self.known, self.known.called(trace, self._given(trace), self._touching))
+        return _RowsAtState(self.known, self.known.call(trace, self._given(trace), self._touching))
 
     @cached_property
     def _touching(self) -> list[Node]:
@@ -397,7 +397,7 @@ class _EveryMode:
 
     @cached_property
     def _others(self) -> list[int]:
-        """The rows that no contact by kinds has."""
+        """The rows that belong to no contact by kinds."""
         known = self.known.contacts
         like = {k for number in range(len(known.places)) for k in known.of("rows", number)}
         return [k for k in range(self.known.count) if k not in like]
@@ -410,25 +410,25 @@ class _EveryMode:
         return replace(self.mechanism, one_way=left)
 
     def _given(self, trace: Trace) -> list[Sequence[Node]]:
-        """Return what Programs of the mechanism in no mode read."""
+        """Return the inputs of Programs of the mechanism in no mode."""
         return [trace[array.name] if array.size else () for array in self.known.free.inputs]
 
     def _of_contacts(
         self, trace: Trace, make: _Make, given: Mapping[str, Sequence[Node]]
     ) -> Iterator[dict[str, tuple[Node, ...]]]:
-        """Yield for each contact by kinds what is made of its kind, by name; zeros where it does not touch.
+        """Yield for each contact by kinds the values that `make` gives, by name; zeros where it does not touch.
 
-        That a contact closes is looked for where it does not.
+        The ends of normals are also computed of contacts that do not touch.
         """
         contacts = self.known.contacts
-        made = [make(*each) for each in zip(contacts.kinds, self.known.rows_of_kinds, strict=True)]
+        values = [make(*each) for each in zip(contacts.kinds, self.known.rows_of_kinds, strict=True)]
         gates = () if make is ends_of_normal else self._touching
-        found = contacts.scanned(trace, made, given, gates)
+        scanned = contacts.scanned(trace, values, given, gates)
         for k in range(len(contacts.places)):
-            yield {name: values[k] for name, values in found.items()}
+            yield {name: of_contacts[k] for name, of_contacts in scanned.items()}
 
     def _at_rows(self, trace: Trace, make: _Make, **given: Sequence[Node]) -> Mapping[str, dict[int, Node]]:
-        """Return what contacts by kinds make of their rows, by name and row."""
+        """Return the values that `make` gives for rows of contacts by kinds, by name and row."""
         found = defaultdict[str, dict[int, Node]](dict)
         for k, values in enumerate(self._of_contacts(trace, make, given)):
             for name, nodes in values.items():
@@ -436,12 +436,12 @@ class _EveryMode:
         return found
 
     def _spread(self, number: int, rows: Sequence[Row], nodes: Iterable[Node]) -> list[Row]:
-        """Return rows of a contact over all speeds, by those of its kind, whose elements are known."""
+        """Return rows of a contact over all speeds, from the elements `nodes` of the `rows` of its kind."""
         left, speeds = iter(nodes), self.known.contacts.speeds[number]
         return [{speeds[k]: next(left) for k in sorted(row)} for row in rows]
 
-    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Friction]:
-        """Return what rubs beside contacts by kinds, by phidot of all rows and both coefficients of all parts."""
+    def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[SlidingForces]:
+        """Return the friction beside contacts by kinds, from phidot of all rows and both coefficients of all parts."""
         found, known = [], self._other_elements
         left = {part.name for _, part in friction_parts(known)}
         for k, (element, part) in enumerate(friction_parts(self.mechanism)):
@@ -450,7 +450,8 @@ class _EveryMode:
                 forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
                 normals = element.normals_of(part)
                 sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
-                found.append(Friction([self._places[row.name] for row in normals], sides, tangents, forces, part.norm))
+                places = [self._places[row.name] for row in normals]
+                found.append(SlidingForces(places, sides, tangents, forces, part.norm))
         return found
 
     # --- accelerations ------------------------------------------------------------------------------------------------
@@ -462,21 +463,21 @@ class _EveryMode:
         (free,) = trace.call(self.known.free, self._given(trace))
         found = trace.call_where(some, held, [trace[array.name] for array in trace.inputs])
         accelerations, multipliers, report = found
-        udot = self._moving([chosen(some, a, b) for a, b in zip(accelerations, free, strict=True)])
+        udot = self._moving([choose(some, a, b) for a, b in zip(accelerations, free, strict=True)])
         rates = coordinate_rates(self.mechanism, trace["q"], self._moving(trace["u"]))
         rank, independence, residual = report
         outputs = {
             "qdot": rates,
             "udot": udot,
             "multipliers": multipliers,
-            "report": [rank, chosen(some, independence, ONE), residual],
+            "report": [rank, choose(some, independence, ONE), residual],
         }
         return trace.finish({name: column(values) for name, values in outputs.items()})
 
     def _held(self) -> Program:
         """Return (t, q, u, ..) -> udot before speeds are held, multipliers, report, where some row acts.
 
-        A second solve brings back what large accelerations without rows round away (see `formalisms.constrained`).
+        A second solve restores the rounding of large accelerations without rows (see `formalisms.constrained`).
         """
         trace, n = Trace("held", arrays(self.mechanism)), self.known.size
         now = self._rows(trace)
@@ -491,7 +492,7 @@ class _EveryMode:
         first = self._solve(trace, now, right, exerted)
         near = _sums(now.values["free"], now.unweighted(_sums(first.solution[:n], begun)))
         left = self._at_rows(
-            trace, missing, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
+            trace, missing_accelerations, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
         )["missing"]
         for k in self._others:
             left[k] = pressed.gamma[k] - times(now.jacobian[k], near) - times(now.coupling[k], first.solution)
@@ -501,12 +502,12 @@ class _EveryMode:
         outputs = {"udot": udot, "multipliers": multipliers, "report": first.report}
         return trace.finish({name: column(values) for name, values in outputs.items()})
 
-    def _pressed(self, trace: Trace, now: _Instant) -> _Pressed:
-        """Return what acts, with what presses contacts by kinds."""
+    def _pressed(self, trace: Trace, now: _RowsAtState) -> _ActingForces:
+        """Return the acting forces, with those that press contacts by kinds."""
         stabilising = [self.mechanism.parameters.slot(name) for name in (ALPHA, BETA)]
         given = {name: now.values[name] for name in ("phi", "phidot", "gamma", "right", "matrix", "exerted")}
         given |= {"limits": now.values["coefficients"], STABILISING: stabilising}
-        found = _Pressed(list(given["gamma"]), list(given["right"]), now.exerting, [])
+        found = _ActingForces(list(given["gamma"]), list(given["right"]), now.exerting, [])
         known = self.known
         kinds = [exerted_by(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
         for k, values in enumerate(self._of_contacts(trace, pressing, given)):
@@ -521,8 +522,10 @@ class _EveryMode:
             found.gamma[k], found.right[k] = found.gamma[k] + term, found.right[k] + term
         return found
 
-    def _shared(self, trace: Trace, now: _Instant, pressed: _Pressed) -> tuple[list[Row], list[Node], list[Node]]:
-        """Return what rows exert that share forces, the right side beside what they carry at first, and this (n)."""
+    def _shared(
+        self, trace: Trace, now: _RowsAtState, pressed: _ActingForces
+    ) -> tuple[list[Row], list[Node], list[Node]]:
+        """Return the forces of rows that share, the right side beside their first forces, and the sum of these (n)."""
         assert self._sharing is not None
         exerted, right, sliding = list(pressed.exerting), list(pressed.right), pressed.exerting
         for k in self._others:
@@ -535,16 +538,16 @@ class _EveryMode:
         program = sums.finish({"begun": column(total.get(k, ZERO) for k in range(self.known.size))})
         (begun,) = trace.call_where(self.modes.any_shares, program, [values])
         beside = self._at_rows(
-            trace, unloaded, right=right, matrix=now.values["matrix"], near=begun
+            trace, right_without_shares, right=right, matrix=now.values["matrix"], near=begun
         )["right"]
         for k in range(self.known.count):
             right[k] = beside[k] if k in beside else right[k] - times(now.matrix[k], begun)
         return exerted, right, list(begun)
 
     def _multipliers(
-        self, trace: Trace, now: _Instant, taken: Sequence[Sequence[Node]], frictions: Sequence[Friction]
+        self, trace: Trace, now: _RowsAtState, taken: Sequence[Sequence[Node]], frictions: Sequence[SlidingForces]
     ) -> list[Node]:
-        """Return the multipliers of all rows by what both solves took of each way."""
+        """Return the multipliers of all rows from the numbers of each way in both solves."""
         found = _sums(*taken)
         if self._sharing is not None:
             found = list(map(as_node, self._sharing.carried(found)))
@@ -560,7 +563,7 @@ class _EveryMode:
     def _solve(
         self,
         trace: Trace,
-        now: _Instant,
+        now: _RowsAtState,
         right: Sequence[Node],
         exerted: Sequence[Row],
         gate: Node = ONE,
@@ -572,8 +575,8 @@ class _EveryMode:
         return trace.solve(rows, right, self.known.size + len(self.known.coupled), most, acting, exerted)
 
     def _along_reactions(
-        self, trace: Trace, now: _Instant, pressed: _Pressed, frictions: list[Friction]
-    ) -> list[Friction]:
+        self, trace: Trace, now: _RowsAtState, pressed: _ActingForces, frictions: list[SlidingForces]
+    ) -> list[SlidingForces]:
         """Return friction for reactions that press with their lengths (see `formalisms.constrained`), if any does.
 
         No rows act any more in a pass after one that has changed reactions by rounding alone.
@@ -585,23 +588,23 @@ class _EveryMode:
             exerted = with_sliding(pressed.exerting, [friction.along(multipliers) for friction in frictions])
             found = self._solve(trace, now, pressed.right, exerted, turns).multipliers
             change = _largest(x - y for x, y in zip(found, multipliers, strict=True))
-            multipliers = [chosen(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
+            multipliers = [choose(turns, x, y) for x, y in zip(found, multipliers, strict=True)]
             turns = as_node(where(less_equal(change, _SETTLED * _largest(found)), ZERO, turns))
         return [friction.along(multipliers) for friction in frictions]
 
     def _moving(self, values: Sequence[Node]) -> list[Node]:
         """Return values of the speeds, zero where they are held."""
-        return [chosen(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
+        return [choose(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
 
     # --- positions and speeds -----------------------------------------------------------------------------------------
 
     def missed(self) -> Program:
         """Return -> phi, residual of the rows that act."""
         trace = Trace("missed", arrays(self.mechanism))
-        known = self._at_rows(trace, missed)
+        known = self._at_rows(trace, contact_residuals)
         rows = tuple(self.mechanism.rows[k] for k in self._others)
         others = row_motions(replace(self._motion, mechanism=replace(self.mechanism, rows=rows)))
-        for level, nodes in missed_by(others, [self._acts[k] for k in self._others]).items():
+        for level, nodes in residuals(others, [self._acts[k] for k in self._others]).items():
             known[level].update(zip(self._others, nodes, strict=True))
         every = range(self.known.count)
         return trace.finish({name: column(values[k] for k in every) for name, values in known.items()})
@@ -619,16 +622,16 @@ class _EveryMode:
         of_u = self._least(trace, now, restricting, residual)
         return trace.finish({"of_q": column(of_q), "of_u": column([-x for x in of_u])})
 
-    def _least(self, trace: Trace, now: _Instant, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
-        """Return the least speeds for which the rows at `places` are as wanted: least by mass, or of those not held.
+    def _least(self, trace: Trace, now: _RowsAtState, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
+        """Return the least speeds that give the rows at `places` the `wanted` rates: by mass, or of those not held.
 
-        Rows that define forces restrict nothing: without them so many fewer are independent.
+        Rows that define forces restrict nothing, and are not counted among the independent ones.
         """
         held, some = self.modes.held(), self.modes.any_held
         by_row = {k: of_moving(now.jacobian[k], now.matrix[k], held, some) for k in self._others}
         known, given = self.known, {"jacobian": now.values["jacobian"], "matrix": now.values["matrix"], "held": held}
         kinds = [correcting_rows(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
-        for k, values in enumerate(self._of_contacts(trace, correcting, given)):
+        for k, values in enumerate(self._of_contacts(trace, correction_elements, given)):
             rows = self._spread(k, kinds[known.contacts.chosen[k]], values["elements"])
             by_row |= zip(known.contacts.of("rows", k), rows, strict=True)
         matrix = [by_row[k] for k in places]
@@ -638,10 +641,10 @@ class _EveryMode:
         most = self.mechanism.parameters.slot(INDEPENDENT) - defining
         found = trace.solve(matrix, [wanted[k] for k in places], len(held), most, acting)
         pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
-        return [chosen(some, a, b) for a, b in pairs]
+        return [choose(some, a, b) for a, b in pairs]
 
     def normalize(self) -> Program | None:
-        """Return -> q with unit quaternions, deviation; those of what stands still stay as they are."""
+        """Return -> q with unit quaternions, deviation; those of immobile bodies stay unchanged."""
         trace, held = Trace("normalize", arrays(self.mechanism)), self.modes.held()
         q, deviation = list(trace["q"]), ZERO
         for body in self.mechanism.bodies:
@@ -650,8 +653,8 @@ class _EveryMode:
                     continue
                 stands = reduce(lambda a, b: a * b, [held[k] for k in free.u])
                 unit, off = unit_quaternion([q[k] for k in free.q])
-                deviation = as_node(maximum(deviation, chosen(stands, ZERO, off)))
-                q[free.q[0] : free.q[-1] + 1] = [chosen(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
+                deviation = as_node(maximum(deviation, choose(stands, ZERO, off)))
+                q[free.q[0] : free.q[-1] + 1] = [choose(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
         if deviation is ZERO:
             return None
         return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
@@ -663,7 +666,7 @@ class _EveryMode:
         mechanism = self.mechanism
         trace = Trace("events", (*arrays(mechanism), forces_of(mechanism)))
         asked = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades]
-        values = answered(trace, sources, asked)
+        values = with_quantities(trace, sources, asked)
         known = self._functions(trace)
         values += [as_node(known[name]) for name in functions(mechanism)]
         return trace.finish({"values": ((len(values),), values)})
@@ -680,7 +683,7 @@ class _EveryMode:
                 found |= zip(names, values["values"], strict=True)
         others = replace(self._motion, mechanism=self._other_elements)
         found |= ModeValues(others).functions(trace["multipliers"])
-        return {name: chosen(self.modes.watched(name), value, _NO_END) for name, value in found.items()}
+        return {name: choose(self.modes.watched(name), value, _NO_END) for name, value in found.items()}
 
 
 def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:

@@ -1,7 +1,7 @@
-"""The Program of what one-way laws ask at an instant: all rows, whether they act or not, in weighted coordinates.
+"""The Program that poses the law problem at an instant: all rows, whether they act or not, in weighted coordinates.
 
-With M = G^T G: A = H G^-1, C = (what a unit multiplier exerts) G^-1, D what rows that define a force have of others,
-r = gamma - H M^-1 f; and what decides which rows take part: gaps, rates, ways to edges, coefficients.
+With M = G^T G: A = H G^-1, C = (forces of unit multipliers) G^-1, D the coupling of rows that define a force,
+r = gamma - H M^-1 f; and gaps, rates, distances to edges and coefficients, which decide which rows take part.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import Formalism, coupled_groups, massless_speeds
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
-from multibody_sym.dynamics.programs.repeated_contacts import ContactKind, LikeContacts, Weighted, like_contacts
+from multibody_sym.dynamics.programs.repeated_contacts import LikeContacts, Weighted, like_contacts
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.energy import kinetic_energy, split
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
@@ -24,7 +24,7 @@ from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
 from multibody_sym.mechanics.motion import Motion, motion_of
-from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, coefficients, row_motions
+from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row as ConstraintRow
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import carried_by_flows
@@ -39,9 +39,9 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real
 from multibody_sym.scalars.vectors import S, dot
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Friction in Programs of all modes: what rows exert, and their multipliers, with what slides.
+# SlidingForces in Programs of all modes: forces and multipliers of rows, with those of sliding parts.
 #
-# A sliding part exerts its limit along its slip, for a unit of what presses it: its normals bring that along.
+# A sliding part exerts its limit along its slip, for a unit of the force that presses it: its normals carry that along.
 
 
 _SHORT: Final = real(1e-300)
@@ -52,8 +52,8 @@ Row = dict[int, Node]
 
 
 @dataclass(frozen=True)
-class Friction:
-    """A part that rubs: the places of its normals, each with its side, and of its tangents with the forces along them.
+class SlidingForces:
+    """A friction part: the places of its normals, each with its side, and of its tangents with the forces along them.
 
     These are for a unit normal force, zero where it does not slide. `norm`: the length of the normals presses.
     """
@@ -70,15 +70,15 @@ class Friction:
             for tangent, force in zip(self.tangents, self.forces, strict=True):
                 yield normal, tangent, side * force
 
-    def along(self, multipliers: Sequence[Node]) -> Friction:
+    def along(self, multipliers: Sequence[Node]) -> SlidingForces:
         """Return the part with the direction of its reaction for sides: |F| = d . F with the direction d of F."""
         F = [multipliers[k] for k in self.normals]
         size = as_node(sqrt(sum((x * x for x in F), _SHORT)))
         return replace(self, sides=[x / size for x in F]) if self.norm else self
 
 
-def with_sliding(exerted: Sequence[Row], frictions: Iterable[Friction]) -> list[Row]:
-    """Return what the rows exert: normals bring friction along where something slides."""
+def with_sliding(exerted: Sequence[Row], frictions: Iterable[SlidingForces]) -> list[Row]:
+    """Return the forces of rows: those of normals with the friction of sliding parts."""
     found = [dict(row) for row in exerted]
     for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
         for k, x in exerted[tangent].items():
@@ -86,8 +86,8 @@ def with_sliding(exerted: Sequence[Row], frictions: Iterable[Friction]) -> list[
     return found
 
 
-def with_friction(multipliers: Sequence[Node], frictions: Iterable[Friction]) -> list[Node]:
-    """Return the multipliers of all rows with those of what slides."""
+def with_friction(multipliers: Sequence[Node], frictions: Iterable[SlidingForces]) -> list[Node]:
+    """Return the multipliers of all rows with those of sliding parts."""
     found = list(multipliers)
     for normal, tangent, force in (each for friction in frictions for each in friction.by_sides()):
         found[tangent] = found[tangent] + force * multipliers[normal]
@@ -112,25 +112,25 @@ def times(row: Row, x: Sequence[Node]) -> Node:
 
 _ENDLESS: Final = as_node(1e300)
 ROW_ARRAYS: Final = ("phi", "phidot", "gamma", "right", "taken", "more")
-"""Arrays in which contacts by kinds may read what belongs to their rows."""
+"""Arrays in which contacts by kinds may read the values of their rows."""
 SPEED_ARRAYS: Final = ("near", "held")
-"""... and to the speeds that carry them."""
+"""... and of the speeds that carry them."""
 STABILISING: Final = "stabilising"
 """The array of Baumgarte's alpha and beta."""
 
 
 def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[str, list[int]]]:
-    """Return (t, q, u, ...) -> what laws ask of a mechanism in no mode, and where the entries of its matrices stand.
+    """Return (t, q, u, ...) -> the law problem of a mechanism in no mode, and the places of its matrices' entries.
 
-    It is what `row_program` tells, which is `known`, but for gamma and forcing; and `driven` (m) how long G M^-1 f is
-    over all that a row is joined to: a force, divided by how long its row of C is; `bounces`, `returns` and `reaches`
-    (elements: restitution, normal and tangential, and how far the next end of a face is); `past_ends` (elements: how
-    far, in m, beyond that counts as there at most); `energy` (J).
+    Outputs are those of `row_program`, which is `known`, but for gamma and forcing; and `driven` (m), the length of
+    G M^-1 f over all speeds that a row is joined to: a force, divided by the length of its row of C; `bounces`,
+    `returns` and `reaches` (elements: restitution, normal and tangential, and the distance of the next end of a face);
+    `past_ends` (elements: up to which distance, in m, beyond the end a contact counts); `energy` (J).
     """
     trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
     motion = motion_of(mechanism, slot_state(mechanism))
-    outputs = known.called(trace, [trace[array.name] for array in trace.inputs], [ONE] * known.gates)
-    driven = _driven(mechanism, known, outputs)
+    outputs = known.call(trace, [trace[array.name] for array in trace.inputs], [ONE] * known.gates)
+    driven = _forces_beside(mechanism, known, outputs)
     del outputs["gamma"], outputs["forcing"]
     program = trace.finish(
         {
@@ -149,11 +149,11 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
 
 @dataclass(frozen=True, eq=False)
 class RowProgram:
-    """The Program `rows` of all rows of a mechanism in no mode, and the places of what it computes of each matrix.
+    """The Program `rows` of all rows of a mechanism in no mode, and the places of its entries of each matrix.
 
-    `may_act` are the rows that do not vanish identically. `free` tells M^-1 f alone. Where `contacts` are derived by
-    kinds, each with `rows_of_kinds`, a call tells which of them it asks for: rows of others are zero. Contacts may read
-    the values of their own rows (`ROW_ARRAYS`), elements of their matrices, and what stands for each of their speeds.
+    `may_act` are the rows that do not vanish identically. `free` computes M^-1 f alone. Where `contacts` are derived by
+    kinds, each with `rows_of_kinds`, a call names the contacts that it needs: rows of others are zero. Contacts may
+    read the values of their own rows (`ROW_ARRAYS`), elements of their matrices, and values of their speeds.
     """
 
     program: Program
@@ -167,10 +167,10 @@ class RowProgram:
 
     @property
     def gates(self) -> int:
-        """How many contacts a call tells whether it asks for them."""
+        """How many contacts a call may ask for."""
         return len(self.contacts.chosen)
 
-    def called(
+    def call(
         self, trace: Trace, given: Sequence[Sequence[Node]], gates: Sequence[Node]
     ) -> dict[str, tuple[Node, ...]]:
         """Return the outputs by name of a call in a trace, for the inputs that every Program of a system has."""
@@ -193,11 +193,11 @@ class RowProgram:
 
     @property
     def coupled(self) -> list[int]:
-        """The rows whose multipliers others are defined by, in order."""
+        """The rows whose multipliers define others, in order."""
         return sorted({place % self.count for place in self.places["coupling"]})
 
     def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[Row]:
-        """Return a matrix row by row from what a call gives: what may differ from zero."""
+        """Return a matrix row by row from the outputs of a call: the elements that may differ from zero."""
         width = self.size if name != "coupling" else self.count
         found: list[Row] = [{} for _ in range(self.size if name == "inverse" else self.count)]
         for each in ("matrix", name) if name == "exerted" else (name,):
@@ -209,7 +209,7 @@ class RowProgram:
 def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:
     """Return (t, q, u, ...) -> all rows of a mechanism in no mode, whether they act or not, and the free motion.
 
-    The formalism of least cost computes it, or the given one.
+    The formalism of least cost computes them, or the given one.
 
     `phi`, `phidot` (m; zero where a row has none), `gamma`, `jacobian` H, `matrix` A, `exerted` C (m, n), `coupling` D
     (m, m), `right` r (m) of every row; `coefficients` (parts, 2: static, kinetic) row by row; `inverse` G^-1 (n, n),
@@ -222,36 +222,43 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     weighted, free = dynamics.factors.weighted, [as_node(x) for x in dynamics.bias_acceleration]
     contacts = like_contacts(mechanism, motion, weighted)
     trace = Trace("rows", (*arrays(mechanism), Array("gates", (len(contacts.chosen),))))
-    found = _Whole(len(every), size)
+    whole = _AllRows(len(every), size)
     like = {row.name for place in contacts.places for row in mechanism.one_way[place].rows}
-    kinds = [_rows_of(kind) for kind in contacts.kinds]
-    _add_contacts(found, contacts, kinds, trace, free)
+    kinds = []
+    for kind in contacts.kinds:
+        by_speeds = partial(kind.by_speeds, columns=kind.columns)
+        by_mass = partial(kind.by_speeds, columns=kind.weighted)
+        parts = [part for _, part in friction_parts(kind.mechanism)]
+        kinds.append(RowValues.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"]))
+    scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
+    for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
+        values = {name: each[k] for name, each in scanned.items()}
+        whole.add(kinds[chosen], values, contacts.of("rows", k), speeds, contacts.of("limits", k))
     others = [k for k, row in enumerate(every) if row.name not in like]
     limits = {2 * k + j: part for k, (_, part) in enumerate(friction_parts(mechanism)) for j in range(2)}
     limits = {k: part for k, part in limits.items() if part.rows[0].name not in like}
     alone = replace(motion, mechanism=replace(mechanism, rows=tuple(every[k] for k in others)))
     rows = RowValues.of(alone, list(dict.fromkeys(limits.values())), list, weighted, free)
-    found.add(rows, rows.values, others, range(size), list(limits))
+    whole.add(rows, rows.values, others, range(size), list(limits))
     units = [[ONE if k == j else ZERO for k in range(size)] for j in range(size)]
     columns = [dynamics.factors.unweighted(unit) for unit in units]
-    sparse = {**found.matrices, "inverse": _entries([[column[k] for column in columns] for k in range(size)])}
+    sparse = {**whole.matrices, "inverse": _entries([[column[k] for column in columns] for k in range(size)])}
     program = trace.finish(
         {
             **{name: column(entries.values()) for name, entries in sparse.items()},
-            **{name: column(values[k] for k in sorted(values)) for name, values in found.vectors.items()},
+            **{name: column(values[k] for k in sorted(values)) for name, values in whole.vectors.items()},
             "free": column(free),
             "forcing": column(dynamics.forcing),
         }
     )
     places = {name: list(entries) for name, entries in sparse.items()}
     of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
-    return RowProgram(
-        rolled(program), of_tree, _reading(contacts, kinds), kinds, places, len(every), size, frozenset(found.may_act)
-    )
+    contacts, may_act = _with_row_arrays(contacts, kinds), frozenset(whole.may_act)
+    return RowProgram(rolled(program), of_tree, contacts, kinds, places, len(every), size, may_act)
 
 
-def _reading(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
-    """Return contacts that may read what is known of their rows and speeds."""
+def _with_row_arrays(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
+    """Return contacts that may read the known values of their rows and speeds."""
     if not kinds:
         return contacts
     rows = [contacts.of("rows", k) for k in range(len(contacts.chosen))]
@@ -261,14 +268,6 @@ def _reading(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts
         ends = accumulate((len(kinds[kind].entries[name]) for kind in contacts.chosen), initial=0)
         places[name] = [range(a, b) for a, b in pairwise(ends)]
     return contacts.reading({**places, STABILISING: [(0, 1)] * len(rows)})
-
-
-def _rows_of(kind: ContactKind) -> RowValues:
-    """Return the rows of a kind of contact."""
-    by_speeds = partial(kind.by_speeds, columns=kind.columns)
-    by_mass = partial(kind.by_speeds, columns=kind.weighted)
-    parts = [part for _, part in friction_parts(kind.mechanism)]
-    return RowValues.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,20 +288,28 @@ class RowValues:
     ) -> RowValues:
         """Return all rows of a mechanism in motion, with `free` M^-1 f.
 
-        `by_speeds` and `by_mass` make of what a row has for speeds of the motion what it has for those of the rows.
+        `by_speeds` and `by_mass` turn a row's elements for speeds of the motion into those for speeds of the rows.
         """
         rows = row_motions(motion)
         jacobian = [[as_node(x) for x in by_speeds(row.jacobian)] for row in rows]
         matrix = [[as_node(x) for x in by_mass(row.jacobian)] for row in rows]
         exerted = [[as_node(x) for x in by_mass(row.forces)] for row in rows]
         pairs = zip(jacobian, rows, strict=True)
+        places = {row.name: k for k, row in enumerate(motion.mechanism.rows)}
+        friction_coefficients: list[S] = []  # static and kinetic; of regularised friction twice that at its speed
+        for part in parts:
+            static, kinetic = coefficients(motion, part.rows, [part.static, part.kinetic])
+            if part.regularised is not None:
+                velocity = [rows[places[row.name]].phidot for row in part.rows]
+                static = kinetic = creeping(kinetic, velocity, *motion.state.values([part.regularised]))
+            friction_coefficients += [static, kinetic]
         right = [row.gamma - sum(h * x for h, x in zip(own, free, strict=True)) for own, row in pairs]
         vectors = {
             "phi": [row.phi if row.holonomic else ZERO for row in rows],
             "phidot": [row.phidot if row.kinematic else ZERO for row in rows],
             "gamma": [row.gamma for row in rows],
             "right": right,
-            "coefficients": [x for part in parts for x in _coefficients(part, motion, rows)],
+            "coefficients": friction_coefficients,
         }
         return RowValues(
             {"jacobian": jacobian, "matrix": matrix, "exerted": exerted},
@@ -331,8 +338,8 @@ class RowValues:
         return {**{name: list(entries.values()) for name, entries in self.entries.items()}, **self.vectors}
 
 
-class _Whole:
-    """What is known of all rows (m) of a mechanism: entries of matrices (m, n) by their places, vectors by theirs."""
+class _AllRows:
+    """The values of all rows (m) of a mechanism: entries of matrices (m, n) by their places, vectors by theirs."""
 
     def __init__(self, count: int, size: int) -> None:
         self.count, self.size = count, size
@@ -362,16 +369,6 @@ class _Whole:
         self.may_act |= {places[k] for k in rows.acting}
 
 
-def _add_contacts(
-    found: _Whole, contacts: LikeContacts, kinds: Sequence[RowValues], trace: Trace, free: Sequence[Node]
-) -> None:
-    """Add the rows of contacts, each kind's at once, for those that are asked for."""
-    scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
-    for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
-        values = {name: each[k] for name, each in scanned.items()}
-        found.add(kinds[chosen], values, contacts.of("rows", k), speeds, contacts.of("limits", k))
-
-
 def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
     """Return values as an output of a Program."""
     nodes = [as_node(x) for x in values]
@@ -385,7 +382,7 @@ def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None
     return {k: node for k, (node, other) in enumerate(zip(nodes, others, strict=True)) if node is not other}
 
 
-def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Sequence[Node]]) -> list[S]:
+def _forces_beside(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Sequence[Node]]) -> list[S]:
     """Return of each row the root of f . M^-1 f over the speeds it is joined to, by masses and by what holds both ways.
 
     f is the forcing and M^-1 f the free motion.
@@ -398,24 +395,14 @@ def _driven(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Seque
     return [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
 
 
-def _coefficients(part: FrictionPart, motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
-    """Return the static and the kinetic coefficient; where friction is smooth both are what it has at its speed."""
-    static, kinetic = coefficients(motion, part.rows, [part.static, part.kinetic])
-    if part.regularised is None:
-        return [static, kinetic]
-    names = [row.name for row in motion.mechanism.rows]
-    velocity = [rows[names.index(row.name)].phidot for row in part.rows]
-    return [creeping(kinetic, velocity, *motion.state.values([part.regularised]))] * 2
-
-
 def _least(measure: Callable[[ConstraintRow, Motion], list[S]], element: LawElement, motion: Motion) -> S:
-    """Return the least of what is measured of a contact."""
+    """Return the least value of a measure of a contact."""
     found = [x for row in element.normals[:1] for x in measure(row, motion)]
     return reduce(minimum, found) if found else _ENDLESS
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The Program of what friction does in a mode: forces, and power on all and on each body; and the power of loads.
+# The Program of friction in a mode: forces, and power on all and on each body; and the power of loads.
 #
 # The normal force N, the force l_t along each of the rows, its power l_t v_t, and that on each body alone: on two
 # blocks that stick together these are opposite. Loads: those whose work the potential energy does not hold.
@@ -424,50 +411,29 @@ def _least(measure: Callable[[ConstraintRow, Motion], list[S]], element: LawElem
 def friction_power_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ..., multipliers (ns)) -> normal (parts), force (parts, 2), power (parts), share, loads.
 
-    `share` is (parts, bodies), `loads` the one power of what the potential energy does not hold. For all friction parts
-    of a mechanism in a mode, those of `friction_parts`; zero where one does not act.
+    `share` is the power on each body (parts, bodies), `loads` the power of loads outside the potential energy, mass
+    flows included. Parts are those of `friction_parts` of a mechanism in a mode; one that does not act has zeros.
     """
     trace = Trace("friction_power", (*arrays(mechanism), Array("multipliers", (len(mechanism.rows),))))
-    values = SwitchingValues(motion_of(mechanism, slot_state(mechanism)), trace["multipliers"])
-    found = [_of_part(values, element, part) for element, part in friction_parts(mechanism)]
-    count, bodies = len(found), len(mechanism.bodies)
-
-    def flat(rows: Sequence[Sequence[S]]) -> list[Node]:
-        return [as_node(x) for row in rows for x in row]
-
+    motion = motion_of(mechanism, slot_state(mechanism))
+    values = SwitchingValues(motion, trace["multipliers"])
+    normal, along, power, share = list[S](), list[S](), list[S](), list[S]()
+    for element, part in friction_parts(mechanism):
+        forces, rows = values.friction(part), [values.row(row) for row in part.rows]
+        normal.append(values.pressing(element, part))
+        along += (*forces, ZERO)[:2]
+        power.append(sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO))
+        on_bodies: list[S] = [ZERO] * len(motion.bodies)
+        for force, row in zip(forces, rows, strict=True):
+            for k, ((f, m), body) in enumerate(zip(row.of_body, motion.bodies, strict=True)):
+                on_bodies[k] = on_bodies[k] + force * (dot(f, body.v_WB) + dot(m, body.w_WB))
+        share += on_bodies
+    working = split(mechanism.loads)[1]
+    of_loads = applied_generalized_forces(motion, applied_forces(motion, working, weight=False))
+    gained = as_node(carried_by_flows(motion, working))
+    loads = sum((force * speed for force, speed in zip(of_loads, motion.state.u, strict=True)), start=gained)
+    shapes = {"force": (len(normal), 2), "share": (len(normal), len(motion.bodies))}
+    outputs = {"normal": normal, "force": along, "power": power, "share": share, "loads": [loads]}
     return trace.finish(
-        {
-            "normal": ((count,), [as_node(N) for N, *_ in found]),
-            "force": ((count, 2), flat([(*forces, ZERO)[:2] for _, forces, _, _ in found])),
-            "power": ((count,), [as_node(power) for _, _, power, _ in found]),
-            "share": ((count, bodies), flat([share for *_, share in found])),
-            "loads": ((1,), [as_node(_of_loads(values.motion))]),
-        }
+        {name: (shapes.get(name, (len(own),)), [as_node(x) for x in own]) for name, own in outputs.items()}
     )
-
-
-def _of_part(values: SwitchingValues, element: LawElement, part: FrictionPart) -> tuple[S, Sequence[S], S, Sequence[S]]:
-    """Return N, the forces along the rows, the power and that on each body."""
-    forces, rows = values.friction(part), [values.row(row) for row in part.rows]
-    return values.pressing(element, part), forces, _power(forces, rows), _shares(values.motion, forces, rows)
-
-
-def _power(forces: Sequence[S], rows: Sequence[RowMotion]) -> S:
-    return sum((force * row.phidot for force, row in zip(forces, rows, strict=True)), start=ZERO)
-
-
-def _of_loads(motion: Motion) -> S:
-    """Return the power of the loads that do work instead of storing energy, that of masses that come and go too."""
-    loads = split(motion.mechanism.loads)[1]
-    forces = applied_generalized_forces(motion, applied_forces(motion, loads, weight=False))
-    gained = as_node(carried_by_flows(motion, loads))
-    return sum((force * speed for force, speed in zip(forces, motion.state.u, strict=True)), start=gained)
-
-
-def _shares(motion: Motion, forces: Sequence[S], rows: Sequence[RowMotion]) -> list[S]:
-    """Return the power on each body."""
-    found: list[S] = [ZERO] * len(motion.bodies)
-    for force, row in zip(forces, rows, strict=True):
-        for k, ((f, m), body) in enumerate(zip(row.of_body, motion.bodies, strict=True)):
-            found[k] = found[k] + force * (dot(f, body.v_WB) + dot(m, body.w_WB))
-    return found

@@ -1,10 +1,10 @@
 """Literal numbers of many bodies as the constant part of the parameter vector: bodies alike in kind share one loop.
 
-A number written in a model folds into what is computed with it, which suits few bodies: what is left is short. With
-many bodies the code of each body would be written out. Where bodies are many and of few kinds but for their numbers,
-these are handed over as data, behind what the model names: masses, centres, inertias, frames, axes, springs, dampers
-and forces of joints, gravity; points, lengths and factors of what closes loops between them. Zero, one and minus one
-stay in the text, since they tell kinds apart and save operations.
+A number in a model folds into the expressions with it, which keeps the code of few bodies short. With many bodies the
+code of each would be written out. Numbers of many bodies of few kinds are handed over as data, behind the named
+parameters: masses, centres, inertias, frames, axes, springs, dampers and forces of joints, gravity; points, lengths and
+factors of rows that close loops between them. Zero, one and minus one stay in the text, since they tell kinds apart and
+save operations.
 """
 
 from __future__ import annotations
@@ -43,34 +43,34 @@ def with_constants(mechanism: Mechanism) -> Mechanism:
     special = (mechanism.one_way, mechanism.relative, mechanism.impact, mechanism.parameters.constants)
     if len(mechanism.bodies) < MANY_BODIES or any(special) or massless_speeds(mechanism):
         return mechanism
-    loads = _loads_of_bodies(mechanism)
+    loads = places_of_loads(mechanism)
     if loads is None or not all(isinstance(row, _ROWS) for row in mechanism.rows):
         return mechanism
-    found, kinds = _Constants(len(mechanism.parameters)), set[Any]()
-    gravity = found.of("gravity", mechanism.gravity)
+    constants, kinds = _Constants(len(mechanism.parameters)), set[Any]()
+    gravity = constants.of("gravity", mechanism.gravity)
     bodies: list[TreeBody] = []
     pulling: dict[int, Load] = {}
     for body, own in zip(mechanism.bodies, loads, strict=True):
-        found.kind = [len(body.q)]
-        bodies.append(found.body(len(bodies), body))
+        constants.kind = [len(body.q)]
+        bodies.append(constants.body(len(bodies), body))
         for place in own:
-            pulling[place] = found.of(f"{body.name} load {place}", mechanism.loads[place])
-        kinds.add(tuple(found.kind))
+            pulling[place] = constants.of(f"{body.name} load {place}", mechanism.loads[place])
+        kinds.add(tuple(constants.kind))
     if len(bodies) < _BODIES_OF_A_KIND * len(kinds):
         return mechanism
-    closed = found.closing(mechanism)
-    if not found.values:
+    closed = constants.closing(mechanism)
+    if not constants.values:
         return mechanism
     return replace(
         closed,
         gravity=gravity,
         bodies=tuple(bodies),
         loads=tuple(pulling[place] for place in range(len(mechanism.loads))),
-        parameters=mechanism.parameters.with_constants(found.values),
+        parameters=mechanism.parameters.with_constants(constants.values),
     )
 
 
-def _loads_of_bodies(mechanism: Mechanism) -> list[list[int]] | None:
+def places_of_loads(mechanism: Mechanism) -> list[list[int]] | None:
     """Return the places of the loads on each body's joint; None where one acts on more than a joint's own speed."""
     carried = {speed: index for index, body in enumerate(mechanism.bodies) for speed in body.u}
     found: list[list[int]] = [[] for _ in mechanism.bodies]
@@ -82,9 +82,9 @@ def _loads_of_bodies(mechanism: Mechanism) -> list[list[int]] | None:
 
 
 class _Constants:
-    """Replaces literal numbers by slots behind the first `count` parameters, one after the other as they are met.
+    """Replaces literal numbers by slots behind the first `count` parameters, in the order of their occurrence.
 
-    `values` are theirs by name; `kind` gathers what tells the kind of a body, its numbers and own places left aside.
+    `values` are the numbers by name; `kind` gathers the features of a body's kind, without its numbers and places.
     A point that carries a joint has one set of numbers, whatever else is there, so that nothing is computed twice.
     """
 
@@ -103,7 +103,7 @@ class _Constants:
         return made
 
     def closing(self, mechanism: Mechanism) -> Mechanism:
-        """Return a mechanism whose bodies were met, with constants in place of the numbers in rows and named points."""
+        """Return a mechanism, after its bodies, with constants in place of the numbers in rows and named points."""
         return replace(
             mechanism,
             rows=tuple(self.of(row.name, row) for row in mechanism.rows),
@@ -112,7 +112,7 @@ class _Constants:
         )
 
     def of(self, name: str, part: Any) -> Any:
-        """Return a part of a mechanism with constants in place of its numbers, named by the way to each from `name`."""
+        """Return a part of a mechanism with constants in place of its numbers, by the path to each from `name`."""
         if isinstance(part, Node):
             return self._node(name, part)
         if part is ORIGIN or part is IDENTITY:
@@ -185,4 +185,4 @@ class _Constants:
 
 
 _NAMES: Final = frozenset({"name", "joint", "joint_name", "parent", "q", "u"})
-"""Fields that tell bodies of a kind apart, or where a body stands."""
+"""Fields in which bodies of a kind differ."""

@@ -8,11 +8,10 @@ L_A about any point A has the velocities that the world sees, whether A moves or
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
-from multibody_sym.dynamics.programs.reactions import acting
+from multibody_sym.dynamics.programs.reactions import wrenches_on_bodies
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.joint_friction import along_reactions
@@ -74,14 +73,11 @@ def total(vectors: Iterable[Vec]) -> Vec:
 
 def generalized_momenta(motion: Motion) -> list[S]:
     """Return p_k = dT/du_k (nu): the bodies' momenta along their partial velocities."""
-    return generalized_forces(motion, [_about_origin(motion, index) for index in range(len(motion.bodies))])
-
-
-def _about_origin(motion: Motion, index: int) -> Wrench:
-    """Return a body's momentum and its angular momentum about its own origin, in its axes."""
-    moved, mass = motion.bodies[index], motion.masses[index]
-    linear = scale(mass.mass, add(moved.v_WB, cross(moved.w_WB, mass.com)))
-    return linear, add(apply(mass.inertia, moved.w_WB), cross(mass.com, linear))
+    momenta: list[Wrench] = []  # with the angular momentum about the body's origin, in its axes
+    for moved, mass in zip(motion.bodies, motion.masses, strict=True):
+        linear = scale(mass.mass, add(moved.v_WB, cross(moved.w_WB, mass.com)))
+        momenta.append((linear, add(apply(mass.inertia, moved.w_WB), cross(mass.com, linear))))
+    return generalized_forces(motion, momenta)
 
 
 def jacobi_integral(motion: Motion) -> S:
@@ -94,25 +90,24 @@ def jacobi_integral(motion: Motion) -> S:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What each element exerts on each body, and its power: forces, the weight, constraints, contacts and joints.
+# The wrenches of each element on each body, and its power: forces, the weight, constraints, contacts and joints.
 #
-# The wrenches on a body together are the rate of its momentum, and all powers that of the kinetic energy; for that,
-# what leaves or joins a body of variable mass exerts its reactive force and the momentum that it takes along or
-# brings. A joint has the power of its prescribed motion; motors, springs and friction in it have their own, though its
-# wrench holds them too.
+# The wrenches on a body together are the rate of its momentum, and all powers that of the kinetic energy; so mass that
+# leaves or joins a body exerts its reactive force and the momentum that it takes along or brings. A joint has the power
+# of its prescribed motion; motors, springs and friction in it have their own, though its wrench holds them too.
 
 
 SECTIONS: Final = ("gravity", "forces", "constraints", "contacts", "bodies", "joints")
-"""Where elements are declared, in the order in which one of several of a name is meant."""
+"""Where elements are declared; of several with one name, the first in this order counts."""
 Path = tuple[str, str]
 
 
 @dataclass(frozen=True)
 class Exertion:
-    """What an element, declared at `path`, exerts: `of_body`, wrenches (body axes, about its origin), and its `power`.
+    """The effect of an element declared at `path`: wrenches `of_body` (body axes, about its origin), and its `power`.
 
-    `from_outside`: it is the weight, a load or a row, or a joint on ground; what inner joints exert cancels. `contact`:
-    the name of the one that a row belongs to, which is not that of `path` where contacts repeat.
+    `from_outside`: it is the weight, a load or a row, or a joint on ground; wrenches of inner joints cancel. `contact`:
+    the name of a row's contact, which is not that of `path` where contacts repeat.
     """
 
     path: Path
@@ -125,45 +120,35 @@ class Exertion:
 def exertions(
     motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
 ) -> list[Exertion]:
-    """Return what acts at a state with its accelerations (nu) and multipliers (ns), element by element."""
+    """Return the effects of all elements at a state with its accelerations (nu) and multipliers (ns)."""
     weighed = applied_forces(motion, ()).of_body
     found = [Exertion(("gravity", WEIGHT), weighed, power_of(motion, weighed))]
     for load in motion.mechanism.loads:
         forces = applied_forces(motion, [load], weight=False)
         along = sum((force * u for force, u in zip(forces.of_speed, motion.state.u, strict=True)), 0)
-        own = Exertion(load.path, forces.of_body, power_of(motion, forces.of_body) + along)
-        found.append(_with_mass(motion, load, own) if isinstance(load, MassFlow) else own)
-    return [*found, *_of_rows(motion, rows, multipliers), *_of_joints(motion, udot, rows, multipliers)]
-
-
-def _with_mass(motion: Motion, flow: MassFlow, own: Exertion) -> Exertion:
-    """Return what a flow of mass exerts, with the momentum and the kinetic energy that the mass takes or brings."""
-    of_body = list(own.of_body)
-    force, moment = carried_momentum(motion, flow.body)
-    of_body[flow.body] = add(of_body[flow.body][0], force), add(of_body[flow.body][1], moment)
-    return replace(own, of_body=of_body, power=own.power + carried_energy(motion, flow.body))
-
-
-def _of_rows(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Exertion]:
+        of_body, power = list(forces.of_body), power_of(motion, forces.of_body) + along
+        if isinstance(load, MassFlow):  # the mass takes along or brings momentum and kinetic energy
+            force, moment = carried_momentum(motion, load.body)
+            of_body[load.body] = add(of_body[load.body][0], force), add(of_body[load.body][1], moment)
+            power = power + carried_energy(motion, load.body)
+        found.append(Exertion(load.path, of_body, power))
     beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
     pushing = along_reactions([row.forces for row in rows], beside, multipliers)
-    found = []
     for k, (row, multiplier) in enumerate(zip(rows, multipliers, strict=True)):
-        of_body = [_times(multiplier, wrench) for wrench in row.of_body]
-        told = generalized_forces(motion, row.of_body)
-        along = sum((pushing[k][j] - told[j]) * u for j, u in enumerate(motion.state.u))
+        of_body = [
+            w if w is NO_WRENCH else (scale(multiplier, w[0]), scale(multiplier, w[1])) for w in row.of_body
+        ]
+        by_bodies = generalized_forces(motion, row.of_body)
+        along = sum((pushing[k][j] - by_bodies[j]) * u for j, u in enumerate(motion.state.u))
         power = power_of(motion, of_body) + multiplier * along
         path = motion.mechanism.row_path(k)
         contact = motion.mechanism.rows[k].name.partition(".")[0] if path[0] == "contacts" else ""
         found.append(Exertion(path, of_body, power, contact=contact))
-    return found
+    return [*found, *_of_joints(motion, joint_wrenches(motion, udot, wrenches_on_bodies(motion, rows, multipliers)))]
 
 
-def _of_joints(
-    motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
-) -> list[Exertion]:
-    """Return what the tree's joints exert, on their children and back on these' parents."""
-    transmitted = joint_wrenches(motion, udot, acting(motion, rows, multipliers))
+def _of_joints(motion: Motion, transmitted: Sequence[Wrench]) -> list[Exertion]:
+    """Return the effects of the tree's joints on their children and back on these' parents."""
     found = []
     for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
         force, moment = transmitted[index]
@@ -175,13 +160,6 @@ def _of_joints(
         power = dot(moved.given_linear, force) + dot(moved.given_angular, moment)
         found.append(Exertion(("joints", body.joint_name), of_body, power, body.parent < 0))
     return found
-
-
-def _times(factor: S, wrench: Wrench) -> Wrench:
-    if wrench is NO_WRENCH:
-        return wrench
-    force, moment = wrench
-    return scale(factor, force), scale(factor, moment)
 
 
 def power_of(motion: Motion, of_body: Sequence[Wrench]) -> S:

@@ -1,7 +1,7 @@
 """Quantities of the moving system that outputs and questions name: positions, reactions, tensions, momenta.
 
-And the Program of what may end a step, in which they may stand: conditions that stop a run, and kinks of declared
-forces and inputs.
+And the Program of events, in whose expressions they may stand: conditions that stop a run, kinks of declared forces and
+inputs, ends of a mode.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from multibody_sym.dynamics.programs.momenta import (
     resultant,
 )
 from multibody_sym.dynamics.programs.reactions import (
-    OneWayForces,
+    LawForces,
     SwitchingValues,
     pulley_reactions,
     reactions,
@@ -68,7 +68,7 @@ from multibody_sym.text.printer import COMPONENTS
 
 @dataclass(frozen=True)
 class Instant:
-    """A state with its accelerations and multipliers: all that a quantity may depend on."""
+    """A state with its accelerations and multipliers, on which all quantities depend."""
 
     motion: Motion
     udot: Sequence[S]
@@ -106,11 +106,11 @@ class Instant:
 
     @cached_property
     def exertions(self) -> list[Exertion]:
-        """What each element exerts."""
+        """The effects of all elements."""
         return exertions(self.motion, self.udot, self.rows, self.multipliers)
 
     def exerted_by(self, name: str) -> list[Exertion]:
-        """Return what the element of a name exerts: a force before a constraint, contact, flow of mass or joint."""
+        """Return the effects of the element of a name: of a force before a constraint, contact, mass flow or joint."""
         found: dict[str, list[Exertion]] = {}
         declared = [x for x in self.exertions if x.path[1] == name]
         for each in declared or (x for x in self.exertions if name in (x.contact, without_number(x.path[1]))):
@@ -119,7 +119,7 @@ class Instant:
 
     @cached_property
     def tensions(self) -> Mapping[str, S]:
-        """All tensions of ropes, by what they are asked by."""
+        """All tensions of ropes, by their names in questions."""
         return tensions_by_name(self.motion, self.multipliers)
 
 
@@ -131,7 +131,7 @@ def quantities(motion: Motion, udot: Sequence[S], multipliers: Sequence[S], aske
 
 @dataclass(frozen=True)
 class Sources:
-    """What quantities over Nodes are made from: Programs to call, and what gives the bodies' motion in a trace."""
+    """The sources of quantities over Nodes: Programs to call, and the bodies' motion in a trace."""
 
     state_derivative: Program
     energy: Program
@@ -143,10 +143,10 @@ def forces_of(mechanism: Mechanism) -> Array:
     return Array("multipliers", (len(mechanism.rows),))
 
 
-def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[Node]:
-    """Return expressions in slots with their quantities answered.
+def with_quantities(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[Node]:
+    """Return expressions with the values of their quantities, in slots.
 
-    What depends on accelerations or multipliers calls the state derivative, energies their own Program.
+    Quantities that depend on accelerations or multipliers call the state derivative, energies their own Program.
     """
     asked = leaves(declared, "quantity")
     if not asked:
@@ -163,20 +163,18 @@ def answered(trace: Trace, sources: Sources, declared: Sequence[Node]) -> list[N
 
 
 def events(mechanism: Mechanism, sources: Sources) -> Program | None:
-    """Return (t, q, u, ...) -> values: stops, then kinks and fades, then those of a mode; None where there are none.
+    """Return (t, q, u, ...) -> values: stops, kinks, fades, switching functions of a mode; None where there are none.
 
-    With those of a mode its multipliers (ns,) are one more input.
-    A stop's value becomes positive where its condition holds, a mode's where it ends; a kink's or a fade's value
-    changes its sign.
+    With a mode its multipliers (ns,) are one more input. A stop's value becomes positive where its condition holds, a
+    mode's where it ends; a kink's or a fade's value changes its sign.
     """
     asked, switching = [*mechanism.stops.values(), *mechanism.kinks, *mechanism.fades], switchings(mechanism)
     if not asked and not switching:
         return None
     trace = Trace("events", (*arrays(mechanism), *([forces_of(mechanism)] if switching else [])))
-    values = answered(trace, sources, asked)
+    values = with_quantities(trace, sources, asked)
     if switching:
-        functions = SwitchingValues(sources.motion(trace), trace["multipliers"]).values(switching)
-        values += [as_node(x) for x in functions]
+        values += map(as_node, SwitchingValues(sources.motion(trace), trace["multipliers"]).values(switching))
     return trace.finish({"values": ((len(values),), values)})
 
 
@@ -192,6 +190,9 @@ def _marker(instant: Instant, name: str) -> Marker:
     if own != COM or marker.body < 0 or mechanism.bodies[marker.body].name != body:
         return marker
     return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
+
+
+# Each quantity by its name in expressions (`_QUANTITIES`), for the words of its arguments.
 
 
 def _position(instant: Instant, point: str, axis: str) -> S:
@@ -250,7 +251,7 @@ def _reaction(instant: Instant, element: str, component: str) -> S:
     if element in instant.motion.mechanism.joint_names:
         return instant.reactions[element][component]
     if component not in COMPONENTS:
-        return OneWayForces(instant.motion, instant.multipliers).asked(element, component)
+        return LawForces(instant.motion, instant.multipliers).component(element, component)
     return instant.pulleys[element][component] if element in instant.pulleys else 0
 
 
@@ -259,13 +260,13 @@ def _tension(instant: Instant, name: str) -> S:
 
 
 def _multiplier(instant: Instant, name: str) -> S:
-    """Return a multiplier; zero where nothing moves along its row, which is left out in the plane."""
+    """Return a multiplier; zero where no motion goes along its row, which is left out in the plane."""
     rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
     return instant.multipliers[rows[name]] if name in rows else 0
 
 
 def _wrap(instant: Instant, name: str, pulley: str) -> S:
-    """Return around how much of a wheel a run of rope lies, at its end with the run behind it."""
+    """Return the angle of a wheel on which a run of rope lies, at its end with the run behind it."""
     every = list(ropes(instant.motion.mechanism))
     row = next(row for row in every if row.name == name)
     if row.path[-1].pulley == pulley:
@@ -292,14 +293,12 @@ def _momentum(instant: Instant, *asked: str) -> S:
 
 def _angular_momentum(instant: Instant, *asked: str) -> S:
     parts = _parts(instant, asked[0] if len(asked) > 1 else SYSTEM)
-    about = _place(instant, asked[1], parts) if len(asked) > 2 else ZERO_VECTOR
+    about = ZERO_VECTOR
+    if len(asked) > 2:
+        is_own_centre = asked[1] == OWN_CENTRE and OWN_CENTRE not in instant.motion.mechanism.markers
+        marker = None if is_own_centre else _marker(instant, asked[1])
+        about = centre_of_mass(parts) if marker is None else points.position(instant.motion, marker)
     return _component(angular_momentum(parts, about), asked[-1])
-
-
-def _place(instant: Instant, point: str, parts: Sequence[Momentum]) -> Vec:
-    if point == OWN_CENTRE and point not in instant.motion.mechanism.markers:
-        return centre_of_mass(parts)
-    return points.position(instant.motion, _marker(instant, point))
 
 
 def _generalized_momentum(instant: Instant, freedom: str) -> S:
@@ -359,7 +358,7 @@ def _power(instant: Instant, name: str) -> S:
 
 
 def force_on(instant: Instant, *asked: str) -> S:
-    """Return the component of what an element exerts on all bodies together, or on one."""
+    """Return the component of an element's force on all bodies together, or on one."""
     whole = asked[1] if len(asked) > 2 else SYSTEM
     names = [body.name for body in instant.motion.mechanism.bodies]
     found: Vec = ZERO_VECTOR

@@ -1,4 +1,7 @@
-"""Reactions: the force and moment of every joint on its child, about the joint's point, in the parent's joint frame."""
+"""Reactions of joints and pulleys, tensions of ropes, forces of one-way elements, and switching functions of a mode.
+
+In: a mechanism's motion and the multipliers of its rows, over any scalar.
+"""
 
 from __future__ import annotations
 
@@ -62,14 +65,13 @@ from multibody_sym.text.printer import AT, COMPONENTS
 def reactions(
     motion: Motion, udot: Sequence[S], rows: Sequence[RowMotion], multipliers: Sequence[S]
 ) -> Mapping[str, dict[str, S]]:
-    """Return for each joint its components fx .. mz on the child, about the joint's point on the child.
+    """Return for each joint the components fx .. mz of its wrench on the child, about the joint's point on the child.
 
     Components along free directions are the drives (motors, springs) of the joint. Axes: those of the joint's frame on
     the parent. A joint that guides along a curve has the force across it, `normal`, as well.
     """
-    given = acting(motion, rows, multipliers)
     found = {}
-    wrenches = joint_wrenches(motion, udot, given)
+    wrenches = joint_wrenches(motion, udot, wrenches_on_bodies(motion, rows, multipliers))
     for body, moved, (force, moment) in zip(motion.mechanism.bodies, motion.bodies, wrenches, strict=True):
         R_PF, _ = pose(motion.state, body.frame_on_parent)
         _, p_BM = pose(motion.state, body.frame_on_body)
@@ -84,9 +86,9 @@ def reactions(
 
 
 def _cut_reaction(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> tuple[S, ...]:
-    """Return what a cut joint exerts on its child, about the joint's point, in the parent's joint frame."""
+    """Return a cut joint's force and moment on its child, about the joint's point, in the parent's joint frame."""
     frame, point = cut.frames
-    force, moment = _driven(motion, cut, rows, multipliers)
+    force, moment = _along_freedoms(motion, cut, rows, multipliers)
     for k in cut.rows:
         on_child = rows[k].of_body[point.body]
         force = add(force, scale(multipliers[k], on_child[0]))
@@ -101,13 +103,15 @@ def _cut_reaction(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], mult
     return (*in_frame[0], *in_frame[1])
 
 
-def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> Wrench:
-    """Return what loads and rows exert on the child along a cut joint's freedoms (body axes, about its origin).
+def _along_freedoms(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> Wrench:
+    """Return the wrench of loads and rows on the child along a cut joint's freedoms (body axes, about its origin).
 
     The child is carried freely from ground, so that its generalised forces are a force and a moment.
     """
-    loads = [load for load in motion.mechanism.loads if getattr(load, "joint", None) == cut.name]
-    one_way = _one_way_in(motion.mechanism, cut.name)
+    mechanism = motion.mechanism
+    loads = [load for load in mechanism.loads if getattr(load, "joint", None) == cut.name]
+    names = {row.name for element in mechanism.one_way if element.joint == cut.name for row in element.rows}
+    one_way = [k for k, row in enumerate(mechanism.rows) if row.name in names]  # stops and friction of the joint
     if not loads and not cut.drives and not one_way:
         return NO_WRENCH
     of_speed = applied_forces(motion, loads, weight=False).of_speed
@@ -118,20 +122,14 @@ def _driven(motion: Motion, cut: CutJoint, rows: Sequence[RowMotion], multiplier
     for drive, factor in zip(cut.drives, motion.state.values([drive.factor for drive in cut.drives]), strict=True):
         add_drive(motion, drive.rate, multipliers[drive.row] * factor, of_speed)
     index = cut.frames[1].body
-    child = motion.mechanism.bodies[index]
+    child = mechanism.bodies[index]
     Q = [of_speed[k] for k in child.u]
     along, about = (Q[:3], Q[3:]) if child.quaternions else ((*Q[:2], 0), (0, 0, Q[2]))
     force = apply_transposed(motion.bodies[index].R_PB, along)
     return force, add(about, cross(pose(motion.state, child.frame_on_body)[1], force))
 
 
-def _one_way_in(mechanism: Mechanism, joint: str) -> list[int]:
-    """Return the rows by which stops and friction act along and about the freedoms of a joint, in the present mode."""
-    names = {row.name for element in mechanism.one_way if element.joint == joint for row in element.rows}
-    return [k for k, row in enumerate(mechanism.rows) if row.name in names]
-
-
-def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
+def wrenches_on_bodies(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) -> list[Wrench]:
     """Return all wrenches on the bodies except the joints': applied ones, weight, and those of the rows."""
     total = list(applied_forces(motion).of_body)
     for row, multiplier in zip(rows, multipliers, strict=True):
@@ -146,7 +144,7 @@ def acting(motion: Motion, rows: Sequence[RowMotion], multipliers: Sequence[S]) 
 
 
 def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
-    """Yield the rows of all runs of ropes, those too that are slack in the mechanism's mode."""
+    """Yield the rows of all runs of ropes, also of those that are slack in the mechanism's mode."""
     plain = [row.plain for row in mechanism.rows]
     slack = [row for element in mechanism.one_way for row in element.normals]
     named = {row.name: row for row in (*plain, *slack) if isinstance(row, RopeRow)}
@@ -154,7 +152,7 @@ def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
 
 
 def tensions(motion: Motion, multipliers: Sequence[S], row: RopeRow) -> list[S]:
-    """Return the tensions of a run of rope along its path: of one that rubs before and behind each rough wheel."""
+    """Return the tensions of a run of rope along its path; a rough wheel lies between two of them."""
     places = {row.name: k for k, row in enumerate(motion.mechanism.rows)}
     if row.name not in places:
         return [0 for _ in row.components]
@@ -170,7 +168,7 @@ def tensions(motion: Motion, multipliers: Sequence[S], row: RopeRow) -> list[S]:
 
 
 def tensions_by_name(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, S]:
-    """Return every tension by what it is asked by: the rope, or `rope.1`, `rope.2`, ... along its path."""
+    """Return every tension by its name: the rope, or `rope.1`, `rope.2`, ... along its path."""
     return {
         name: tension
         for row in ropes(motion.mechanism)
@@ -179,40 +177,37 @@ def tensions_by_name(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, S
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What holds massless pulleys: the force on each, by the body that it stands on, against the ropes that run over it.
+# Reactions of massless pulleys: the force on each, by the body that it stands on, against the ropes over it.
 
 
 def pulley_reactions(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, dict[str, S]]:
-    """Return for each massless pulley with a rope fx .. mz on it, about its centre, in the axes of what carries it.
+    """Return for each massless pulley with a rope fx .. mz on it, about its centre, in the axes of its carrier.
 
-    The moment is what a drum that stands still takes of the rope's friction.
+    The moment is the rope's friction on a drum that stands still.
     """
-    found: dict[str, tuple[Vec, Vec]] = {}
+    wrenches: dict[str, tuple[Vec, Vec]] = {}
     bodies: dict[str, int] = {}
     for row in ropes(motion.mechanism):
         own = [k for k, bend in enumerate(row.path[1:-1], 1) if bend.pulley and bend.massless]
-        pulls = _along_path(row, tensions(motion, multipliers, row)) if own else []
-        pieces = segments(motion, row.path, row.straight)[0] if own else []
+        if not own:
+            continue
+        values = tensions(motion, multipliers, row)
+        rough = [k for k, bend in enumerate(row.path[:-1]) if k and bend.rough] if len(values) > 1 else []
+        pulls = [values[sum(k <= piece for k in rough)] for piece in range(len(row.path) - 1)]
+        pieces = segments(motion, row.path, row.straight)[0]
         for k in own:
             name, before, after = row.path[k].pulley, pulls[k - 1], pulls[k]
             force = subtract(scale(before, pieces[k - 1].direction), scale(after, pieces[k].direction))
             wheel = wheel_at(motion, row.path, k) if before is not after else None
             moment = ZERO_VECTOR if wheel is None else scale((before - after) * wheel.radius, wheel.axis)
-            known = found.get(name, (ZERO_VECTOR, ZERO_VECTOR))
-            found[name] = add(known[0], force), add(known[1], moment)
+            known = wrenches.get(name, (ZERO_VECTOR, ZERO_VECTOR))
+            wrenches[name] = add(known[0], force), add(known[1], moment)
             bodies[name] = row.path[k].at.body
-    return {name: _components(motion, bodies[name], *wrench) for name, wrench in found.items()}
-
-
-def _along_path(row: RopeRow, pulls: Sequence[S]) -> list[S]:
-    """Return the tension of each piece."""
-    rough = [k for k, bend in enumerate(row.path[:-1]) if k and bend.rough] if len(pulls) > 1 else []
-    return [pulls[sum(k <= piece for k in rough)] for piece in range(len(row.path) - 1)]
-
-
-def _components(motion: Motion, body: int, force: Vec, moment: Vec) -> dict[str, S]:
-    F, M = (apply_transposed(motion.rotation(body), v) for v in (force, moment))
-    return dict(zip(COMPONENTS, (*F, *M), strict=True))
+    found = {}
+    for name, wrench in wrenches.items():
+        F, M = (apply_transposed(motion.rotation(bodies[name]), v) for v in wrench)
+        found[name] = dict(zip(COMPONENTS, (*F, *M), strict=True))
+    return found
 
 
 def held_pulleys(mechanism: Mechanism) -> tuple[str, ...]:
@@ -222,7 +217,7 @@ def held_pulleys(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The forces of what holds one way only, in the mode of a mechanism, over any scalar.
+# The forces of one-way elements in the mode of a mechanism, over any scalar.
 
 
 def mode_of(mechanism: Mechanism) -> Mode:
@@ -238,7 +233,7 @@ def is_active(mechanism: Mechanism, element: LawElement) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class OneWayForces:
+class LawForces:
     """The elements of a mechanism in its mode, in motion, with the multipliers (ns) of its rows."""
 
     motion: Motion
@@ -282,7 +277,7 @@ class OneWayForces:
     def friction(self, part: FrictionPart) -> list[S]:
         """Return the friction of a part along its rows (1, or 2 in space).
 
-        What does not slide, nor exerts its limit as if it did, has rows of its own.
+        A part that neither slides nor exerts its limit has rows of its own.
         """
         found = list(self.slidings(part))
         if not found:
@@ -301,7 +296,7 @@ class OneWayForces:
         return limits.most(self._static(part), self.pressing(element, part))
 
     def room(self, element: LawElement, part: FrictionPart) -> S:
-        """Return by how much the friction of a part is below that, negative beyond it."""
+        """Return by how much the friction of a part is below its limit, negative beyond."""
         return limits.room(self._static(part), self.pressing(element, part), self.friction(part))
 
     @property
@@ -311,7 +306,7 @@ class OneWayForces:
             yield from limits_in(self.mode, element)
 
     def value(self, limit: Limit, rate: Callable[[Row], S]) -> S:
-        """Return what must not be negative, where rows move at a `rate`."""
+        """Return the value of a limit, which must not be negative, where rows move at a `rate`."""
         element, part = limit.element, limit.part
         if part is not None:
             return self.room(element, part) if limit.kind == "cone" else self.forward(part, rate)
@@ -322,11 +317,11 @@ class OneWayForces:
         return force if limit.kind == "force" else limits.towards(self.mode.side(element, normal), force)
 
     def forward(self, part: FrictionPart, rate: Callable[[Row], S]) -> S:
-        """Return how fast a part slips the way that it does, or begins to in space, where rows move at a `rate`."""
+        """Return the speed of a part along its slip, or along that which begins in space, with rows at a `rate`."""
         return limits.along(self.begins(part) or [self.mode.slip(part)], [rate(row) for row in part.rows])
 
     def begins(self, part: FrictionPart) -> list[S]:
-        """Return the direction along a part's rows in which it begins to slide in space; nothing for others."""
+        """Return the direction along a part's rows in which it begins to slide in space; empty for others."""
         starts = next((sliding.starts for _, sliding in self.slidings(part)), None)
         return [] if starts is None else self.motion.state.values(starts)
 
@@ -348,7 +343,7 @@ class OneWayForces:
         return next(element for element in self.mechanism.one_way if part in element.frictions)
 
     def row(self, row: Row) -> RowMotion:
-        """Return how a row of an element moves, whether it acts or not, but for those that define forces."""
+        """Return the motion of a row of an element, whether it acts or not; rows that define forces have none."""
         if row.name not in self._moved:
             self._moved[row.name] = row_motion(row, self.motion, self._bias)
         return self._moved[row.name]
@@ -362,7 +357,7 @@ class OneWayForces:
         return accelerations(self.motion, [0] * len(self.motion.state.u))
 
     def of(self, element: LawElement) -> dict[str, S]:
-        """Return the forces of an element by component: what presses, then friction, of two parts in space."""
+        """Return the forces of an element by component: the pressing one, then friction, in space of two parts."""
         parts = [part for part in element.frictions if part.rubs]
         found: dict[str, S] = {}
         if element.unilateral:
@@ -376,13 +371,13 @@ class OneWayForces:
         return found
 
     def presses_at(self, elements: Iterable[LawElement]) -> list[tuple[S, Vec]]:
-        """Return the normal force of each element that acts, and where; nothing where one of them is at no point."""
+        """Return the normal force of each element that acts, and where; nothing if one of them acts at no point."""
         acts = [element for element in elements if is_active(self.mechanism, element)]
         found = [(self.normal(x), at) for x in acts if (at := self.place(x)) is not None]
         return found if len(found) == len(acts) else []
 
     def place(self, element: LawElement) -> Vec | None:
-        """Return where a contact's force acts (m, world axes): at its point, or where its round skin is nearest."""
+        """Return where a contact's force acts (m, world axes): at its point, or nearest on a round surface."""
         skins = element.normals[0].surfaces
         if skins is None:
             return None
@@ -392,33 +387,30 @@ class OneWayForces:
     def middle(self, elements: Sequence[LawElement]) -> dict[str, S]:
         """Return where the sum of normal forces acts, the middle of elements that do not press; nothing without points.
 
-        Normal forces whose sum vanishes as an expression alone have no place, and a division by zero there.
+        A sum of normal forces that vanishes only as an expression has no place, but a division by zero.
         """
         pairs = self.presses_at(elements)
-        if self.mechanism.mode_numbers:
-            pairs = self._or_middle([x for x in elements if self.place(x) is not None], pairs)
+        if self.mechanism.mode_numbers:  # ones where none of the elements acts
+            acts = [ModeNodes(self.mechanism).acts(x.normals[0]) for x in elements if self.place(x) is not None]
+            some = reduce(maximum, acts, ZERO)
+            pairs = [(where(less(ZERO, some), force, ONE), at) for force, at in pairs]
         elif all(isinstance(force, (int, float)) and force == 0 for force, _ in pairs):
             pairs = [(1, at) for at in map(self.place, elements) if at is not None]
         total: S = reduce(operator.add, (force for force, _ in pairs), 0)
         sums = (reduce(operator.add, (force * at[k] for force, at in pairs)) for k in range(len(AT)) if pairs)
         return {name: x / total for name, x in zip(AT, sums, strict=False)}
 
-    def _or_middle(self, elements: Sequence[LawElement], pairs: list[tuple[S, Vec]]) -> list[tuple[S, Vec]]:
-        """Return normal forces and places, ones where none of the elements acts."""
-        acts = [ModeNodes(self.mechanism).acts(element.normals[0]) for element in elements]
-        some = reduce(maximum, acts, ZERO)
-        return [(where(less(ZERO, some), force, ONE), at) for force, at in pairs]
-
-    def asked(self, name: str, component: str) -> S:
+    def component(self, name: str, component: str) -> S:
         """Return a component by the names of `exerted_by`, of a contact's corners together; 0 where there is none."""
         if component in AT:
             return self.middle([x for x in self.mechanism.one_way if name in exerted_by(x)])[component]
         rows = max((len(exerted_by(x).get(name, {}).get(component, ())) for x in self.mechanism.one_way), default=0)
         if rows > 1:
-            return limits.length([self.asked(name, f"{component}_{k}") for k in range(1, rows + 1)])
-        return reduce(operator.add, (self._asked(element, name, component) for element in self.mechanism.one_way), 0)
+            return limits.length([self.component(name, f"{component}_{k}") for k in range(1, rows + 1)])
+        own = (self._component_of(element, name, component) for element in self.mechanism.one_way)
+        return reduce(operator.add, own, 0)
 
-    def _asked(self, element: LawElement, name: str, component: str) -> S:
+    def _component_of(self, element: LawElement, name: str, component: str) -> S:
         if name not in exerted_by(element):
             return 0
         part = next((x for x in element.frictions if x.name == name and not element.unilateral), None)
@@ -430,24 +422,24 @@ class OneWayForces:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Switching functions of a mode: what becomes positive where the mode ends.
+# Switching functions of a mode: each becomes positive where the mode ends.
 #
-#     what ends                                    function
-#     what is open or slack, or touches and carries
-#     nothing, closes                              -gap, over a face that ends
-#     two points are nearest, and perhaps meet     r . v, of one from the other, at corners less what is still
+#     event                                        function
+#     an open contact or slack rope, or one that
+#     touches without a force, closes              -gap, over a face that ends
+#     two points are nearest, and perhaps meet     r . v, of one from the other, at corners less a small rate
 #     a closed contact, a taut rope opens          -(normal force, tension)
 #     a reaction that presses changes its side     -side * reaction, from no side |reaction|
 #     a closed contact gets past an edge           -(way to the edge)
 #     a rim that touches has come nearly flat      s . s', s across it and its plane, near s = 0
-#     what sticks slips                            |l_t| - static * N
-#     what slides stops, in a line                 -sense * v_t
-#     what slides stops, in space                  -|v_t|, from rest where its friction has no direction
-#     what slides from rest in space moves on      v_t along the direction in which it started, beyond a margin
-#     what slides from rest in space turns back    the same, negative
+#     a sticking part slips                        |l_t| - static * N
+#     a sliding part stops, in a line              -sense * v_t
+#     a sliding part stops, in space               -|v_t|, from rest where its friction has no direction
+#     slip from rest in space goes on              v_t along the direction in which it started, beyond a margin
+#     slip from rest in space turns back           the same, negative
 #
-# Those of forces come first, and of slip in space: forces may change where nothing moves, and what slides in space
-# comes to rest where its friction has no direction, so that they keep steps short.
+# Functions of forces and of slip in space come first and keep steps short: forces may change where nothing moves, and
+# slip in space stops where its friction has no direction.
 
 
 Ends = Literal[
@@ -464,18 +456,18 @@ _TOLD: Final = {"leaves": "gets past an edge", "turns": "presses on the other si
 
 @dataclass(frozen=True)
 class Switching(Limit):
-    """A switching function: what ends where a limit is passed, or near it."""
+    """A switching function: the event where a limit is passed, or near it."""
 
     ends: Ends = "opens"
 
     @property
     def limits(self) -> bool:
-        """Whether it is one of forces."""
+        """Whether it is a function of forces."""
         return self.kind in OF_FORCES
 
     @property
     def shortens(self) -> bool:
-        """Whether it keeps adaptive steps short: beyond the end of slip in space friction would turn round."""
+        """Whether it keeps adaptive steps short: beyond the end of slip in space friction would reverse."""
         return self.limits or self.ends == "stops in space"
 
     @property
@@ -488,11 +480,11 @@ def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
     """Return the switching functions of a mechanism in a mode, those that keep steps short first; none without one."""
     if mechanism.mode is None:
         return ()
-    found = [one for element in mechanism.one_way for one in _of(mechanism.mode, element)]
-    return tuple(sorted(found, key=lambda one: not one.shortens))
+    every = [one for element in mechanism.one_way for one in _switchings_of(mechanism.mode, element)]
+    return tuple(sorted(every, key=lambda one: not one.shortens))
 
 
-def _of(mode: Mode, element: LawElement) -> Iterator[Switching]:
+def _switchings_of(mode: Mode, element: LawElement) -> Iterator[Switching]:
     if element.unilateral and element.name in mode.idle and not mode.acts(element):  # it takes no part
         return
     for limit in limits_in(mode, element):
@@ -508,7 +500,7 @@ def _of(mode: Mode, element: LawElement) -> Iterator[Switching]:
 
 
 @dataclass(frozen=True, eq=False)
-class SwitchingValues(OneWayForces):
+class SwitchingValues(LawForces):
     """Switching functions over a scalar, from the motion and the multipliers of a mechanism in a mode."""
 
     def values(self, functions: Sequence[Switching]) -> list[S]:
@@ -529,7 +521,7 @@ class SwitchingValues(OneWayForces):
         return ACTIVE if element.unilateral else self.mode.side(element, normal)
 
     def closes(self, row: Row) -> S:
-        """Return what becomes positive where a row touches that does not act."""
+        """Return the function that becomes positive where a row touches that does not act."""
         skins = row.surfaces
         if skins is not None and row.tip is not None:
             away, rate = separation(self.motion, skins[0].place, skins[1].place)
@@ -539,11 +531,11 @@ class SwitchingValues(OneWayForces):
         return reduce(minimum, reach(row, self.motion), -phi)
 
     def leaves(self, row: Row) -> S:
-        """Return what becomes positive where what touches gets past an edge."""
+        """Return the function that becomes positive where a contact gets past an edge."""
         return -reduce(minimum, reach(row, self.motion))
 
     def lies_flat(self, row: Row) -> S:
-        """Return what becomes positive where a rim that touches has come as near to lying flat as it does."""
+        """Return the function that becomes positive where a rim that touches is nearest to lying flat."""
         return flattened(row, self.motion)
 
     def _in_space(self, ends: Ends, part: FrictionPart) -> S:

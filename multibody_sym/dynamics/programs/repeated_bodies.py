@@ -1,4 +1,7 @@
-"""Kinds of bodies: bodies whose declarations, and whose joints' forces, are the same but for the slots they name."""
+"""Programs of mechanisms with many like bodies, by scans with one kernel for each kind of body.
+
+Bodies of a kind have the same declarations and forces of joints but for the slots that they name.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any, Final
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated
+from multibody_sym.dynamics.programs.literals import places_of_loads
 from multibody_sym.dynamics.programs.quantities import Sources
 from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
 from multibody_sym.mechanics.forces import applied_forces
@@ -51,8 +55,8 @@ from multibody_sym.scalars.vectors import (
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of body as a mechanism of this one body on ground, in slots of its own; `state` has those as values."""
+class BodyKind:
+    """A kind of body as a mechanism of this one body on ground, in slots of its own; `state` has these as values."""
 
     mechanism: Mechanism
     state: State
@@ -65,52 +69,40 @@ class Kind:
 
 @dataclass(frozen=True)
 class LikeBodies:
-    """The kinds of a mechanism's bodies, and for each body its kind and what its slots stand for (`bodies`)."""
+    """The kinds of a mechanism's bodies, and for each body its kind and the values of its slots (`bodies`)."""
 
-    kinds: tuple[Kind, ...]
+    kinds: tuple[BodyKind, ...]
     bodies: Bodies
 
 
 def like_bodies(mechanism: Mechanism) -> LikeBodies | None:
     """Return the kinds of bodies; None where a load acts on more than a joint's own speed."""
-    loads = _loads_of_bodies(mechanism)
-    if loads is None:
+    places = places_of_loads(mechanism)
+    if places is None:
         return None
     numbers: dict[Any, int] = {}
-    kinds: list[Kind] = []
+    kinds: list[BodyKind] = []
     leaves: list[tuple[Node, ...]] = []
     chosen, atoms = [], []
-    for body, own in zip(mechanism.bodies, loads, strict=True):
+    for body, own in zip(mechanism.bodies, places, strict=True):
         local = _Local(body)
-        renamed, pulling = local.body(body), local.loads(own)
-        identity = renamed, pulling, tuple(local.slots.values())
+        renamed = local.body(body)
+        of_joint = (load for k in own if isinstance(load := mechanism.loads[k], JointForce | JointSpring))
+        loads = local.loads([replace(load, name="", joint="") for load in of_joint])
+        identity = renamed, loads, tuple(local.slots.values())
         if identity not in numbers:
             numbers[identity] = len(kinds)
-            kinds.append(_kind(mechanism, renamed, pulling, identity[2]))
+            alone = replace(mechanism, bodies=(renamed,), loads=loads, rows=(), coordinates=(), speeds=())
+            q, u = ([leaf for leaf in identity[2] if leaf.data[0] == array] for array in "qu")
+            kinds.append(BodyKind(alone, State(Node, tuple(q), tuple(u), {leaf: leaf for leaf in identity[2]})))
             leaves.append(identity[2])
         chosen.append(numbers[identity])
         atoms.append(tuple(local.slots))
     return LikeBodies(tuple(kinds), Bodies(tuple(chosen), tuple(leaves), tuple(atoms)))
 
 
-def _kind(mechanism: Mechanism, body: TreeBody, loads: tuple[Load, ...], leaves: Sequence[Node]) -> Kind:
-    alone = replace(mechanism, bodies=(body,), loads=loads, rows=(), coordinates=(), speeds=())
-    q, u = ([leaf for leaf in leaves if leaf.data[0] == array] for array in "qu")
-    return Kind(alone, State(Node, tuple(q), tuple(u), {leaf: leaf for leaf in leaves}))
-
-
-def _loads_of_bodies(mechanism: Mechanism) -> list[list[Load]] | None:
-    carried = {speed: index for index, body in enumerate(mechanism.bodies) for speed in body.u}
-    found: list[list[Load]] = [[] for _ in mechanism.bodies]
-    for load in mechanism.loads:
-        if not isinstance(load, (JointForce, JointSpring)) or load.rate.op != "slot":
-            return None
-        found[carried[load.rate.data[1]]].append(replace(load, name="", joint=""))
-    return found
-
-
 class _Local:
-    """Renames the slots of one body: its own coordinates and speeds count from 0, then others as they are met."""
+    """Renames the slots of one body: its own coordinates and speeds count from 0, then others by their occurrence."""
 
     def __init__(self, body: TreeBody) -> None:
         self.slots: dict[Node, Node] = {}
@@ -141,7 +133,7 @@ class _Local:
         return part
 
     def _leaf(self, leaf: Node) -> Node:
-        """Return the slot of the same array that stands for a leaf; the time stays what it is."""
+        """Return the slot of the same array that stands for a leaf."""
         if leaf not in self.slots:
             array = leaf.data[0]
             self.slots[leaf] = slot(array, self.counts.setdefault(array, 0))
@@ -150,11 +142,10 @@ class _Local:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Programs of mechanisms with many like bodies, by scans: the recursions of `block_ldl` with one kernel for each kind.
+# The recursions of `block_ldl` as scans.
 #
 # A mechanism is scanned where its Programs would otherwise be long, its bodies are of few kinds (same joint, same
-# expressions of parameters: `like_bodies`), and nothing joins bodies but the tree: no rows, no loads on anything but a
-# joint's own speed.
+# expressions of parameters), and only the tree joins bodies: no rows, no loads but on a joint's own speed.
 
 
 _BODIES_OF_A_KIND: Final = 4
@@ -171,16 +162,22 @@ def worth_scanning(mechanism: Mechanism) -> LikeBodies | None:
 
 
 def scanned_sources(mechanism: Mechanism, like: LikeBodies) -> Sources:
-    """Return the Programs that others call, and the motion of all bodies, by scans."""
-    derivative, energy = scanned_state_derivative(mechanism, like), scanned_energy(mechanism, like)
-    return Sources(derivative, energy, partial(_scanned_motion, mechanism, like))
+    """Return the state derivative, the energies, and the motion of all bodies, by scans."""
+    trace = Trace("energy", arrays(mechanism))
+    once = (0,) * len(mechanism.bodies)
+    results = [Result(name, 1, once, adds=True) for name in ("kinetic", "potential")]
+    energies = scan_tree(
+        trace, _given(trace), like.bodies, [_motion_pass(mechanism)], results, partial(_energies_of_body, like.kinds)
+    )
+    energy = trace.finish({name: ((), values) for name, values in energies.items()})
+    return Sources(_state_derivative(mechanism, like), energy, partial(_scanned_motion, mechanism, like))
 
 
-def scanned_state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
+def _state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
     """Return (t, q, u, ...) -> qdot, udot, multipliers, report by three passes along the tree.
 
     Outward angular velocities and the accelerations without udot, seen from free fall; inward articulated inertias and
-    what is left of the forces; outward the accelerations.
+    the remaining forces; outward the accelerations.
     """
     trace = Trace("state_derivative", arrays(mechanism))
     parents = tuple(body.parent for body in mechanism.bodies)
@@ -189,8 +186,9 @@ def scanned_state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
         Pass("carried", parents, 27),
         Pass("reached", parents, 6, (ZERO,) * 6),
     ]
-    results = [_of_coordinates("qdot", mechanism), _of_speeds("udot", mechanism)]
-    found = scan_tree(trace, _given(trace), like.bodies, passes, results, partial(_dynamics, like.kinds))
+    of_speeds = Result("udot", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
+    results = [_of_coordinates("qdot", mechanism), of_speeds]
+    found = scan_tree(trace, _given(trace), like.bodies, passes, results, partial(_dynamics_of_body, like.kinds))
     return trace.finish(
         {
             "qdot": ((len(found["qdot"]),), found["qdot"]),
@@ -201,8 +199,8 @@ def scanned_state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
     )
 
 
-def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
-    """Return what a body hands on in the passes of the state derivative."""
+def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
+    """Return the values that a body hands on in the passes of the state derivative."""
     kind = kinds[number]
     body, state = kind.body, kind.state
     w, a, alpha = vectors(read["motion"])
@@ -214,7 +212,7 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]
 
     force, moment = vectors(read["carried"][:6])
-    inertia = articulated(rigid).plus(unpacked(read["carried"][6:]))
+    inertia = articulated(rigid).plus(unpack_inertia(read["carried"][6:]))
     freedoms, left = eliminate_joint(body.u, moved, inertia)
     remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
     handed = to_parent(moved, wrench)
@@ -224,28 +222,17 @@ def _dynamics(kinds: Sequence[Kind], number: int, read: Values) -> Values:
     udot, here = outward(freedoms, x, from_parent(moved, (first, second)))
     return {
         "motion": (*moved.w_WB, *reached[0], *reached[1]),
-        "carried": (*handed[0], *handed[1], *packed(left.moved(moved.R_PB, moved.p_PB))),
+        "carried": (*handed[0], *handed[1], *pack_inertia(left.moved(moved.R_PB, moved.p_PB))),
         "reached": (*here[0], *here[1]),
         "qdot": joint_rates(body, state.q, state.u),
         "udot": udot,
     }
 
 
-def scanned_energy(mechanism: Mechanism, like: LikeBodies) -> Program:
-    """Return (t, q, u, ...) -> kinetic, potential."""
-    trace = Trace("energy", arrays(mechanism))
-    once = (0,) * len(mechanism.bodies)
-    results = [Result(name, 1, once, adds=True) for name in ("kinetic", "potential")]
-    found = scan_tree(
-        trace, _given(trace), like.bodies, [_placing(mechanism)], results, partial(_energies, like.kinds)
-    )
-    return trace.finish({name: ((), values) for name, values in found.items()})
-
-
-def _energies(kinds: Sequence[Kind], number: int, read: Values) -> Values:
-    """Return what a body hands on and its energies."""
+def _energies_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
+    """Return the motion that a body hands on, and its energies."""
     kind = kinds[number]
-    moved, pose, gravity, handed = _placed(kind, read["motion"])
+    moved, pose, gravity, handed = _motion_of_body(kind, read["motion"])
     mass = body_mass(kind.body, kind.state)
     springs = springs_energy(Motion(kind.mechanism, kind.state, (moved,), (mass,), gravity))
     return {
@@ -262,12 +249,12 @@ def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
     trace, count = Trace("normalize", arrays(mechanism)), len(mechanism.bodies)
     largest = Pass("largest", tuple(range(-1, count - 1)), 1, (ZERO,))
     results = [_of_coordinates("q", mechanism), Result("deviation", count, tuple(range(count)))]
-    found = scan_tree(trace, _given(trace), like.bodies, [largest], results, partial(_normalized, like.kinds))
+    found = scan_tree(trace, _given(trace), like.bodies, [largest], results, partial(_normalize_body, like.kinds))
     q = found["q"]
     return trace.finish({"q": ((len(q),), q), "deviation": ((), found["deviation"][-1:])})
 
 
-def _normalized(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+def _normalize_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
     """Return a body's coordinates and the largest deviation of its quaternion and of those before."""
     body, q = kinds[number].body, list(kinds[number].state.q)
     largest = read["largest"][0]
@@ -281,20 +268,20 @@ def _normalized(kinds: Sequence[Kind], number: int, read: Values) -> Values:
 
 
 def _scanned_motion(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Motion:
-    """Return the motion of all bodies over what a scan in the trace finds."""
+    """Return the motion of all bodies over the results of a scan in the trace."""
     bodies = like.bodies
-    found = [_placed(kind, _placing(mechanism).slots) for kind in like.kinds]
+    found = [_motion_of_body(kind, _motion_pass(mechanism).slots) for kind in like.kinds]
     sizes = [len(_numbers((moved, pose))) for moved, pose, *_ in found]
     first = tuple(accumulate((sizes[kind] for kind in bodies.kinds), initial=0))
 
     def step(number: int, read: Values) -> Values:
-        moved, pose, _, handed = _placed(like.kinds[number], read["motion"])
+        moved, pose, _, handed = _motion_of_body(like.kinds[number], read["motion"])
         return {"motion": handed, "numbers": _numbers((moved, pose))}
 
     result = Result("numbers", first[-1], first[:-1])
-    numbers = scan_tree(trace, _given(trace), bodies, [_placing(mechanism)], [result], step)["numbers"]
+    numbers = scan_tree(trace, _given(trace), bodies, [_motion_pass(mechanism)], [result], step)["numbers"]
     placed = [
-        _filled(found[kind][:2], iter(numbers[begin:end]))
+        _with_numbers(found[kind][:2], iter(numbers[begin:end]))
         for kind, (begin, end) in zip(bodies.kinds, pairwise(first), strict=True)
     ]
     state = slot_state(mechanism)
@@ -303,15 +290,15 @@ def _scanned_motion(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Mot
     return PlacedMotion(mechanism, state, motions, masses, mechanism.gravity, list(poses))
 
 
-def _placing(mechanism: Mechanism) -> Pass:
+def _motion_pass(mechanism: Mechanism) -> Pass:
     """Return the pass that hands on velocities, gravity in body axes, pose, and gravity in world axes."""
     flat = tuple(as_node(x) for row in UNIT_MATRIX for x in row)
     root = (*(ZERO,) * 6, *mechanism.gravity, *flat, *(ZERO,) * 3, *mechanism.gravity)
     return Pass("motion", tuple(body.parent for body in mechanism.bodies), len(root), root)
 
 
-def _placed(kind: Kind, read: Sequence[Node]) -> tuple[BodyMotion, tuple[Mat, Vec], Vec, list[Node]]:
-    """Return a body's motion and pose, gravity in world axes, and what it hands on."""
+def _motion_of_body(kind: BodyKind, read: Sequence[Node]) -> tuple[BodyMotion, tuple[Mat, Vec], Vec, list[Node]]:
+    """Return a body's motion and pose, gravity in world axes, and the numbers that it hands on."""
     w, v, gravity, x, y, z, p, in_world = vectors(read)
     moved = body_motion(kind.body, moving_parent(w, v, gravity), kind.state)
     R_WB, p_WB = body_pose(moved, ((x, y, z), p))
@@ -326,11 +313,12 @@ def _numbers(part: Any) -> list[Any]:
     return [x for item in part for x in _numbers(item)] if isinstance(part, tuple) else [part]
 
 
-def _filled(part: Any, numbers: Iterator[Any]) -> Any:
+def _with_numbers(part: Any, numbers: Iterator[Any]) -> Any:
     """Return a record like `part` with these numbers."""
     if is_dataclass(part) and not isinstance(part, type):
-        return replace(part, **{field.name: _filled(getattr(part, field.name), numbers) for field in fields(part)})
-    return tuple(_filled(item, numbers) for item in part) if isinstance(part, tuple) else next(numbers)
+        new = {field.name: _with_numbers(getattr(part, field.name), numbers) for field in fields(part)}
+        return replace(part, **new)
+    return tuple(_with_numbers(item, numbers) for item in part) if isinstance(part, tuple) else next(numbers)
 
 
 def _given(trace: Trace) -> list[tuple[Node, ...]]:
@@ -342,21 +330,16 @@ def _of_coordinates(name: str, mechanism: Mechanism) -> Result:
     return Result(name, len(mechanism.coordinates), tuple(min(body.q, default=0) for body in mechanism.bodies))
 
 
-def _of_speeds(name: str, mechanism: Mechanism) -> Result:
-    """Return the result that has an element for each speed."""
-    return Result(name, len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
-
-
 def vectors(values: Sequence[Node]) -> list[Vec]:
     return [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
 
 
-def packed(inertia: Inertia) -> tuple[Node, ...]:
+def pack_inertia(inertia: Inertia) -> tuple[Node, ...]:
     """Return the 21 elements of an inertia."""
     triangles = [[m[i][j] for i, j in _TRIANGLE] for m in (inertia.linear, inertia.angular)]
     return (*triangles[0], *triangles[1], *(x for row in inertia.coupling for x in row))
 
 
-def unpacked(values: Sequence[Node]) -> Inertia:
+def unpack_inertia(values: Sequence[Node]) -> Inertia:
     rows = vectors(values[12:])
     return Inertia(symmetric(values[:6]), (rows[0], rows[1], rows[2]), symmetric(values[6:12]))

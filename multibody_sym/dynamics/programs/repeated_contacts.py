@@ -1,8 +1,8 @@
-"""Contacts by kinds: those that are the same but for the slots and numbers they name, over places of their bodies.
+"""Contacts by kinds: contacts of a kind differ in the slots and numbers that they name, and in places of their bodies.
 
 A kind is a mechanism of its own: two bodies (one, on ground) whose poses and velocities are given, with one contact
-between them. What is said of the rows of any mechanism is said of it once, and a scan runs it for each contact. Bodies
-of kinds have the axes of the world, so that what does not turn with them is exact, and contacts stand on them turned.
+between them. Its rows are derived once, as those of any mechanism, and a scan computes them for each contact. Bodies of
+kinds have the axes of the world, so that directions fixed in the world are exact; contacts on them are turned.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ from multibody_sym.scalars.vectors import UNIT_MATRIX, ZERO_VECTOR, S, add, appl
 _FEW: Final = 4
 """Mean number of contacts of a kind from which on they are derived by kinds."""
 _MANY: Final = 24
-"""Rows of a mechanism beyond which that is worth while."""
+"""Rows of a mechanism beyond which kinds are worth while."""
 _IN_TEXT: Final = (0.0, 1.0, -1.0)
 _OWN: Final = ("t", "parameters", "inputs")
 """Arrays whose slots the declaration of a contact may name."""
 _SPEEDS: Final = 6
-"""Those of a body whose pose is given: its velocity and angular velocity in world axes."""
+"""Speeds of a body whose pose is given: its velocity and angular velocity in world axes."""
 
 Weighted = Callable[[Sequence[S]], Sequence[S]]
 
 
 @dataclass(frozen=True)
 class ContactKind:
-    """A kind of contact: its mechanism in every mode, and how this moves, over `leaves` by the names of their arrays.
+    """A kind of contact: its mechanism in every mode, and its motion, over `leaves` by the names of their arrays.
 
-    `ways` say where the speeds that carry each body are among those that carry the contact, `size` in number; each
+    `ways` are the places of the speeds that carry each body among those that carry the contact, `size` in number; each
     moves its body by `columns` (6), by `weighted` ones (6) where speeds count by mass.
     """
 
@@ -62,7 +62,7 @@ class ContactKind:
     size: int
 
     def by_speeds(self, row: Sequence[S], columns: Sequence[Sequence[Sequence[Node]]]) -> list[Node]:
-        """Return (size) what a row (6 for each body) has for each of the speeds that move the bodies by columns."""
+        """Return the elements (size) of a row (6 for each body) for the speeds that move the bodies by columns."""
         found = [ZERO] * self.size
         for body, (way, each) in enumerate(zip(self.ways, columns, strict=True)):
             own = row[_SPEEDS * body : _SPEEDS * (body + 1)]
@@ -75,9 +75,8 @@ class ContactKind:
 class LikeContacts:
     """The contacts of a mechanism by kinds: `places` of their elements, `speeds` that carry each, the kind `chosen`.
 
-    `atoms` are by array the places there of what stands for the leaves of each contact's kind, `values` those of the
-    arrays that are known: the numbers of declarations, poses and velocities of bodies, accelerations without udot,
-    columns.
+    `atoms` are by array the places of the values for the leaves of each contact's kind, `values` those of the known
+    arrays: the numbers of declarations, poses and velocities of bodies, accelerations without udot, columns.
     """
 
     kinds: tuple[ContactKind, ...]
@@ -88,11 +87,11 @@ class LikeContacts:
     values: Mapping[str, tuple[Node, ...]]
 
     def of(self, array: str, number: int) -> Sequence[int]:
-        """Return where in an array stands what belongs to a contact."""
+        """Return the places of a contact's values in an array."""
         return self.atoms[array][number]
 
     def reading(self, places: Mapping[str, Sequence[Sequence[int]]]) -> LikeContacts:
-        """Return contacts that have places in other arrays too, by name: those of each, as many for all of a kind."""
+        """Return contacts with places in further arrays, by name: those of each, as many for all of a kind."""
         first = [self.chosen.index(kind) for kind in range(len(self.kinds))]
         kinds = []
         for kind, k in zip(self.kinds, first, strict=True):
@@ -103,9 +102,9 @@ class LikeContacts:
     def scanned(
         self, trace: Trace, made: Sequence[Values], given: Mapping[str, Sequence[Node]], gates: Sequence[Node] = ()
     ) -> dict[str, list[tuple[Node, ...]]]:
-        """Return by name what the kinds have `made` for each contact, zeros where its gate is 0; nothing without kinds.
+        """Return by name the values `made` of the kinds for each contact, 0 where its gate is 0; none without kinds.
 
-        `given` are the values of the arrays that no kind knows; gates are slots of one of them.
+        `given` are the values of arrays that are not known; gates are slots of one of them.
         """
         if not made:
             return {}
@@ -136,7 +135,7 @@ class LikeContacts:
 
     @cached_property
     def _tables(self) -> dict[str, list[Integers]]:
-        """The places in each array of what belongs to the contacts of each kind."""
+        """The places in each array of the values of each kind's contacts."""
         members = [[k for k, kind in enumerate(self.chosen) if kind == number] for number in range(len(self.kinds))]
         return {
             name: [np.array([of[k] for k in own], dtype=np.int64).reshape(len(own), -1) for own in members]
@@ -186,7 +185,7 @@ _NONE: Final = LikeContacts((), (), (), (), {}, {})
 
 
 def alike_rows(mechanism: Mechanism) -> int:
-    """Return how many rows contacts of few kinds have: what touches, and how many speeds carry it, are of few sorts."""
+    """Return how many rows contacts of few kinds have: their surfaces and the numbers of speeds are of few sorts."""
     if not all(row.restricts for row in every_row(mechanism)):
         return 0
     ways = list[frozenset[int]]()
@@ -204,7 +203,7 @@ def alike_rows(mechanism: Mechanism) -> int:
 
 
 def _may_be_alike(element: LawElement) -> bool:
-    """Return whether a kind can name what touches in an element."""
+    """Return whether a kind can name the surfaces of an element."""
     if any(row.surfaces is None for row in element.rows) or not element.unilateral:
         return False
     skins = element.surfaces or ()
@@ -216,7 +215,7 @@ def _may_be_alike(element: LawElement) -> bool:
 
 @dataclass(frozen=True)
 class _Body:
-    """What contacts read of a body, by array, and where those of it that are data begin there."""
+    """The numbers of a body that contacts read, by array, and where those that are data begin there."""
 
     speeds: tuple[int, ...]
     numbers: Mapping[str, tuple[Node, ...]]
@@ -224,7 +223,7 @@ class _Body:
 
     @property
     def pattern(self) -> tuple[tuple[float | None, ...], ...]:
-        """Which of its numbers stand in the text of a kind."""
+        """The numbers that stand in the text of a kind, None for others."""
         return tuple(tuple(x.shadow if _in_text(x) else None for x in nodes) for nodes in self.numbers.values())
 
 
@@ -238,7 +237,7 @@ class _Bodies:
         self._known: dict[int, _Body] = {}
 
     def of(self, body: int) -> _Body:
-        """Return what contacts read of a body."""
+        """Return the numbers of a body that contacts read."""
         if body not in self._known:
             speeds, columns = self._columns(body)
             (rotation, position), moved = self.motion.poses[body], self.motion.bodies[body]
@@ -293,7 +292,7 @@ class _UnlikeError(Exception):
 class _Local:
     """A contact, number `place` of a mechanism's elements, in slots of its kind; its constants are added to `numbers`.
 
-    `speeds` are those that carry it, `atoms` by array what the leaves of its kind stand for.
+    `speeds` carry it; `atoms` are by array the places of the values for the leaves of its kind.
     """
 
     def __init__(self, mechanism: Mechanism, bodies: _Bodies, place: int, numbers: list[Node]) -> None:
@@ -308,7 +307,7 @@ class _Local:
         self._bodies = list(dict.fromkeys(skin.place.body for skin in skins if skin.place.body >= 0))
         self.touched = [bodies.of(body) for body in self._bodies]
         self._places = self._local_numbers("place")
-        self.element: LawElement = self._renamed(_unnamed(element))
+        self.element: LawElement = self._renamed(_with_local_names(element))
         self.speeds = list(dict.fromkeys(speed for body in self.touched for speed in body.speeds))
         for name in bodies.values:
             counts = [sum(not _in_text(x) for x in body.numbers[name]) for body in self.touched]
@@ -322,7 +321,7 @@ class _Local:
 
     @cached_property
     def identity(self) -> Any:
-        """What is the same for contacts of one kind."""
+        """The features that contacts of one kind share."""
         return self.element, tuple(body.pattern for body in self.touched), self.ways
 
     def kind(self, mechanism: Mechanism) -> ContactKind:
@@ -350,7 +349,7 @@ class _Local:
         )
 
     def _local_numbers(self, name: str) -> list[list[Node]]:
-        """Return what it reads of its bodies, in slots of its kind where it is data."""
+        """Return the numbers of its bodies, in slots of its kind where they are data."""
         left = (slot(name, k) for k in count())
         return [[x if _in_text(x) else next(left) for x in body.numbers[name]] for body in self.touched]
 
@@ -369,7 +368,10 @@ class _Local:
             if part.body < 0:
                 return replace(part, name="", pose=pose)
             body = self._bodies.index(part.body)
-            return replace(part, name="", body=body, pose=_turned(pose, self._places[body]))
+            x, y, z, *_ = vectors(self._places[body])  # kinds' bodies have world axes
+            position = pose.position if pose.position is ORIGIN else apply((x, y, z), pose.position)
+            in_world = Pose(position, product((x, y, z), pose.rotation))
+            return replace(part, name="", body=body, pose=in_world)
         if not is_dataclass(part) or isinstance(part, type):
             return part
         if part not in self._done:  # as the skins of all rows
@@ -400,8 +402,8 @@ def _in_text(node: Node) -> bool:
     return node.shadow in _IN_TEXT
 
 
-def _unnamed(element: LawElement) -> LawElement:
-    """Return a contact with names that tell its rows and parts apart, and no others."""
+def _with_local_names(element: LawElement) -> LawElement:
+    """Return a contact whose names only tell its rows and parts apart."""
     normals = tuple(replace(row, name=f"normal {k}") for k, row in enumerate(element.normals))
     frictions = tuple(
         replace(
@@ -417,20 +419,13 @@ def _sixes(numbers: Sequence[Node]) -> tuple[tuple[Node, ...], ...]:
 
 
 def _body_motion(place: Sequence[Node], bias: Sequence[Node]) -> BodyMotion:
-    """Return how a body with the axes of the world moves, from its place, velocities and accelerations without udot."""
+    """Return the motion of a body with world axes, from its place, velocities and accelerations without udot."""
     *_, position, v, w = vectors(place)
     linear, angular = vectors(bias)
     units, still = UNIT_MATRIX, (ZERO_VECTOR,) * 3
     return BodyMotion(
         units, position, w, v, (*units, *still), (*still, *units), *(ZERO_VECTOR,) * 2, linear, angular, ZERO_VECTOR
     )
-
-
-def _turned(pose: Pose, place: Sequence[Node]) -> Pose:
-    """Return a pose on a body in world axes."""
-    x, y, z, *_ = vectors(place)
-    position = pose.position if pose.position is ORIGIN else apply((x, y, z), pose.position)
-    return Pose(position, product((x, y, z), pose.rotation))
 
 
 class _Numbering:

@@ -1,4 +1,7 @@
-"""From dynamics over Nodes to the Programs that a simulation runs."""
+"""From dynamics over Nodes to the Programs that a simulation runs: derivatives, projections, energy, outputs, events.
+
+In: a Mechanism, a formalism and the form that a method needs. Out: Programs (`program.programs`).
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, constrained, correction
 from multibody_sym.dynamics.formalisms.equations import Formalism, FrictionTerms, TreeDynamics
-from multibody_sym.dynamics.programs.quantities import Sources, answered, events
+from multibody_sym.dynamics.programs.quantities import Sources, events, with_quantities
 from multibody_sym.dynamics.programs.repeated_bodies import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.joint_friction import along_reactions
@@ -38,8 +41,8 @@ from multibody_sym.scalars.vectors import unit_quaternion
 # The rows on positions have multipliers mu of their own; nonholonomic rows are rows on speeds only. mu is zero in the
 # motion itself, and in its approximations moves q the shortest way, in the norm of the mass matrix, back to phi = 0.
 #
-# What presses in a joint that rubs is defined by accelerations and multipliers, and so are no equations of these: it
-# is part of f, as the state has it on the constraints. So are forces that hold at rest what stands still for good.
+# Forces that press in a joint with friction are defined by accelerations and multipliers: they are no equations here,
+# but part of f, as on the constraints. So are forces that hold immobile speeds at rest.
 #
 # Source: C. W. Gear, B. Leimkuhler, G. K. Gupta, Automatic integration of Euler-Lagrange equations with constraints
 # (1985); E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.1.
@@ -64,10 +67,10 @@ def index_2_programs(
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The rows of a mechanism by what they are in equations of index 2, with its state `derivative`.
+    """The rows of a mechanism by their part in equations of index 2, with its state `derivative`.
 
-    Some are none of these equations, as what they exert follows from the state: those that define a force, and those
-    that hold speeds at zero, unless they bear on others too.
+    Rows whose forces follow from the state are no equations: those that define a force, and those that hold speeds at
+    zero, unless they bear on others too.
     """
 
     mechanism: Mechanism
@@ -100,12 +103,12 @@ class _Rows:
 
     @cached_property
     def pushing(self) -> list[list[Node]]:
-        """What unit multipliers exert of the rows that are equations, zero for others: what slides not H^T lambda."""
+        """Forces of unit multipliers of the rows that are equations, zero for others; with friction not H^T lambda."""
         rows = enumerate(self.dynamics.rows)
         return [[ZERO] * len(row.jacobian) if k in self.given else list(row.forces) for k, row in rows]
 
     def pushed(self, trace: Trace) -> list[Node]:
-        """Return f (nu) with what the rows exert that are no equations."""
+        """Return f (nu) with the forces of the rows that are no equations."""
         if not self.given:
             return list(self.dynamics.forcing)
         _, _, multipliers, _ = trace.call(self.derivative, [trace[a.name] for a in self.derivative.inputs])
@@ -154,7 +157,7 @@ def _combined(columns: Sequence[Sequence[Node]], weights: Sequence[Node]) -> lis
 def _by_multipliers(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Program:
     """Return d(qdot, udot) / d(mu, lambda) (nq + nu, 2 ns): N M^-1 H^T of holonomic rows, and M^-1 H^T.
 
-    What slides pushes with other forces than H^T lambda.
+    Sliding parts push with other forces than H^T lambda.
     """
     trace = Trace("index_2_by_multipliers", arrays(mechanism))
     shifting = [rows.unheld(dynamics.factors.solve(row)) for row in rows.shifting]
@@ -169,7 +172,7 @@ def _by_multipliers(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -
 # ----------------------------------------------------------------------------------------------------------------------
 
 _ROUNDING: Final = 1e-11
-"""The part of the coefficients of held speeds that rounding may leave of others: of places thousands of metres away."""
+"""Coefficients below this part of those of held speeds are rounding: of places thousands of metres away."""
 _BY_DERIVATIVE: Final = ("explicit", "multistep")
 """Forms that take the derivative alone."""
 
@@ -177,7 +180,7 @@ _BY_DERIVATIVE: Final = ("explicit", "multistep")
 def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
     """Return all Programs of a mechanism by one formalism, with those that a method needs for its `form`.
 
-    Those of `block_ldl` are scanned where that shortens them, but for their Jacobian, which has a scan for each column.
+    Those of `block_ldl` are scanned where that shortens them, except with a Jacobian, whose columns each take a scan.
     Long ones of closed loops are rolled up where much in them is alike.
     """
     like = worth_scanning(mechanism) if formalism is block_ldl and form in _BY_DERIVATIVE else None
@@ -191,8 +194,8 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     sources = Sources(state_derivative(mechanism, dynamics), energy_program(mechanism), motion)
     if not mechanism.rows:
         return _programs(mechanism, sources, _normalize(mechanism), None, form)
-    made = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
-    return replace(made, **all_rolled(made.as_mapping()))
+    every = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
+    return replace(every, **all_rolled(every.as_mapping()))
 
 
 def _programs(
@@ -203,20 +206,20 @@ def _programs(
     form: Form = "explicit",
 ) -> Programs:
     derivative, inputs = sources.state_derivative, inputs_program(mechanism)
-    missed = _missed(mechanism, constrained) if constrained else None
+    of_rows: dict[str, Program | None] = {"project_position": None, "project_velocity": None}
+    if constrained:
+        of_rows |= _row_programs(mechanism, constrained)
+    if constrained and form == "index_2":
+        of_rows |= index_2_programs(mechanism, constrained, inputs, derivative)
     return Programs(
         inputs=inputs,
         state_derivative=derivative,
-        project_position=_project_position(mechanism, constrained) if constrained else None,
-        project_velocity=_project_velocity(mechanism, constrained) if constrained else None,
-        missed=missed,
-        put_back=_put_back(mechanism, constrained, missed) if constrained and missed else None,
         normalize=normalize,
         energy=sources.energy,
         outputs=outputs_program(mechanism, sources),
         events=events(mechanism, sources),
         jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
-        **(index_2_programs(mechanism, constrained, inputs, derivative) if constrained and form == "index_2" else {}),
+        **of_rows,
     )
 
 
@@ -249,39 +252,45 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
 def constrained_motion(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics
 ) -> tuple[list[Node], list[Node], Sequence[Node]]:
-    """Return udot, multipliers and the solve's report; of what is stabilised, where Baumgarte's coefficients say so."""
+    """Return udot, multipliers and the solve's report, stabilised by Baumgarte's coefficients.
+
+    gamma becomes gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972).
+    """
     acting = acting_rows(dynamics.rows)
     rows = [dynamics.rows[k] for k in acting]
+    alpha, beta = map(mechanism.parameters.slot, (ALPHA, BETA))
+    gamma = [
+        row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi if row.holonomic else row.gamma - alpha * row.phidot
+        for row in rows
+    ]
+    sharing, shared = None, shared_forces(mechanism)
+    if shared is not None:
+        (forces, ways), places = shared, {k: place for place, k in enumerate(acting)}
+        own = [[(places[j], x) for j, x in ways[k] if j in places] for k in acting]
+        sharing = Sharing([forces[k] for k in acting], own)
     found = constrained(
         dynamics.factors,
         dynamics.forcing,
         _nodes([row.jacobian for row in rows]),
-        stabilised(rows, mechanism),
+        gamma,
         _solver(trace, mechanism),
         minimum_norm=mechanism.minimum_norm,
         friction=friction_of(dynamics, acting),
-        sharing=_sharing(mechanism, acting),
+        sharing=sharing,
     )
-    return found.udot, _placed(found.multipliers, acting, len(dynamics.rows)), list(found.report)
-
-
-def _sharing(mechanism: Mechanism, acting: Sequence[int]) -> Sharing | None:
-    """Return what those rows that act carry where a mode says so."""
-    found, places = shared_forces(mechanism), {k: place for place, k in enumerate(acting)}
-    if found is None:
-        return None
-    forces, ways = found
-    own = [[(places[j], x) for j, x in ways[k] if j in places] for k in acting]
-    return Sharing([forces[k] for k in acting], own)
+    multipliers: list[Node] = [ZERO] * len(dynamics.rows)
+    for k, x in zip(acting, found.multipliers, strict=True):
+        multipliers[k] = x
+    return found.udot, multipliers, list(found.report)
 
 
 def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
-    """Return values of the speeds, zero where they are held: rounding does not move what stands still."""
+    """Return values of the speeds, zero where they are held: rounding does not move immobile bodies."""
     return [ZERO if k in mechanism.held else value for k, value in enumerate(values)]
 
 
 def friction_of(dynamics: TreeDynamics, acting: Sequence[int]) -> FrictionTerms | None:
-    """Return what those rows that act exert and define, None where it is H^T lambda."""
+    """Return the forces that acting rows exert and define, None where these are H^T lambda."""
     whole = dynamics.friction
     if whole is None:
         return None
@@ -291,7 +300,7 @@ def friction_of(dynamics: TreeDynamics, acting: Sequence[int]) -> FrictionTerms 
 
 
 def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:
-    """Return the solve of least norm as a statement, which keeps no more rows than are independent anywhere."""
+    """Return the solve of least norm as a statement, which keeps no more rows than are independent in general."""
     most = mechanism.parameters.slot(INDEPENDENT)
 
     def solve(matrix: Matrix, right: Sequence[Node], size: int, /, beside: int = 0) -> Solve:
@@ -300,39 +309,21 @@ def _solver(trace: Trace, mechanism: Mechanism) -> Callable[..., Solve]:
     return solve
 
 
-def _restricting(rows: Sequence[RowMotion]) -> list[RowMotion]:
-    """Return the acting rows that restrict motion."""
-    return [rows[k] for k in acting_rows(rows) if rows[k].kinematic]
-
-
-def _placed(values: Sequence[Node], places: Sequence[int], size: int) -> list[Node]:
-    """Return `size` numbers: the values at their places, zero elsewhere."""
-    found: list[Node] = [ZERO] * size
-    for place, value in zip(places, values, strict=True):
-        found[place] = value
-    return found
-
-
-def stabilised(rows: Sequence[RowMotion], mechanism: Mechanism) -> list[Node]:
-    """Return gamma - 2 alpha phidot - beta^2 phi, of nonholonomic rows gamma - alpha psi (Baumgarte 1972)."""
-    alpha, beta = map(mechanism.parameters.slot, (ALPHA, BETA))
-    return [
-        row.gamma - 2 * alpha * row.phidot - beta**2 * row.phi if row.holonomic else row.gamma - alpha * row.phidot
-        for row in rows
-    ]
-
-
 def _correction(
     trace: Trace, mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], wanted: Sequence[Node]
 ) -> list[Node]:
     """Return the least change of the speeds with H change = wanted; of those that are not held, if some are.
 
-    Rows that define forces restrict nothing: without them so many fewer are independent.
+    Rows that define forces restrict nothing, and are not counted among the independent ones.
     """
     jacobian, solve = _nodes([row.jacobian for row in rows]), _solver(trace, mechanism)
     defining = sum(not row.restricts for row in mechanism.rows)
     if mechanism.held:
-        free = [_felt(_unheld(mechanism, row), row) for row in jacobian]
+        free = []
+        for row in jacobian:  # a contact's row on held speeds would else be put right by a turn of many radians
+            moving = _unheld(mechanism, row)
+            held = [absolute(x) for x, own in zip(row, moving, strict=True) if own is ZERO and x is not ZERO]
+            free.append([felt(x, sum(held[1:], held[0])) for x in moving] if held else moving)
         left = [k for k, row in enumerate(free) if set(row) != {ZERO}]
         found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds), -defining)
         return _unheld(mechanism, list(found.solution))
@@ -343,53 +334,38 @@ def _correction(
     return correction(dynamics.factors, jacobian, least)
 
 
-def _felt(free: Sequence[Node], row: Sequence[Node]) -> list[Node]:
-    """Return the coefficients of the speeds that move, zero where they are rounding beside those that are held.
-
-    A contact's row on what its joint holds would else be put right by a turn of many radians.
-    """
-    held = [absolute(whole) for moving, whole in zip(free, row, strict=True) if moving is ZERO and whole is not ZERO]
-    if not held:
-        return list(free)
-    return [felt(x, sum(held[1:], held[0])) for x in free]
-
-
 def felt(x: Node, held: Node) -> Node:
-    """Return a coefficient of a speed, zero where it is rounding beside what is `held`, all coefficients' sizes."""
+    """Return a coefficient of a speed, zero where it is rounding beside the sum of the sizes of those `held`."""
     return x if x is ZERO else as_node(where(less(absolute(x), held * real(_ROUNDING)), ZERO, x))
 
 
-def _project_position(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
+def _row_programs(mechanism: Mechanism, dynamics: TreeDynamics) -> dict[str, Program]:
+    """Return the Programs that measure and correct how rows are missed, in positions and in speeds."""
+    every, count = dynamics.rows, (len(dynamics.rows),)
+    phi, phidot = [row.phi if row.holonomic else ZERO for row in every], [row.phidot for row in every]
+    rows = [every[k] for k in acting_rows(every) if every[k].kinematic]
+    holonomic = [row for row in rows if row.holonomic]
+
     trace = Trace("project_position", arrays(mechanism))
-    rows = [row for row in _restricting(dynamics.rows) if row.holonomic]
-    change = _correction(trace, mechanism, dynamics, rows, [-row.phi for row in rows])
-    phi = [row.phi if row.holonomic else ZERO for row in dynamics.rows]
-    correction = coordinate_rates(mechanism, trace["q"], change)
-    return trace.finish({"phi": ((len(phi),), phi), "correction": ((len(correction),), correction)})
+    change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
+    of_q = coordinate_rates(mechanism, trace["q"], change)
+    position = trace.finish({"phi": (count, phi), "correction": ((len(of_q),), of_q)})
 
-
-def _project_velocity(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     trace = Trace("project_velocity", arrays(mechanism))
-    rows = _restricting(dynamics.rows)
-    correction = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
-    phidot = [row.phidot for row in dynamics.rows]
-    return trace.finish({"residual": ((len(phidot),), phidot), "correction": ((len(correction),), correction)})
+    of_u = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
+    velocity = trace.finish({"residual": (count, phidot), "correction": ((len(of_u),), of_u)})
+
+    missed = Trace("missed", arrays(mechanism)).finish({"phi": (count, phi), "residual": (count, phidot)})
+    put_back = _put_back(mechanism, dynamics, rows, missed)
+    return {"project_position": position, "project_velocity": velocity, "missed": missed, "put_back": put_back}
 
 
-def _missed(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
-    trace, rows = Trace("missed", arrays(mechanism)), dynamics.rows
-    phi = [row.phi if row.holonomic else ZERO for row in rows]
-    levels = {"phi": phi, "residual": [row.phidot for row in rows]}
-    return trace.finish({name: ((len(rows),), values) for name, values in levels.items()})
+def _put_back(mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], missed: Program) -> Program:
+    """Return both corrections: that of u for phidot where that of q leads, with H of the start, which is as good.
 
-
-def _put_back(mechanism: Mechanism, dynamics: TreeDynamics, missed: Program) -> Program:
-    """Return both corrections: that of u for phidot where that of q leads, with H where it starts, which is as good.
-
-    Factors kept between steps leave too much to be taken away in one correction (docs/guide/methods.md has figures).
+    With factors kept between steps one correction is not enough (docs/guide/methods.md has figures).
     """
     trace = Trace("put_back", arrays(mechanism))
-    rows = _restricting(dynamics.rows)
     holonomic = [row for row in rows if row.holonomic]
     change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
     of_q = coordinate_rates(mechanism, trace["q"], change)
@@ -435,7 +411,7 @@ def energy_program(mechanism: Mechanism) -> Program:
 def outputs_program(mechanism: Mechanism, sources: Sources) -> Program:
     """Return (t, q, u, ..) -> values of the declared outputs."""
     trace = Trace("outputs", arrays(mechanism))
-    values = answered(trace, sources, list(mechanism.outputs.values()))
+    values = with_quantities(trace, sources, list(mechanism.outputs.values()))
     return trace.finish({"values": ((len(values),), values)})
 
 

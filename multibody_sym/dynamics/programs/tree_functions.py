@@ -32,16 +32,16 @@ from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 
 
 def mass_matrix_program(mechanism: Mechanism) -> Program:
-    """Return -> mass_matrix (nu, nu), that of the tree whatever its rows."""
+    """Return -> mass_matrix (nu, nu) of the tree, whatever its rows."""
     trace = Trace("mass_matrix", arrays(mechanism))
     matrix = mass_matrix(motion_of(mechanism, slot_state(mechanism)))
     return trace.finish({"mass_matrix": ((len(matrix), len(matrix)), [x for row in matrix for x in row])})
 
 
 def inverse_dynamics_program(mechanism: Mechanism) -> Program:
-    """Return (.., udot) -> forces (nu): M udot + c - Q, what the accelerations need on top of the loads.
+    """Return (.., udot) -> forces (nu): M udot + c - Q, the forces that the accelerations need on top of the loads.
 
-    Raises ModelError where rows restrict the tree: their forces would share the work.
+    Raises ModelError where rows restrict the tree, whose forces are not determined.
     """
     _verify_tree(mechanism)
     trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
@@ -88,11 +88,10 @@ def _verify_tree(mechanism: Mechanism) -> None:
 # Programs of Hamilton's equations: p from u, u from p, the rates of q and p, and H; linear in the number of bodies.
 #
 #     p = dT/du (bodies' momenta, inward)      u = M^-1 (p - b) (articulated bodies)      q' = N u
-#     p' = N^T dT/dq - (what quasi-velocities add) + Q + H^T lambda, dT/dq by one reverse pass at constant u
+#     p' = N^T dT/dq - (terms of quasi-velocities) + Q + H^T lambda, dT/dq by one reverse pass at constant u
 #     H = p . u - T + V
 #
-# M is never formed. Q holds all loads and the weight; the multipliers are those of the accelerations at the same
-# state.
+# M is never formed. Q holds all loads and the weight; the multipliers are those of the accelerations at this state.
 
 
 def canonical_programs(mechanism: Mechanism) -> dict[str, Program]:
@@ -102,18 +101,18 @@ def canonical_programs(mechanism: Mechanism) -> dict[str, Program]:
     NoSolutionError where a freedom moves nothing with mass.
     """
     verify_canonical(mechanism)
-    made = _Canonical.of(mechanism)
+    equations = _Canonical.of(mechanism)
     return {
         "inputs": inputs_program(mechanism),
-        "momenta": made.momenta_program(),
-        "speeds": made.speeds_program(),
-        "canonical": made.rates_program(),
-        "hamiltonian": made.function_program(),
+        "momenta": equations.momenta_program(),
+        "speeds": equations.speeds_program(),
+        "canonical": equations.rates_program(),
+        "hamiltonian": equations.function_program(),
     }
 
 
 def verify_canonical(mechanism: Mechanism) -> None:
-    """Raise ModelError where momenta do not determine the motion: masses that vary, and what rubs or slides."""
+    """Raise ModelError where momenta do not determine the motion: masses that vary, and rows with friction."""
     for body in mechanism.bodies:
         if varies(body):
             raise ModelError(f"the mass of {body.name!r} varies, so that its momentum changes with it", number="M120")

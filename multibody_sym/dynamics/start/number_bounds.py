@@ -16,7 +16,13 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
 from multibody_sym.dynamics.programs.closing import closes_by_programs
-from multibody_sym.dynamics.programs.repeated_bodies import Kind, LikeBodies, packed, unpacked, worth_scanning
+from multibody_sym.dynamics.programs.repeated_bodies import (
+    BodyKind,
+    LikeBodies,
+    pack_inertia,
+    unpack_inertia,
+    worth_scanning,
+)
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import body_mass, body_motion, motion_of, moving_parent
 from multibody_sym.mechanics.state import arrays, slot_state
@@ -148,17 +154,17 @@ def _scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Seq
     return scan_tree(trace, given, like.bodies, [carried], [result], partial(_pivots_of_body, like.kinds))["pivots"]
 
 
-def _pivots_of_body(kinds: Sequence[Kind], number: int, read: Values) -> Values:
+def _pivots_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
     """Return the inertias that a body hands on, with free and with rigid joints, and its pivots."""
     kind = kinds[number]
     body, state = kind.body, kind.state
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
     own = articulated(about_origin(body_mass(body, state)))
-    rigid = own.plus(unpacked(read["carried"][_ARTICULATED:]))
-    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpacked(read["carried"][:_ARTICULATED])))
+    rigid = own.plus(unpack_inertia(read["carried"][_ARTICULATED:]))
+    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
     found = []
     for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
         force, moment = rigid.wrench(linear, angular)
         found.append(as_node(freedom.pivot) - _PIVOT * (dot(linear, force) + dot(angular, moment)))
-    handed = (*packed(left.moved(moved.R_PB, moved.p_PB)), *packed(rigid.moved(moved.R_PB, moved.p_PB)))
+    handed = (*pack_inertia(left.moved(moved.R_PB, moved.p_PB)), *pack_inertia(rigid.moved(moved.R_PB, moved.p_PB)))
     return {"carried": handed, "pivots": found}

@@ -25,7 +25,7 @@ from multibody_sym.dynamics.programs.momenta import (
     exertions,
     resultant,
 )
-from multibody_sym.dynamics.programs.reactions import acting, reactions
+from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.theorems.conserved import rates_of_state
 from multibody_sym.errors import MultibodyError
@@ -133,7 +133,7 @@ def balance_terms(mechanism: Mechanism, rates: EnergyRates, state: State, dynami
     kinetic, potential, given, *momenta = np.split(values, np.cumsum([len(part) for part in parts])[:-1])
     now, changes = (x.reshape(-1, 2, 3).transpose(1, 0, 2) for x in momenta)
     rows, multipliers = row_motions(motion), dynamics.multipliers.tolist()
-    given_wrenches = acting(motion, rows, multipliers)
+    given_wrenches = wrenches_on_bodies(motion, rows, multipliers)
     transmitted = joint_wrenches(motion, dynamics.udot.tolist(), given_wrenches)
     powers = _powers(motion, rows, multipliers, transmitted)
     causes = _causes(motion, given_wrenches, transmitted)

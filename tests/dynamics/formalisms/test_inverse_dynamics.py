@@ -10,7 +10,7 @@ from mechanisms import random_case, random_state
 from multibody_sym.analysis.independent_checks import dalembert
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, inverse_dynamics
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.reactions import acting, reactions
+from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.theorems.balance import rates_of
 from multibody_sym.mechanics.motion import pose
 from multibody_sym.mechanics.points import position
@@ -40,7 +40,7 @@ def test_reactions_balance_every_body(seed: int, rows: bool) -> None:
     motion = case.motion(*state)
     found = forward_dynamics(composite_body(case.mechanism, motion.state))
     rates = Exact(case).values(rates_of(case.mechanism).changes, state, found.udot.tolist()).reshape(-1, 6)
-    given = acting(motion, row_motions(motion), found.multipliers.tolist())
+    given = wrenches_on_bodies(motion, row_motions(motion), found.multipliers.tolist())
     in_joints = reactions(motion, found.udot.tolist(), row_motions(motion), found.multipliers.tolist())
     total = np.array([in_world(motion, k, wrench) for k, wrench in enumerate(given)])
     size = np.abs(total)
