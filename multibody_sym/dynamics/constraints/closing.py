@@ -101,7 +101,6 @@ class ConstraintRows:
             object.__setattr__(self, "active", restricting)
 
     def motion(self, q: Floats, u: Floats) -> Motion:
-        """Return the motion of all bodies."""
         state = state_of(self.mechanism, float, self.t, q.tolist(), u.tolist(), self.parameters)
         return motion_of(self.mechanism, state)
 
@@ -112,12 +111,10 @@ class ConstraintRows:
         return _remember_last(lambda q: self.motion(q, speeds))
 
     def of(self, motion: Motion) -> list[RowMotion]:
-        """Return the active rows."""
         rows = row_motions(motion) if self.active else []
         return [rows[k] for k in self.active]
 
     def holonomic(self) -> ConstraintRows:
-        """Return those of the rows that restrict positions."""
         every = self.mechanism.rows
         return replace(self, active=[k for k in self.active if every[k].is_holonomic])
 
@@ -153,7 +150,6 @@ class ConstraintRows:
         return (phi, jacobian) if np.isfinite(phi).all() and np.isfinite(jacobian).all() else None
 
     def moving(self, q: Floats, u: Floats) -> Moving:
-        """Return the rates of the active rows at a state."""
         found = self.numbers(q, u)
         if found is not None:
             here = list(self.active)

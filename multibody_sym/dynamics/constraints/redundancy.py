@@ -192,7 +192,6 @@ class RowContradiction:
     off: float = 0.0
 
     def error(self, mechanism: Mechanism, when: str) -> NoSolutionError:
-        """Return the error that names the rows."""
         return NoSolutionError(self.message(mechanism, when), where=Where(path=mechanism.row_path(self.rows[-1])))
 
     def message(self, mechanism: Mechanism, when: str) -> str:
@@ -347,7 +346,12 @@ def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Seque
     """
     if len(q) != len(mechanism.speeds) or any(body.quaternions for body in mechanism.bodies):
         return frozenset()
-    named = _coordinates_by_row(mechanism)
+    named: dict[int, set[int]] = {}  # the coordinates in each row on positions, without rows that name the time
+    for k, row in enumerate(row_motions(motion_of(mechanism, slot_state(mechanism)))):
+        if row.holonomic and row.kinematic:
+            slots = [leaf.data for leaf in leaves([as_node(row.phi)], "slot")]
+            if not any(array in _TIMED for array, _ in slots):
+                named[k] = {index for array, index in slots if array == "q"}
     if not named:
         return frozenset()
     state = state_of(mechanism, float, 0.0, q, [0.0] * len(mechanism.speeds), parameters)
@@ -362,14 +366,3 @@ def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Seque
                 break
         else:
             return frozenset(held)
-
-
-def _coordinates_by_row(mechanism: Mechanism) -> dict[int, set[int]]:
-    """Return the coordinates in each row on positions, by the rows' numbers, without rows that name the time."""
-    found = {}
-    for k, row in enumerate(row_motions(motion_of(mechanism, slot_state(mechanism)))):
-        if row.holonomic and row.kinematic:
-            slots = [leaf.data for leaf in leaves([as_node(row.phi)], "slot")]
-            if not any(array in _TIMED for array, _ in slots):
-                found[k] = {index for array, index in slots if array == "q"}
-    return found

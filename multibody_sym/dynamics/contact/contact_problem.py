@@ -103,12 +103,10 @@ class Numbered:
 
     @cached_property
     def places(self) -> dict[str, int]:
-        """The place of each row by its name."""
         return {row.name: k for k, row in enumerate(every_row(self.mechanism))}
 
     @cached_property
     def elements(self) -> dict[str, int]:
-        """The number of each element by its name."""
         return {element.name: k for k, element in enumerate(self.mechanism.one_way)}
 
     @cached_property
@@ -135,7 +133,6 @@ class Numbered:
 
     @cached_property
     def parts(self) -> dict[str, int]:
-        """The number of each friction part that rubs by its name."""
         return {part.name: k for k, (_, part) in enumerate(friction_parts(self.mechanism))}
 
 
@@ -182,7 +179,6 @@ class RowNumbers(ABC):
         """Return A, C, D and r of the rows at some places."""
 
     def gap(self, element: LawElement) -> float:
-        """Return phi of an element that holds one way only."""
         return self.phi(element.normals[0])
 
     def rate(self, element: LawElement) -> float:
@@ -305,16 +301,13 @@ class OneWayRows(RowNumbers):
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism, in no mode."""
         return self.laws.mechanism
 
     @cached_property
     def dynamics(self) -> TreeDynamics:
-        """The dynamics of the mechanism in floats."""
         return tree_dynamics_of(self.mechanism, self.motion.state)
 
     def of(self, rows: Sequence[Row]) -> list[RowMotion]:
-        """Return some rows."""
         return [self.rows[self.laws.places[row.name]] for row in rows]
 
     def phi(self, row: Row) -> float:
@@ -384,7 +377,6 @@ class PosedLaws:
 
     @cached_property
     def places(self) -> dict[str, int]:
-        """The place of each row by its name."""
         return {name: k for k, name in enumerate(self.names)}
 
     def mode(self, state: LawState) -> Mode:
@@ -432,7 +424,6 @@ class Posed(PosedLaws):
 
     @property
     def dynamics(self) -> TreeDynamics:
-        """The dynamics of the mechanism in no mode, in floats."""
         return self.rows.dynamics
 
     @property

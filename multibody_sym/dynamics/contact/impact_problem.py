@@ -1,7 +1,7 @@
 """An impact of a mechanism in numbers: the problem that its rows pose, and the mechanism at rest that has its impulses.
 
-In: a mechanism, its state before, and which elements touch. `pose` makes the problem of `strike`; `struck_rows` tells
-from what became of it which rows act, and by how much each jumps. With these `mechanics.impacts.at_rest` is a
+In: a mechanism, its state before, and the elements that touch. `pose` makes the problem of `strike`; `struck_rows`
+takes from its result the rows that act, and the jump of each. With these `mechanics.impacts.impact_mechanism` is a
 mechanism like any other, whose accelerations, multipliers and reactions are jumps and impulses.
 """
 
@@ -38,9 +38,9 @@ from multibody_sym.scalars.rank import ROUNDING
 from multibody_sym.scalars.vectors import S
 
 _ALIKE: Final = 1e-12
-"""Impulses of several phases whose lengths add up to that of their sum but for this part have one direction."""
+"""Impulses of several phases have one direction if their lengths add up to that of their sum but for this part."""
 _AT_REST: Final = 1e-9
-"""The part of the largest speed below which nothing slides."""
+"""The part of the largest speed below which a part does not slide."""
 _NOTHING: Final = 1e-13
 """The part of the largest impulse below which one is rounding."""
 
@@ -52,7 +52,7 @@ def rubbing(element: LawElement) -> tuple[FrictionPart, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Blow:
-    """What strikes: a mechanism (its own rows, in no mode), its `state` before, and the `elements` that touch.
+    """The setup of an impact: a mechanism (its own rows, in no mode), its `state` before, the `elements` that touch.
 
     `loads`, `begins` and `jumps` are those of `impact`.
     """
@@ -75,7 +75,7 @@ class Blow:
 
     @cached_property
     def rough(self) -> tuple[LawElement, ...]:
-        """The friction in joints, which the impulses in them press."""
+        """The joints with friction, which the impulses in them press."""
         return tuple(x for x in self.mechanism.one_way if not x.unilateral and rubbing(x))
 
     @property
@@ -108,17 +108,14 @@ class Blow:
 
     @cached_property
     def motion(self) -> Motion:
-        """The motion before, in floats."""
         return self.before(self.state)
 
     @cached_property
     def rows(self) -> list[RowMotion]:
-        """All rows before, in floats."""
         return row_motions(self.motion)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The names of all rows."""
         return tuple(row.name for row in self.motion.mechanism.rows)
 
     @cached_property
@@ -129,7 +126,7 @@ class Blow:
 
     @cached_property
     def wanted(self) -> Floats:
-        """By how much (m) the speed of each own row is to jump; of those that strike nothing is known yet."""
+        """The jump (m) of the speed of each own row; zero for rows that strike."""
         found = np.zeros(len(self.names))
         begun = {name for names in self.impact.begins.values() for name in names}
         by = {jump.row: jump.by for jump in self.impact.jumps if jump.row}
@@ -167,7 +164,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
 
 
 def plane_element(blow: Blow) -> LawElement | None:
-    """Return the one contact of an impact that rubs along one tangent and nowhere else; None where it is not so."""
+    """Return the contact of an impact that has friction along one tangent, and is the only element; else None."""
     if len(blow.elements) != 1 or blow.rough:
         return None
     (element,) = blow.elements
@@ -180,12 +177,12 @@ def plane_element(blow: Blow) -> LawElement | None:
 
 @dataclass(frozen=True, eq=False)
 class StruckRows:
-    """Which rows act in an impact, of the mechanism at rest, and by how much each jumps (by number).
+    """The rows that act in an impact, of the mechanism at rest, and the jump of each (by number).
 
-    `acting` are the elements that strike, `rough` the joints that rub, `joints` their rows, the last of all. The `mode`
-    says how each friction part slides all the while (0: not so, and then it has impulses of its own along its rows),
-    and from which side what joints define presses. Where friction changes on the way the impulses of rows are `given`:
-    what they are is among the jumps.
+    `acting` are the elements that strike, `rough` the joints with friction, `joints` their rows, the last of all. The
+    `mode` has the slip of each friction part that slides one way throughout (0: it does not, and has impulses of its
+    own along its rows), and the side from which joints press. Where friction changes during the impact the impulses of
+    rows are `given`, among the jumps.
     """
 
     mechanism: Mechanism
@@ -220,23 +217,26 @@ def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
     mode, rough = _rough_mode(blow, struck, _NOTHING * largest)
     joints = tuple(r for x in rough for r in rows_in_mode(x, mode, blow.mechanism.parameters))
     slips |= mode.slips
-    given = _given(blow, struck, slips)
-    if plane_element(blow) in acting and _changes(struck):
-        rows, given = list(blow.striking), frozenset(row.name for row in blow.striking)
+    given = _with_own_impulses(blow, struck, slips)
+    if plane_element(blow) in acting:
+        back = any(phase.stage == "given back" for phase in struck.phases)
+        if struck.impacts == 1 and (back or len(struck.course(0)) > 1):  # friction changes during the impact
+            rows, given = list(blow.striking), frozenset(row.name for row in blow.striking)
     mechanism = blow.resting([*rows, *joints], given)
-    jumps = {k: _jump(blow, struck, places[row.name]) for k, row in enumerate(mechanism.rows)}
-    jumps |= {k: float(struck.impulses[places[row.name]]) for k, row in enumerate(mechanism.rows) if row.name in given}
+    jumps = {}
+    for k, name in enumerate(row.name for row in mechanism.rows):
+        place = places[name]
+        if name in given:
+            jumps[k] = float(struck.impulses[place])
+        elif place < len(blow.mechanism.rows):
+            jumps[k] = float(blow.wanted[place])
+        else:
+            jumps[k] = float(struck.after[place] - float(blow.rows[place].phidot))
     return StruckRows(mechanism, jumps, acting, replace(mode, slips=slips), rough, joints, given)
 
 
-def _changes(struck: Struck) -> bool:
-    """Return whether the friction of the only part changes on the way."""
-    back = any(phase.stage == "given back" for phase in struck.phases)
-    return struck.impacts == 1 and (back or len(struck.course(0)) > 1)
-
-
-def _given(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[str]:
-    """Return the rows along which something slides in the end that did so another way before, or in space."""
+def _with_own_impulses(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[str]:
+    """Return the rows of parts that slide in the end, but not one way throughout, or in space."""
     places = {name: k for k, name in enumerate(blow.names)}
     speeds = [k for k, row in enumerate(blow.rows) if row.kinematic]
     small = _AT_REST * float(np.abs(np.concatenate([struck.before[speeds], struck.after[speeds]])).max(initial=0.0))
@@ -249,9 +249,9 @@ def _given(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[st
 
 
 def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[LawElement, ...]]:
-    """Return the mode of friction in joints, and the elements that rub with more than a `small` impulse.
+    """Return the mode of friction in joints, and the elements whose friction has more than a `small` impulse.
 
-    What does not slide one way all the while, pressed from one side, sticks in it: it has an impulse of its own.
+    A part that does not slide one way throughout, pressed from one side, sticks in the mode: it has its own impulse.
     """
     places = {name: k for k, name in enumerate(blow.names)}
     numbers = {part.name: k for k, part in enumerate(p for x in (*blow.elements, *blow.rough) for p in rubbing(x))}
@@ -269,12 +269,12 @@ def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[L
         sides[element.name] = sides[element.normals[0].name]
         for part in rubbing(element):
             rows = [places[r.name] for r in element.normals_of(part)], [places[r.name] for r in part.rows]
-            slips[part.name] = _one_way(struck, numbers[part.name], *rows)
+            slips[part.name] = _joint_slip(struck, numbers[part.name], *rows)
     return Mode(sides, slips), tuple(rough)
 
 
-def _one_way(struck: Struck, part: int, normals: list[int], rows: list[int]) -> int:
-    """Return how a part with one row slides in all phases in which it rubs, if reactions keep their direction."""
+def _joint_slip(struck: Struck, part: int, normals: list[int], rows: list[int]) -> int:
+    """Return the slip of a part with one row in all phases with friction, if reactions keep their direction; else 0."""
     if len(rows) > 1:
         return 0
     phases = [phase for phase in struck.phases if phase.impulses[rows].any()]
@@ -286,24 +286,17 @@ def _one_way(struck: Struck, part: int, normals: list[int], rows: list[int]) -> 
 
 
 def _constant(course: set[int]) -> int:
-    """Return the one way in which something slides all the while, 0 where there is none."""
+    """Return the one slip of a course, 0 where there is none."""
     return next(iter(course)) if course in ({1}, {-1}) else 0
-
-
-def _jump(blow: Blow, struck: Struck, row: int) -> float:
-    """Return by how much the speed of a row changed."""
-    if row < len(blow.mechanism.rows):
-        return float(blow.wanted[row])
-    return float(struck.after[row] - float(blow.rows[row].phidot))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # One contact in the plane through its impact, over any scalar: Routh's course written out.
 #
 # While it slips v_n and v_t change in proportion to p_n: v' = (K_nn - mu s K_nt, K_nt - mu s K_tt), s being the sign
-# of v_t. Slip stops after p_1 = |v_t|/(-s v_t'), if it ever does, and then sticks (v_t' = 0), or goes on the other
-# way. So an impact has two straight stretches at most, and ends on one of them, by each law of restitution. Which it
-# is, is left to `Choose`: floats take one way, Programs both, closed forms the one that numbers have taken before.
+# of v_t. Slip stops after p_1 = |v_t|/(-s v_t'), if it ever does, and then sticks (v_t' = 0), or is reversed. So an
+# impact has two straight stretches at most, and ends on one of them, by each law of restitution. `Choose` takes the
+# stretch: floats one, Programs both, closed forms the one that numbers have taken before.
 
 
 Pair = tuple[S, S]
@@ -311,9 +304,9 @@ Way = Callable[[], Pair]
 
 
 class Choose(Protocol):
-    """Which of two ways is gone: the first where a condition is positive; `broken` says what happens where it fails.
+    """Takes the first of two ways where a condition is positive; `broken` are words for where it fails.
 
-    Beside what it is `near` to it counts as positive where it is rounding.
+    A condition that is rounding beside `near` counts as positive.
     """
 
     def __call__(self, condition: S, first: Way, second: Way, /, broken: tuple[str, str], near: S = 0) -> Pair: ...
@@ -321,7 +314,7 @@ class Choose(Protocol):
 
 @dataclass
 class Deciding:
-    """The way that numbers go, and which it was."""
+    """The way that numbers take, and a record of it."""
 
     taken: list[bool] = field(default_factory=list)
 
@@ -332,7 +325,7 @@ class Deciding:
 
 @dataclass
 class Following:
-    """The way that numbers have gone before, and the conditions for it: (expression > 0, what happens else)."""
+    """The way that numbers have taken before, and its conditions: (expression > 0, words for where it fails)."""
 
     taken: list[bool]
     conditions: list[tuple[S, str]] = field(default_factory=list)
@@ -351,10 +344,10 @@ def both_ways(condition: S, first: Way, second: Way, /, broken: tuple[str, str],
 
 @dataclass(frozen=True)
 class PlaneContact:
-    """A contact: how impulses move it, (K_nn, K_nt, K_tt), its speeds (v_n, v_t) before, v_n < 0, and its laws.
+    """A contact: its mobility (K_nn, K_nt, K_tt), its speeds (v_n, v_t) before, v_n < 0, and its laws.
 
-    With `enough` friction it never slips. `e` is restitution by `law`, `returned` the part of the tangential one. In
-    numbers slip that is `slow` beside the normal speed is none, and what no impulse moves (`stiff` beside K_nn) sticks.
+    With `enough` friction it never slips. `e` is restitution by `law`, `returned` the tangential one. In numbers slip
+    that is `slow` beside the normal speed is none, and a tangent that no impulse moves (`stiff` beside K_nn) sticks.
     """
 
     K: tuple[S, S, S]
@@ -478,14 +471,14 @@ class _Stopping:
         )
 
     def _lasts(self, rate: S, stop: S) -> S:
-        """Return what is positive where the impact ends before slip stops."""
+        """Return a value that is positive where the impact ends before slip stops."""
         contact, vn = self.contact, self.contact.v[0]
         if contact.law == "poisson":
             return stop * rate + (1 + contact.e) * vn
         return vn + rate * stop + contact.e * vn  # by the speed, or the square root of the work: they are one here
 
     def beyond(self, rate: S, stop: S) -> Pair:
-        """Return the impulses where slip has stopped at p_n = stop: it sticks then, or slips back."""
+        """Return the impulses where slip has stopped at p_n = stop: then the contact sticks, or slips back."""
         contact, (knn, knt, ktt) = self.contact, self.contact.K
 
         def ended(along: S) -> Pair:
@@ -536,7 +529,7 @@ class _Stopping:
         )
 
     def _stuck(self, p: S, along: S, stop: S) -> Pair:
-        """Return the impulses with what friction gives back: of its own, up to the cone and to what it took."""
+        """Return the impulses with tangential restitution: a part of friction's own, up to the cone and to its work."""
         contact = self.contact
         if contact.returned is None:
             return p, along

@@ -42,7 +42,6 @@ from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (
-    BodyMotion,
     Motion,
     body_mass,
     body_motion,
@@ -88,15 +87,15 @@ from multibody_sym.text.printer import COMPONENTS
 # The Program of an impact on a tree of like bodies, by scans: linear in the bodies, with one kernel for each kind.
 #
 # Given impulses, and a unit impulse of each row that strikes, are columns of right sides of one recursion: inward
-# articulated inertias and what is left of the impulses, outward the jumps, and with them the impulses in joints. What
-# strikes is solved for at the end, from the power of each row's impulse in all columns, and the columns are added up.
+# articulated inertias and the remaining impulses, outward the jumps, and with them the impulses in joints. The impulses
+# that strike are solved for at the end, from the power of each row's impulse in all columns; then columns are added up.
 
 
 @dataclass(frozen=True)
 class _Push:
-    """A wrench of a column on one body: a `force` at a `point` (body axes) or a moment, along ground's axes.
+    """A wrench of a column on one body: a force at a `point` (body axes) or a moment, along ground's axes.
 
-    Without a column it does not act, and its power alone is asked for.
+    Without a column it does not act, and gives a power alone.
     """
 
     column: int | None
@@ -108,37 +107,33 @@ class _Push:
 
 Speeds = Mapping[str, S]
 Judge = Callable[[Speeds, Speeds, Speeds], Sequence[Node]]
-"""From the impulses of rows and their speeds as they strike and afterwards, by name, to what is positive in a mode."""
+"""From the impulses of rows and their speeds as they strike and afterwards, by name, to values positive in a mode."""
 
 
 def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | None:
-    """Return the Program, None for what is not a tree of like bodies that meets points, or is pushed at them.
+    """Return the Program of a tree of like bodies that strikes, or is pushed, at points; None for others.
 
-    Its output `holds` is what `judge` says, of the rows that strike and of those of `watched`.
+    Its output `holds` are the values of `judge`, for the rows that strike and those that are watched.
     """
     if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
         return None
     like = worth_scanning(replace(impact_mechanism(blow.mechanism, ()), bodies=blow.mechanism.bodies))
     rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
-    seen = watched(blow, struck)
+    # rows without an impulse of their own whose speeds decide whether a mode holds
+    seen = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
+    own = {row.name for row in struck.mechanism.rows}
+    along = (row for x in struck.acting for part in rubbing(x) for row in part.rows)
+    seen |= {row.name: row for row in along if row.name not in own}
     pushes = _pushes(blow, rows, seen) if like is not None else None
     if like is None or pushes is None:
         return None
     return _Scan(blow, struck, like.kinds, like.bodies, pushes, len(rows), tuple(seen), judge).program()
 
 
-def watched(blow: Blow, struck: StruckRows) -> dict[str, Row]:
-    """Return the rows without an impulse of their own whose speeds decide whether a mode holds, by name."""
-    resting = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
-    own = {row.name for row in struck.mechanism.rows}
-    along = (row for x in struck.acting for part in rubbing(x) for row in part.rows)
-    return resting | {row.name: row for row in along if row.name not in own}
-
-
 def _pushes(blow: Blow, rows: Sequence[Row], seen: Mapping[str, Row]) -> dict[int, list[_Push]] | None:
-    """Return what acts on each body: given impulses in column 0, then the rows; None where one has another form.
+    """Return the pushes on each body: given impulses in column 0, then the rows; None where one has another form.
 
-    Those that are only `seen` have no column.
+    Rows that are only `seen` have no column.
     """
     found: dict[int, list[_Push]] = {}
     for load in blow.impact.loads:
@@ -178,7 +173,7 @@ class _Scan:
 
     @property
     def measured(self) -> int:
-        """How many rows' speeds are told."""
+        """The number of rows with an output speed."""
         return self.rows + len(self.seen)
 
     @property
@@ -186,7 +181,6 @@ class _Scan:
         return self.rows + 1
 
     def program(self) -> Program:
-        """Return the Program."""
         base = self.blow.mechanism
         trace = Trace("impact", arrays(base))
         given = [trace[array.name] for array in trace.inputs]
@@ -201,11 +195,11 @@ class _Scan:
         count = len(base.bodies)
         first = tuple(min(body.u, default=0) for body in base.bodies)
         once = (0,) * count
-        results = [Result(_called("jump", j), len(base.speeds), first) for j in range(c)]
-        results += [Result(_called("told", j), 6 * count, tuple(range(0, 6 * count, 6))) for j in range(c)]
-        results += [Result(_called("power", k), c + 1, once, adds=True) for k in range(self.measured)]
+        results = [Result(_array_name("jump", j), len(base.speeds), first) for j in range(c)]
+        results += [Result(_array_name("told", j), 6 * count, tuple(range(0, 6 * count, 6))) for j in range(c)]
+        results += [Result(_array_name("power", k), c + 1, once, adds=True) for k in range(self.measured)]
         found = scan_tree(trace, given, bodies, passes, results, partial(self._step, kinds, pushed))
-        powers = [found[_called("power", k)] for k in range(self.measured)]
+        powers = [found[_array_name("power", k)] for k in range(self.measured)]
         impulses = self._impulses(trace, powers[: self.rows])
         after, joints = self._added(trace, found, impulses, first)
         holds = self._holds(impulses, powers)
@@ -219,7 +213,7 @@ class _Scan:
         )
 
     def _holds(self, impulses: Sequence[Node], powers: Sequence[Sequence[Node]]) -> list[Node]:
-        """Return what is positive where the mode holds."""
+        """Return values that are positive where the mode holds."""
         names = [row.name for row in self.struck.mechanism.rows]
         first: list[S] = [power[self.columns] + power[0] for power in powers]
         after: list[S] = [
@@ -230,7 +224,7 @@ class _Scan:
         return list(self.judge(dict(zip(names, impulses, strict=True)), *speeds))
 
     def _struck_kinds(self) -> tuple[list[BodyKind], dict[int, list[_Push]], Bodies]:
-        """Return the kinds with one more for each body that is struck, what pushes those, and the bodies."""
+        """Return the kinds with one more for each body that is struck, the pushes of these, and the bodies."""
         kinds, pushed = list(self.kinds), dict[int, list[_Push]]()
         chosen, all_leaves, atoms = list(self.bodies.kinds), list(self.bodies.leaves), list(self.bodies.atoms)
         for body, pushes in self.pushes.items():
@@ -240,7 +234,7 @@ class _Scan:
                 if leaf not in known:
                     there = [x.data[1] for x in known.values() if x.data[0] == leaf.data[0]]
                     known[leaf] = slot(leaf.data[0], 1 + max(there, default=-1))
-            pushed[len(kinds)] = [_renamed(push, known) for push in pushes]
+            pushed[len(kinds)] = [_in_leaves_of_kind(push, known) for push in pushes]
             kind = kinds[chosen[body]]
             state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
             chosen[body], atoms[body] = len(kinds), tuple(known)
@@ -249,7 +243,7 @@ class _Scan:
         return kinds, pushed, Bodies(tuple(chosen), tuple(all_leaves), tuple(atoms))
 
     def _step(self, kinds: Sequence[BodyKind], pushed: Mapping[int, list[_Push]], number: int, read: Values) -> Values:
-        """Return what a body hands on, and its jumps, impulses and powers in all columns."""
+        """Return the values that a body hands on, and its jumps, impulses and powers in all columns."""
         kind, c = kinds[number], self.columns
         body, state = kind.body, kind.state
         w, v, x, y, z, p = vectors(read["motion"])
@@ -258,7 +252,9 @@ class _Scan:
         own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
         inertia = articulated(about_origin(body_mass(body, state))).plus(unpack_inertia(read["carried"][6 * c :]))
         freedoms, left = eliminate_joint(body.u, moved, inertia)
-        handed, jumps, told, here = list[Node](), {}, {}, list[Wrench]()
+        turn = product(transpose(pose(state, body.frame_on_parent)[0]), moved.R_PB)
+        point = pose(state, body.frame_on_body)[1]  # of the joint
+        handed, jumps, in_joint, here = list[Node](), {}, {}, list[Wrench]()
         for j in range(c):
             force, moment = vectors(read["carried"][6 * j : 6 * j + 6])
             wrench = add(own[j][0], force), add(own[j][1], moment)
@@ -267,19 +263,21 @@ class _Scan:
             handed += [*map(as_node, (*up[0], *up[1]))]
             a, alpha = vectors(read["reached"][6 * j : 6 * j + 6])
             rates = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
-            jumps[_called("jump", j)], reached = outward(freedoms, rates, from_parent(moved, (a, alpha)))
+            jumps[_array_name("jump", j)], reached = outward(freedoms, rates, from_parent(moved, (a, alpha)))
             here.append(reached)
             needed = inertia.wrench(*reached)
-            on_child = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])
-            told[_called("told", j)] = _told(kind, moved, on_child)
+            force, moment = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])
+            in_joint[_array_name("told", j)] = [
+                *apply(turn, force), *apply(turn, subtract(moment, cross(point, force)))
+            ]  # fmt: skip
         twists: list[Wrench] = [*here, (moved.v_WB, moved.w_WB)]
         return {
             "motion": (*moved.w_WB, *moved.v_WB, *(x for row in R_WB for x in row), *p_WB),
             "carried": (*handed, *pack_inertia(left.moved(moved.R_PB, moved.p_PB))),
             "reached": [x for a, alpha in here for x in (*a, *alpha)],
             **jumps,
-            **told,
-            **{_called("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.measured)},
+            **in_joint,
+            **{_array_name("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.measured)},
         }
 
     def _impulses(self, trace: Trace, powers: Sequence[Sequence[Node]]) -> list[Node]:
@@ -299,11 +297,17 @@ class _Scan:
     ) -> tuple[list[Node], list[Node]]:
         """Return the speeds after, and the impulses in joints, by another scan."""
         base, c = self.blow.mechanism, self.columns
-        names = [_called("jump", j) for j in range(c)] + [_called("told", j) for j in range(c)]
+        names = [_array_name("jump", j) for j in range(c)] + [_array_name("told", j) for j in range(c)]
         given = [trace["u"], *(found[name] for name in names), tuple(impulses)]
         sizes = sorted({len(body.u) for body in base.bodies})
         kinds = tuple(sizes.index(len(body.u)) for body in base.bodies)
-        all_leaves = tuple(_summed_leaves(size, c) for size in sizes)
+        of_impulses = [slot("impulse", j) for j in range(c - 1)]
+        all_leaves = []
+        for size in sizes:
+            speeds = [slot("u", i) for i in range(size)]
+            jumps = [slot(_array_name("jump", j), i) for j in range(c) for i in range(size)]
+            wrenches = [slot(_array_name("told", j), i) for j in range(c) for i in range(6)]
+            all_leaves.append((*speeds, *jumps, *wrenches, *of_impulses))
         atoms = []
         for k, body in enumerate(base.bodies):
             places = range(first[k], first[k] + len(body.u))
@@ -315,35 +319,24 @@ class _Scan:
             Result("after", len(base.speeds), tuple(first)),
             Result("joints", 6 * len(atoms), tuple(range(0, 6 * len(atoms), 6))),
         ]
-        step = partial(_sum, sizes, c)
-        summed = scan_tree(trace, given, Bodies(kinds, all_leaves, tuple(atoms)), [], results, step)
+
+        def step(number: int, read: Values) -> Values:
+            def total(name: str, i: int) -> Node:
+                return sum((w * slot(_array_name(name, j), i) for j, w in enumerate([ONE, *of_impulses])), ZERO)
+
+            after = [slot("u", i) + total("jump", i) for i in range(sizes[number])]
+            return {"after": after, "joints": [total("told", i) for i in range(6)]}
+
+        summed = scan_tree(trace, given, Bodies(kinds, tuple(all_leaves), tuple(atoms)), [], results, step)
         return list(summed["after"]), list(summed["joints"])
 
 
-def _called(word: str, number: int) -> str:
+def _array_name(word: str, number: int) -> str:
     """Return the name of an array of a column or row: a word and letters."""
     return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
 
 
-def _summed_leaves(size: int, columns: int) -> tuple[Node, ...]:
-    """Return the leaves of a body's speeds, jumps and impulses in all columns, and of the impulses that strike."""
-    speeds = [slot("u", i) for i in range(size)]
-    jumps = [slot(_called("jump", j), i) for j in range(columns) for i in range(size)]
-    told = [slot(_called("told", j), i) for j in range(columns) for i in range(6)]
-    return (*speeds, *jumps, *told, *(slot("impulse", j) for j in range(columns - 1)))
-
-
-def _sum(sizes: Sequence[int], columns: int, number: int, read: Values) -> Values:
-    weights = [ONE, *(slot("impulse", j) for j in range(columns - 1))]
-
-    def added(name: str, i: int) -> Node:
-        return sum((w * slot(_called(name, j), i) for j, w in enumerate(weights)), ZERO)
-
-    after = [slot("u", i) + added("jump", i) for i in range(sizes[number])]
-    return {"after": after, "joints": [added("told", i) for i in range(6)]}
-
-
-def _renamed(push: _Push, known: Mapping[Node, Node]) -> _Push:
+def _in_leaves_of_kind(push: _Push, known: Mapping[Node, Node]) -> _Push:
     """Return a push in the leaves of its kind."""
 
     def local(nodes: Point) -> Point:
@@ -356,7 +349,7 @@ def _renamed(push: _Push, known: Mapping[Node, Node]) -> _Push:
 
 
 def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tuple[list[Wrench], list[Wrench]]:
-    """Return the wrench of each column on a body, and that whose power is the speed of each row (body axes)."""
+    """Return the wrench of each column on a body, and the wrench whose power is the speed of each row (body axes)."""
     own, measured = [NO_WRENCH] * columns, [NO_WRENCH] * rows
     for push in pushes:
         vector = scale(push.factor, apply_transposed(R_WB, push.vector))
@@ -369,14 +362,6 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
     return own, measured
 
 
-def _told(kind: BodyKind, moved: BodyMotion, wrench: Wrench) -> list[S]:
-    """Return a joint's impulse about its point, in the frame on the parent."""
-    R_PF, _ = pose(kind.state, kind.body.frame_on_parent)
-    _, point = pose(kind.state, kind.body.frame_on_body)
-    turn = product(transpose(R_PF), moved.R_PB)
-    return [*apply(turn, wrench[0]), *apply(turn, subtract(wrench[1], cross(point, wrench[0])))]
-
-
 def _power(wrench: Wrench, twist: tuple[Vec, Vec]) -> S:
     return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
 
@@ -385,7 +370,7 @@ def _power(wrench: Wrench, twist: tuple[Vec, Vec]) -> S:
 
 @dataclass(frozen=True)
 class StruckMode:
-    """An impact in a mode: what strikes, the rows that act, and by how much each jumps, over any scalar (`wanted`)."""
+    """An impact in a mode: its setup, the rows that act, and the jump of each, over any scalar (`wanted`)."""
 
     blow: Blow
     rows: StruckRows
@@ -393,12 +378,11 @@ class StruckMode:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """The names of the rows whose impulses the Program tells: those of the mechanism at rest."""
+        """The names of the rows whose impulses are outputs: those of the mechanism at rest."""
         return self.blow.names if self.goes_all_ways else self.acting
 
     @property
     def acting(self) -> tuple[str, ...]:
-        """The names of the rows of the mechanism at rest in the mode."""
         return tuple(row.name for row in self.rows.mechanism.rows)
 
     @cached_property
@@ -413,12 +397,12 @@ class StruckMode:
 
     @cached_property
     def needed(self) -> tuple[tuple[str, str], ...]:
-        """What is positive where the mode holds, in the order of the output `holds`: of what kind, and in words."""
+        """The kind and the words of each value that is positive where the mode holds, in the order of `holds`."""
         first = None if self.scanned is None else dict[str, S]()
         return tuple((kind, words) for kind, words, _ in self._needed({}, {}, None, first))
 
     def _judged(self, impulses: Mapping[str, S], first: Mapping[str, S], after: Mapping[str, S]) -> list[Node]:
-        """Return what is positive where the mode holds, of a tree that is scanned; `first` are speeds as it strikes."""
+        """Return values positive where the mode of a scanned tree holds; `first` are the speeds as it strikes."""
         return [as_node(x) for _, _, x in self._needed(impulses, after, None, first)]
 
     def _needed(
@@ -457,7 +441,7 @@ class StruckMode:
                 yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
                 if first is not None:
                     yield "speed", f"{part.name} slips so at first", slip * first.get(names[0], ZERO)
-            elif element.unilateral and not set(names) & set(self.acting):  # it does not slip, though nothing holds it
+            elif element.unilateral and not set(names) & set(self.acting):  # it does not slip, though no row holds it
                 after_all = [after.get(name, ZERO) for name in names]
                 yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
             elif not part.enough and element.unilateral and part.normals == (0,):
@@ -466,9 +450,9 @@ class StruckMode:
                 yield "impulse", f"{part.name} sticks", room(static, N, along)
 
     def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
-        """Return the jumps of rows: normal speeds are reversed, what sticks or begins stops, motions jump as given.
+        """Return the jumps of rows: normal speeds are reversed, rows that stick or begin stop, motions jump as given.
 
-        `pushed` is the motion that given impulses, and what begins or jumps, leave of that: then contacts strike.
+        `pushed` is the motion after given impulses and rows that begin or jump: then contacts strike.
         """
         first, then = (_speeds(motion) for motion in (before, pushed))
         bounce = {x.normals[0].name: x.restitution for x in self.rows.acting}
@@ -489,7 +473,7 @@ class StruckMode:
         return self.blow.resting(self.rows.joints)
 
     def joined(self, before: Motion) -> dict[int, S]:
-        """Return the jumps of the rows where no contact strikes: what sticks in a joint stops."""
+        """Return the jumps of the rows where no contact strikes: joints that stick stop."""
         first, found = _speeds(before), self.own(before)
         return found | {k: -first[row.name] for k, row in enumerate(self.rows.joints, self.first)}
 
@@ -507,12 +491,12 @@ class StruckMode:
     def holding(
         self, impulses: Mapping[str, S], before: Motion, jumps: Sequence[S]
     ) -> Iterator[tuple[str, str, S]]:
-        """Yield what is to be positive for the mode to hold: of what kind, in words, and its value."""
+        """Yield the kind, the words and the value of each condition, positive where the mode holds."""
         return self._needed(impulses, _speeds(self.pushed(before, jumps)), before)
 
     @property
     def pushes(self) -> bool:
-        """Whether something happens before contacts strike."""
+        """Whether impulses are given, or rows begin or jump, before contacts strike."""
         impact = self.blow.impact
         return bool(self.rows.acting) and bool(impact.loads or impact.begins or impact.jumps)
 
@@ -532,74 +516,56 @@ def impact_program(mode: StruckMode) -> Program:
 
     Impulses are in the order of `told`, those in joints in that of the mechanism's `joint_names`, as fx .. mz.
     """
-    element = plane_element(mode.blow)
     if mode.scanned is not None:
         return mode.scanned
-    return _in_mode(mode) if element is None else _all_ways(mode, element)
-
-
-def _all_ways(mode: StruckMode, element: LawElement) -> Program:
-    """Return the Program of one contact that rubs in a plane."""
-    blow, base = mode.blow, mode.blow.mechanism
-    trace = Trace("impact", arrays(base))
-    before = pushed = blow.before(slot_state(base))
-    if mode.pushes:
-        alone = composite_body(blow.resting(()), state_in_impact(before.state, mode.own(before)))
-        pushed = mode.pushed(before, _solved(trace, alone)[0])
-
-    def jumps_of(mechanism: Mechanism, state: State) -> list[Node]:
-        return _solved(trace, composite_body(mechanism, state))[0]
-
-    contact = plane_contact(blow, element, mode.law, (before, pushed), jumps_of)
-    closes = less(as_node(contact.v[0]), ZERO)
-    pair = [where(closes, as_node(p), ZERO) for p in plane_course(contact, both_ways)]
-    mechanism = blow.resting(blow.striking, blow.names[mode.first :])
-    state = state_in_impact(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
-    return _program_told(trace, mode, before, mechanism, state)
-
-
-def _in_mode(mode: StruckMode) -> Program:
-    """Return the Program of an impact in its mode."""
-    mechanism, base = mode.rows.mechanism, mode.blow.mechanism
-    trace = Trace("impact", arrays(base))
-    before = pushed = mode.blow.before(slot_state(base))
-    if mode.pushes:
-        alone = composite_body(mode.alone, state_in_impact(before.state, mode.joined(before)))
-        pushed = mode.pushed(before, _solved(trace, alone)[0])
-    return _program_told(trace, mode, before, mechanism, state_in_impact(before.state, mode.wanted(before, pushed)))
-
-
-def _program_told(trace: Trace, mode: StruckMode, before: Motion, mechanism: Mechanism, state: State) -> Program:
-    """Return the Program with what a mechanism at rest does at a state."""
+    element = plane_element(mode.blow)
+    trace = Trace("impact", arrays(mode.blow.mechanism))
+    before = pushed = mode.blow.before(slot_state(mode.blow.mechanism))
+    if element is not None:
+        mechanism, state = _in_a_plane(trace, mode, element, before)
+    else:
+        mechanism = mode.rows.mechanism
+        if mode.pushes:
+            alone = composite_body(mode.alone, state_in_impact(before.state, mode.joined(before)))
+            pushed = mode.pushed(before, _solve_impact(trace, alone)[0])
+        state = state_in_impact(before.state, mode.wanted(before, pushed))
     dynamics = composite_body(mechanism, state)
-    jumps, impulses = _solved(trace, dynamics)
+    jumps, impulses = _solve_impact(trace, dynamics)
     motion = motion_of(mechanism, state)
     joints = reactions(motion, jumps, dynamics.rows, impulses)
     after = [u + du for u, du in zip(trace["u"], jumps, strict=True)]
     named = dict(zip(mode.told, impulses, strict=True))
     holds = [as_node(x) for _, _, x in mode.holding(named, before, jumps)]
-    return finished(trace, after, impulses, joints, mode.blow.mechanism.joint_names, holds)
+    names = mode.blow.mechanism.joint_names
+    in_joints = [as_node(joints[name][component]) for name in names for component in COMPONENTS]
+    return trace.finish(
+        {
+            "after": ((len(after),), after),
+            "impulses": ((len(impulses),), impulses),
+            "joints": ((len(names), len(COMPONENTS)), in_joints),
+            "holds": ((len(holds),), holds),
+        }
+    )
 
 
-def finished(
-    trace: Trace,
-    after: Sequence[Node],
-    impulses: Sequence[Node],
-    joints: Mapping[str, Mapping[str, S]],
-    names: Sequence[str],
-    holds: Sequence[Node] | None = None,
-) -> Program:
-    """Return the Program with its outputs."""
-    values = [as_node(joints[name][component]) for name in names for component in COMPONENTS]
-    outputs = {
-        "after": ((len(after),), list(after)),
-        "impulses": ((len(impulses),), list(impulses)),
-        "joints": ((len(names), len(COMPONENTS)), values),
-    }
-    return trace.finish(outputs if holds is None else outputs | {"holds": ((len(holds),), list(holds))})
+def _in_a_plane(trace: Trace, mode: StruckMode, element: LawElement, before: Motion) -> tuple[Mechanism, State]:
+    """Return the mechanism at rest, and its state, of one contact with friction in a plane, however it slips."""
+    blow, pushed = mode.blow, before
+    if mode.pushes:
+        alone = composite_body(blow.resting(()), state_in_impact(before.state, mode.own(before)))
+        pushed = mode.pushed(before, _solve_impact(trace, alone)[0])
+
+    def jumps_of(mechanism: Mechanism, state: State) -> list[Node]:
+        return _solve_impact(trace, composite_body(mechanism, state))[0]
+
+    contact = plane_contact(blow, element, mode.law, (before, pushed), jumps_of)
+    closes = less(as_node(contact.v[0]), ZERO)
+    pair = [where(closes, as_node(p), ZERO) for p in plane_course(contact, both_ways)]
+    mechanism = blow.resting(blow.striking, blow.names[mode.first :])
+    return mechanism, state_in_impact(before.state, mode.own(before) | dict(enumerate(pair, mode.first)))
 
 
-def _solved(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], list[Node]]:
+def _solve_impact(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], list[Node]]:
     """Return jumps and multipliers; rows that vanish identically take no part."""
     acting = acting_rows(dynamics.rows)
     if not acting:

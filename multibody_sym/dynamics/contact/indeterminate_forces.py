@@ -1,14 +1,13 @@
 """Forces that are not unique, as of a box on four corners in space: shares that keep away from all bounds.
 
-All rows of the mode act, so that what rests is held by all of them. What each carries is the inner point of the cones
-of friction; while the mode lasts these forces change by as little as need be, measured as that point moves: where
-little is left to a bound little of the change goes. Where one comes to its bound shares are chosen again, and where
-there is no room for any the mode ends.
+All rows of the mode act and carry shares of the forces, at the inner point of the cones of friction. While the mode
+lasts the shares change as little as possible, in the norm of that point's motion: forces near a bound take little of
+the change. When a share reaches its bound, shares are chosen anew; without room for any the mode ends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -24,12 +23,12 @@ from multibody_sym.scalars.linear_inequalities import Cone, Inside, inner_point
 from multibody_sym.scalars.rank import SWITCHED, least_squares, null_space, row_space
 
 CLEAR: Final = 1e-11
-"""The part of the largest force by which shares are clearly away from all bounds."""
+"""Shares that are this part of the largest force away from all bounds are clearly inside."""
 _MOST_CURVED: Final = 1e8
 """The second derivative at a ten thousandth of the largest force from a bound; larger ones count as this one.
 
-Without it the rows of a contact that carries nothing, as a wall beside a disc in a corner, exert so little that the
-solve for the motion along them is rounding.
+Without it the rows of a contact without force, as of a wall beside a disc in a corner, exert so little that the solve
+for the motion along them is rounding.
 """
 _LEAST_CURVED: Final = 0.1
 """Smaller second derivatives count as this one, so that their inverse stays finite."""
@@ -37,7 +36,7 @@ _LEAST_CURVED: Final = 0.1
 
 @dataclass(frozen=True, eq=False)
 class _Sharing:
-    """The rows that act in a mode, by the problem's places, with what each exerts; of friction that slides as well."""
+    """The rows that act in a mode, by the problem's places, with their forces, sliding friction included."""
 
     posed: PosedLaws
     mode: Mode
@@ -49,9 +48,13 @@ class _Sharing:
 
 
 def shared(posed: PosedLaws, mode: Mode, state: LawState) -> Mode:
-    """Return a mode with shares of what all its rows carry; as it is where nothing presses."""
-    one = _acting(posed, mode)
-    lengths = _lengths(one)
+    """Return a mode with the shares of all its rows; unchanged where no force presses."""
+    one = _acting_rows(posed, mode)
+    lengths: Floats = np.linalg.norm(one.exerted, axis=1)  # one for all rows of a friction part
+    for *_, law in _parts(posed, mode):
+        own = [one.rows.index(row) for row in law.rows if row in one.rows]
+        lengths[own] = lengths[own].max(initial=0.0)
+    lengths[lengths == 0.0] = 1.0
     unit = one.exerted / lengths[:, None]
     start = least_squares(unit.T, state.x, SWITCHED)
     largest = float(np.abs(start).max(initial=0.0))
@@ -60,43 +63,31 @@ def shared(posed: PosedLaws, mode: Mode, state: LawState) -> Mode:
     start, sizes = start / largest, largest / lengths
     bounds = _cones(one, sizes)
     found = inner_point(start, null_space(unit.T, SWITCHED), *bounds)
-    if found.room <= CLEAR:  # other forces may move what slides in another way
+    if found.room <= CLEAR:  # other forces may change the motion of sliding parts
         kept = row_space(posed.problem.matrix[list(one.rows)], SWITCHED)
         found = inner_point(start, null_space(kept @ unit.T, SWITCHED), *bounds)
     return replace(mode, shares=Shares(tuple(_shares(one, found, sizes)), found.room))
 
 
-def _lengths(one: _Sharing) -> Floats:
-    """Return the lengths of what the rows exert, one for all rows of a friction part."""
-    lengths: Floats = np.linalg.norm(one.exerted, axis=1)
-    for *_, law in _parts(one.posed, one.mode):
-        own = [one.rows.index(row) for row in law.rows if row in one.rows]
-        lengths[own] = lengths[own].max(initial=0.0)
-    lengths[lengths == 0.0] = 1.0
-    return lengths
-
-
-def _acting(posed: PosedLaws, mode: Mode) -> _Sharing:
+def _acting_rows(posed: PosedLaws, mode: Mode) -> _Sharing:
     rows = [posed.places[row.name] for row in posed.mechanism.rows]
     exerted = posed.problem.exerted.copy()
     for element, part, law in _parts(posed, mode):
         slip = mode.slips.get(part, STICKS)
         normal = posed.places[element.normals[0].name]
-        if slip != STICKS:
-            exerted[normal] += _along(law, slip, mode.directions.get(part)) @ posed.problem.exerted[list(law.rows)]
+        if slip != STICKS:  # friction along each row for a unit normal force
+            if len(law.rows) == 1:
+                friction = np.array(sliding(law.kinetic, [slip]))
+            else:
+                direction = mode.directions.get(part)
+                way = law.velocity if not law.rests or direction is None else direction
+                friction = np.array(sliding(law.kinetic, way, max(float(np.linalg.norm(way)), 1e-300)))
+            exerted[normal] += friction @ posed.problem.exerted[list(law.rows)]
     for element in _elements(posed, mode):
         rows.append(posed.places[element.normals[0].name])
         own = (law for x, part, law in _parts(posed, mode) if x is element and mode.slips.get(part, STICKS) == STICKS)
         rows += [row for law in own if law.enough or law.static > 0.0 for row in law.rows]
     return _Sharing(posed, mode, tuple(rows), exerted[rows])
-
-
-def _along(law: FrictionLaw, slip: int, direction: tuple[float, ...] | None) -> Floats:
-    """Return the friction along each row for a unit normal force."""
-    if len(law.rows) == 1:
-        return np.array(sliding(law.kinetic, [slip]))
-    way = law.velocity if not law.rests or direction is None else direction
-    return np.array(sliding(law.kinetic, way, max(float(np.linalg.norm(way)), 1e-300)))
 
 
 def _elements(posed: PosedLaws, mode: Mode) -> list[LawElement]:
@@ -110,7 +101,7 @@ def _parts(posed: PosedLaws, mode: Mode) -> Iterator[tuple[LawElement, str, Fric
 
 
 def _cones(one: _Sharing, sizes: Floats) -> tuple[list[Cone], list[int]]:
-    """Return the bounds of what acts, in forces over their `sizes`, and the rows without any."""
+    """Return the bounds of the acting rows, in forces over their `sizes`, and the rows without bounds."""
     places = {row: k for k, row in enumerate(one.rows)}
     loose = [places[one.posed.places[row.name]] for row in one.posed.mechanism.rows]
     found = []
@@ -129,8 +120,12 @@ def _cones(one: _Sharing, sizes: Floats) -> tuple[list[Cone], list[int]]:
 
 
 def _shares(one: _Sharing, found: Inside, sizes: Floats) -> Iterator[Share]:
-    """Yield the shares of each element, with ways whose longest is of length one in what it exerts."""
-    groups = list(_groups(one))
+    """Yield the shares of each element, with ways of which the longest exerts a force of length one."""
+    count = len(one.posed.mechanism.rows)
+    normals = {one.posed.places[x.normals[0].name] for x in _elements(one.posed, one.mode)}
+    begins = [k for k in range(count, len(one.rows)) if one.rows[k] in normals]
+    groups: list[tuple[int, ...]] = [(k,) for k in range(count)]  # the model's own rows, then each element's
+    groups += [tuple(range(a, b)) for a, b in zip(begins, [*begins[1:], len(one.rows)], strict=True)]
     roots = [_root(found.hessian[np.ix_(group, group)]) * sizes[list(group)][:, None] for group in groups]
     pairs = list(zip(groups, roots, strict=True))
     longest = max(float(np.linalg.norm(way @ one.exerted[list(g)])) for g, root in pairs for way in root.T)
@@ -141,20 +136,8 @@ def _shares(one: _Sharing, found: Inside, sizes: Floats) -> Iterator[Share]:
         yield Share(tuple(names[one.rows[k]] for k in group), forces, ways)
 
 
-def _groups(one: _Sharing) -> Iterator[Sequence[int]]:
-    """Yield the rows of each element, and the model's own one by one."""
-    count = len(one.posed.mechanism.rows)
-    yield from ((k,) for k in range(count))
-    begins = [k for k in range(count, len(one.rows)) if one.rows[k] in _normals(one)]
-    yield from (tuple(range(a, b)) for a, b in zip(begins, [*begins[1:], len(one.rows)], strict=True))
-
-
-def _normals(one: _Sharing) -> set[int]:
-    return {one.posed.places[x.normals[0].name] for x in _elements(one.posed, one.mode)}
-
-
 def _root(hessian: Floats) -> Floats:
-    """Return lower triangular L with L L^T the inverse of second derivatives, none of it vanishing."""
+    """Return lower triangular L with L L^T the inverse of second derivatives within their bounds."""
     sizes, axes = np.linalg.eigh(hessian)
     inverse = axes / np.clip(sizes, _LEAST_CURVED, _MOST_CURVED) @ axes.T
     return np.asarray(np.linalg.cholesky(inverse), dtype=float)

@@ -78,7 +78,6 @@ class RecursiveDynamics(TreeDynamics):
 
     @property
     def bias_acceleration(self) -> list[S]:
-        """M^-1 f (n)."""
         return self.factors.accelerations(self.of_speed, self.of_body)
 
 
@@ -176,11 +175,9 @@ class Sweep:
     joints: tuple[SweptJoint, ...]
 
     def solve(self, right: Sequence[S]) -> list[S]:
-        """Return M^-1 right (n)."""
         return self.accelerations(right, [_NOTHING] * len(self.joints))
 
     def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
-        """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
         return self.swept(of_body, of_speed)[0]
 
     def weighted(self, right: Sequence[S]) -> list[S]:
@@ -280,11 +277,9 @@ class TreeFactors:
     along: tuple[BodyAxes, ...]
 
     def solve(self, right: Sequence[S]) -> list[S]:
-        """Return M^-1 right (n)."""
         return self.accelerations(right, [_NOTHING] * len(self.freedoms))
 
     def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
-        """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
         remaining = self._inward(of_speed, of_body)
         return self._outward([e / d for e, d in zip(remaining, self._pivots(), strict=True)])
 

@@ -75,7 +75,6 @@ def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wre
 # ----------------------------------------------------------------------------------------------------------------------
 
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
-    """Return the equations of motion at a state."""
     motion = economical_motion(mechanism, state)
     forces = applied_generalized_forces(motion, applied_forces(motion))
     velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
@@ -137,7 +136,6 @@ def _composites(motion: Motion) -> list[RigidInertia]:
 
 
 def dalembert_lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
-    """Return the equations of motion at a state."""
     motion = motion_of(mechanism, state)
     count = len(state.u)
     matrix: list[list[S]] = [[0] * count for _ in range(count)]

@@ -62,7 +62,6 @@ class RigidInertia:
         return add(scale(self.mass, a), apply(spread, self.moment)), add(turning, cross(self.moment, a))
 
     def plus(self, other: RigidInertia) -> RigidInertia:
-        """Return both as one."""
         return RigidInertia(
             self.mass + other.mass, add(self.moment, other.moment), matrix_sum(self.inertia, other.inertia)
         )
@@ -76,7 +75,6 @@ class RigidInertia:
 
 
 def about_origin(mass: BodyMass) -> RigidInertia:
-    """Return a body's inertia about its origin."""
     moment = scale(mass.mass, mass.com)
     return RigidInertia(mass.mass, moment, matrix_sum(mass.inertia, steiner(moment, mass.com)))
 
@@ -102,7 +100,6 @@ class Inertia:
         return force, add(apply_transposed(self.coupling, a), apply(self.angular, alpha))
 
     def plus(self, other: Inertia) -> Inertia:
-        """Return the sum."""
         return Inertia(
             matrix_sum(self.linear, other.linear),
             matrix_sum(self.coupling, other.coupling),
@@ -135,7 +132,6 @@ class Inertia:
 
 
 def rigid_inertia(mass: BodyMass) -> Inertia:
-    """Return the inertia of a body alone."""
     return articulated(about_origin(mass))
 
 

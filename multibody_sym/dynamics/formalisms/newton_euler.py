@@ -25,7 +25,6 @@ from multibody_sym.scalars.vectors import S, add, dot
 
 
 def newton_euler(mechanism: Mechanism, state: State) -> EquationsOfMotion:
-    """Return the equations of motion at a state."""
     motion = motion_of(mechanism, state)
     forces = applied_generalized_forces(motion, applied_forces(motion))
     matrix, velocity_terms = without_reactions(motion)
@@ -53,7 +52,6 @@ class LinearWrench:
     rest: Wrench
 
     def plus(self, other: LinearWrench) -> LinearWrench:
-        """Return the sum."""
         columns = dict(self.columns)
         for k, wrench in other.columns.items():
             columns[k] = _sum(columns[k], wrench) if k in columns else wrench

@@ -150,7 +150,6 @@ class ClosingRows:
 
     @cached_property
     def finite(self) -> bool:
-        """Whether all numbers are finite."""
         return all(bool(np.isfinite(getattr(self, each.name)).all()) for each in fields(self))
 
     @property
@@ -184,7 +183,6 @@ class CompiledRows:
         return rows
 
     def change(self, t: float, q: Floats, u: Floats, parameters: Sequence[float], x: Floats) -> Floats:
-        """Return G^-1 x (nu) at a state."""
         (change,) = self.functions[CHANGE](*self._arguments(t, q, u, parameters), x)
         return change
 

@@ -87,7 +87,6 @@ class ModeValues:
 
     @cached_property
     def modes(self) -> ModeNodes:
-        """The numbers of the mode."""
         return ModeNodes(self.motion.mechanism)
 
     def friction(self, part: FrictionPart, speeds: Sequence[Node], limits: Sequence[Node]) -> list[Node]:
@@ -339,7 +338,6 @@ class _RowsAtState:
         return self.known.matrix("inverse", self.values)
 
     def unweighted(self, x: Sequence[Node]) -> list[Node]:
-        """Return G^-1 x (n)."""
         return [times(row, x) for row in self._inverse]
 
 

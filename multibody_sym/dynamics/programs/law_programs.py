@@ -104,7 +104,6 @@ def combination(parts: Iterable[tuple[S, Row]]) -> Row:
 
 
 def times(row: Row, x: Sequence[Node]) -> Node:
-    """Return the product of a row with x."""
     return sum((a * x[k] for k, a in sorted(row.items())), ZERO)
 
 
@@ -130,7 +129,13 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
     trace, elements = Trace("laws", arrays(mechanism)), mechanism.one_way
     motion = motion_of(mechanism, slot_state(mechanism))
     outputs = known.call(trace, [trace[array.name] for array in trace.inputs], [ONE] * known.gates)
-    driven = _forces_beside(mechanism, known, outputs)
+    # the root of f . M^-1 f over the speeds that a row is joined to, by masses and by rows that hold both ways
+    joined = coupled_groups([*known.columns(), *known.moves[: len(mechanism.rows)]])
+    f, free = outputs["forcing"], outputs["free"]
+    powers = [sum((f[k] * free[k] for k in sorted(each)), start=ZERO) for each in joined]
+    of_speed = {speed: number for number, each in enumerate(joined) for speed in each}
+    reached = [sorted({of_speed[speed] for speed in speeds}) for speeds in known.moves]
+    driven = [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
     del outputs["gamma"], outputs["forcing"]
     program = trace.finish(
         {
@@ -253,8 +258,8 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     )
     places = {name: list(entries) for name, entries in sparse.items()}
     of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
-    contacts, may_act = _with_row_arrays(contacts, kinds), frozenset(whole.may_act)
-    return RowProgram(rolled(program), of_tree, contacts, kinds, places, len(every), size, may_act)
+    reading, may_act = _with_row_arrays(contacts, kinds), frozenset(whole.may_act)
+    return RowProgram(rolled(program), of_tree, reading, kinds, places, len(every), size, may_act)
 
 
 def _with_row_arrays(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
@@ -334,7 +339,6 @@ class RowValues:
 
     @property
     def values(self) -> dict[str, list[Node]]:
-        """These entries and the vectors."""
         return {**{name: list(entries.values()) for name, entries in self.entries.items()}, **self.vectors}
 
 
@@ -380,19 +384,6 @@ def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None
     nodes = [as_node(x) for row in matrix for x in row]
     others = [ZERO] * len(nodes) if beside is None else [as_node(x) for row in beside for x in row]
     return {k: node for k, (node, other) in enumerate(zip(nodes, others, strict=True)) if node is not other}
-
-
-def _forces_beside(mechanism: Mechanism, known: RowProgram, outputs: Mapping[str, Sequence[Node]]) -> list[S]:
-    """Return of each row the root of f . M^-1 f over the speeds it is joined to, by masses and by what holds both ways.
-
-    f is the forcing and M^-1 f the free motion.
-    """
-    joined = coupled_groups([*known.columns(), *known.moves[: len(mechanism.rows)]])
-    f, free = outputs["forcing"], outputs["free"]
-    powers = [sum((f[k] * free[k] for k in sorted(each)), start=ZERO) for each in joined]
-    of_speed = {speed: number for number, each in enumerate(joined) for speed in each}
-    reached = [sorted({of_speed[speed] for speed in speeds}) for speeds in known.moves]
-    return [sqrt(absolute(sum((powers[number] for number in numbers), start=ZERO))) for numbers in reached]
 
 
 def _least(measure: Callable[[ConstraintRow, Motion], list[S]], element: LawElement, motion: Motion) -> S:

@@ -64,7 +64,6 @@ def centre_of_mass(parts: Sequence[Momentum]) -> Vec:
 
 
 def total(vectors: Iterable[Vec]) -> Vec:
-    """Return the sum of vectors."""
     found = ZERO_VECTOR
     for vector in vectors:
         found = add(found, vector)

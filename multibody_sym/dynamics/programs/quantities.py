@@ -76,17 +76,14 @@ class Instant:
 
     @cached_property
     def bodies(self) -> list[tuple[Vec, Vec]]:
-        """The bodies' accelerations."""
         return accelerations(self.motion, self.udot)
 
     @cached_property
     def rows(self) -> list[RowMotion]:
-        """The rows at this state."""
         return row_motions(self.motion)
 
     @cached_property
     def reactions(self) -> Mapping[str, dict[str, S]]:
-        """The reactions of all joints."""
         return reactions(self.motion, self.udot, self.rows, self.multipliers)
 
     @cached_property
@@ -96,7 +93,6 @@ class Instant:
 
     @cached_property
     def momenta(self) -> list[Momentum]:
-        """The momenta of all bodies."""
         return body_momenta(self.motion)
 
     @cached_property
@@ -106,7 +102,6 @@ class Instant:
 
     @cached_property
     def exertions(self) -> list[Exertion]:
-        """The effects of all elements."""
         return exertions(self.motion, self.udot, self.rows, self.multipliers)
 
     def exerted_by(self, name: str) -> list[Exertion]:
@@ -126,7 +121,7 @@ class Instant:
 def quantities(motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]) -> dict[Node, S]:
     """Return the values of `quantity` leaves over the motion's scalar; their names were verified with the model."""
     instant = Instant(motion, udot, multipliers)
-    return {leaf: _QUANTITIES[leaf.data[0]](instant, *leaf.data[1]) for leaf in asked}
+    return {leaf: _QUANTITIES[leaf.data[0]](instant, leaf.data[0], *leaf.data[1]) for leaf in asked}
 
 
 @dataclass(frozen=True)
@@ -178,6 +173,10 @@ def events(mechanism: Mechanism, sources: Sources) -> Program | None:
     return trace.finish({"values": ((len(values),), values)})
 
 
+# ----------------------------------------------------------------------------------------------------------------------
+# Quantities by family: each function takes the quantity's name and the words of its arguments.
+
+
 def _component(vector: Vec, axis: str) -> S:
     return vector[AXES.index(axis)]
 
@@ -192,62 +191,42 @@ def _marker(instant: Instant, name: str) -> Marker:
     return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
 
 
-# Each quantity by its name in expressions (`_QUANTITIES`), for the words of its arguments.
+def _motion_of_point(instant: Instant, quantity: str, point: str, axis: str) -> S:
+    marker = _marker(instant, point)
+    if quantity == "acceleration":
+        return _component(points.acceleration(instant.motion, marker, instant.bodies), axis)
+    motion_of_point = points.position if quantity == "position" else points.velocity
+    return _component(motion_of_point(instant.motion, marker), axis)
 
 
-def _position(instant: Instant, point: str, axis: str) -> S:
-    return _component(points.position(instant.motion, _marker(instant, point)), axis)
-
-
-def _velocity(instant: Instant, point: str, axis: str) -> S:
-    return _component(points.velocity(instant.motion, _marker(instant, point)), axis)
-
-
-def _acceleration(instant: Instant, point: str, axis: str) -> S:
-    return _component(points.acceleration(instant.motion, _marker(instant, point), instant.bodies), axis)
-
-
-def _turning(instant: Instant, body: str, axis: str, vectors: Callable[[int], Vec]) -> S:
-    index = instant.motion.mechanism.body_index(body)
-    local = vectors(index) if index >= 0 else ZERO_VECTOR
+def _turning_of_body(instant: Instant, quantity: str, body: str, axis: str) -> S:
+    index, local = instant.motion.mechanism.body_index(body), ZERO_VECTOR
+    if index >= 0:
+        is_velocity = quantity == "angular_velocity"
+        local = instant.motion.bodies[index].w_WB if is_velocity else instant.bodies[index][1]
     return _component(apply(instant.motion.rotation(index), local), axis)
 
 
-def _angular_velocity(instant: Instant, body: str, axis: str) -> S:
-    return _turning(instant, body, axis, lambda index: instant.motion.bodies[index].w_WB)
-
-
-def _angular_acceleration(instant: Instant, body: str, axis: str) -> S:
-    return _turning(instant, body, axis, lambda index: instant.bodies[index][1])
-
-
-def _distance(instant: Instant, a: str, b: str) -> S:
+def _distance(instant: Instant, _quantity: str, a: str, b: str) -> S:
     first, second = (points.position(instant.motion, _marker(instant, name)) for name in (a, b))
     difference = subtract(second, first)
     return sqrt(dot(difference, difference))
 
 
-def _span(instant: Instant, load: str) -> S:
-    return span(instant.motion, _ends(instant, load))[0]
-
-
-def _span_rate(instant: Instant, load: str) -> S:
-    ends = _ends(instant, load)
-    return span_rate(instant.motion, ends, span(instant.motion, ends)[1])
-
-
-def _ends(instant: Instant, name: str) -> tuple[Marker, Marker]:
-    found = (load for load in instant.motion.mechanism.loads if isinstance(load, PointPull) and load.name == name)
-    return next(found).ends
-
-
-def _place_of(instant: Instant, name: str, axis: str) -> S:
+def _span_of_load(instant: Instant, quantity: str, name: str) -> S:
     loads = instant.motion.mechanism.loads
-    found = next(load for load in loads if isinstance(load, PlacePotential) and load.name == name)
-    return _component(place(found, instant.motion), axis)
+    ends = next(load for load in loads if isinstance(load, PointPull) and load.name == name).ends
+    length, direction = span(instant.motion, ends)
+    return length if quantity == "span" else span_rate(instant.motion, ends, direction)
 
 
-def _reaction(instant: Instant, element: str, component: str) -> S:
+def _place_of_load(instant: Instant, _quantity: str, name: str, axis: str) -> S:
+    loads = instant.motion.mechanism.loads
+    load = next(load for load in loads if isinstance(load, PlacePotential) and load.name == name)
+    return _component(place(load, instant.motion), axis)
+
+
+def _reaction(instant: Instant, _quantity: str, element: str, component: str) -> S:
     if element in instant.motion.mechanism.joint_names:
         return instant.reactions[element][component]
     if component not in COMPONENTS:
@@ -255,17 +234,15 @@ def _reaction(instant: Instant, element: str, component: str) -> S:
     return instant.pulleys[element][component] if element in instant.pulleys else 0
 
 
-def _tension(instant: Instant, name: str) -> S:
-    return instant.tensions[name] if name in instant.tensions else _multiplier(instant, name)
-
-
-def _multiplier(instant: Instant, name: str) -> S:
-    """Return a multiplier; zero where no motion goes along its row, which is left out in the plane."""
+def _multiplier(instant: Instant, quantity: str, name: str) -> S:
+    """Return a tension or multiplier; zero where no motion goes along its row, which is left out in the plane."""
+    if quantity == "tension" and name in instant.tensions:
+        return instant.tensions[name]
     rows = {row.name: k for k, row in enumerate(instant.motion.mechanism.rows)}
     return instant.multipliers[rows[name]] if name in rows else 0
 
 
-def _wrap(instant: Instant, name: str, pulley: str) -> S:
+def _wrap(instant: Instant, _quantity: str, name: str, pulley: str) -> S:
     """Return the angle of a wheel on which a run of rope lies, at its end with the run behind it."""
     every = list(ropes(instant.motion.mechanism))
     row = next(row for row in every if row.name == name)
@@ -275,24 +252,17 @@ def _wrap(instant: Instant, name: str, pulley: str) -> S:
     return wrap_angle(instant.motion, row, next(k for k, bend in enumerate(row.path) if bend.pulley == pulley))
 
 
-def _parts(instant: Instant, whole: str) -> list[Momentum]:
-    """Return the momenta of a body, or of all where the word for the system is no body's name."""
+def _momentum(instant: Instant, quantity: str, *asked: str) -> S:
+    """Return a component of P or L of a body, or of all where the word for the system is no body's name."""
+    if quantity == "center_of_mass":
+        return _component(centre_of_mass(instant.momenta), asked[-1])
+    whole = asked[0] if len(asked) > 1 else SYSTEM
     names = [body.name for body in instant.motion.mechanism.bodies]
-    if whole == SYSTEM and whole not in names:
-        return instant.momenta
-    return [part for name, part in zip(names, instant.momenta, strict=True) if name == whole]
-
-
-def _center_of_mass(instant: Instant, axis: str) -> S:
-    return _component(centre_of_mass(instant.momenta), axis)
-
-
-def _momentum(instant: Instant, *asked: str) -> S:
-    return _component(momentum(_parts(instant, asked[0] if len(asked) > 1 else SYSTEM)), asked[-1])
-
-
-def _angular_momentum(instant: Instant, *asked: str) -> S:
-    parts = _parts(instant, asked[0] if len(asked) > 1 else SYSTEM)
+    parts = instant.momenta
+    if whole != SYSTEM or whole in names:
+        parts = [part for name, part in zip(names, parts, strict=True) if name == whole]
+    if quantity == "momentum":
+        return _component(momentum(parts), asked[-1])
     about = ZERO_VECTOR
     if len(asked) > 2:
         is_own_centre = asked[1] == OWN_CENTRE and OWN_CENTRE not in instant.motion.mechanism.markers
@@ -301,102 +271,81 @@ def _angular_momentum(instant: Instant, *asked: str) -> S:
     return _component(angular_momentum(parts, about), asked[-1])
 
 
-def _generalized_momentum(instant: Instant, freedom: str) -> S:
-    """Return dT/du for a speed, or for the rate of a coordinate."""
-    named = f"generalized_momentum({freedom})"
-    return instant.generalized_momenta[_speed(instant, freedom, named)]
-
-
-def _speed(instant: Instant, freedom: str, named: str) -> int:
-    """Return the place of a speed, or of the speed that is a coordinate's rate. Raises ModelError where it has none."""
+def _of_speed(instant: Instant, quantity: str, freedom: str) -> S:
+    """Return dT/du or udot of a speed, or of the speed that is a coordinate's rate."""
+    named = f"generalized_momentum({freedom})" if quantity == "generalized_momentum" else f"{freedom}{quantity}"
     place = instant.motion.mechanism.speed_place(freedom)
     if place is None:
         raise ModelError(f"{named}: {freedom!r} is no speed here, and its rate is none", number="M112")
-    return place
+    return instant.generalized_momenta[place] if quantity == "generalized_momentum" else instant.udot[place]
 
 
-def _rate(instant: Instant, speed: str) -> S:
-    return instant.udot[_speed(instant, speed, f"{speed}'")]
-
-
-def _second_rate(instant: Instant, coordinate: str) -> S:
-    return instant.udot[_speed(instant, coordinate, f"{coordinate}''")]
-
-
-def _kinetic(instant: Instant, *whole: str) -> S:
+def _energy(instant: Instant, quantity: str, *store: str) -> S:
+    """Return T of all or of a body, V of all, of the weight of a body or of the springs of one force, or T + V."""
     motion = instant.motion
+    if quantity == "total_energy":
+        return _energy(instant, "kinetic_energy") + _energy(instant, "potential_energy")
     names = [body.name for body in motion.mechanism.bodies]
-    if not whole or (whole[0] == SYSTEM and SYSTEM not in names):
-        return kinetic_energy(motion)
-    index = names.index(whole[0])
-    return body_kinetic_energy(motion.bodies[index], motion.masses[index])
-
-
-def _potential(instant: Instant, *store: str) -> S:
-    """Return V, of all, of the weight of a body, or of the springs of one force."""
-    motion = instant.motion
-    names = [body.name for body in motion.mechanism.bodies]
+    is_kinetic = quantity == "kinetic_energy"
     if not store or (store[0] == SYSTEM and SYSTEM not in names):
-        return potential_energy(motion)
-    if store[0] in names:
+        return kinetic_energy(motion) if is_kinetic else potential_energy(motion)
+    if is_kinetic or store[0] in names:
         index = names.index(store[0])
+        if is_kinetic:
+            return body_kinetic_energy(motion.bodies[index], motion.masses[index])
         return weight_energy(motion.poses[index], motion.masses[index], motion.gravity)
     own = [load for load in split(motion.mechanism.loads)[0] if load.name == store[0]]
     return sum((stored_energy(load, motion) for load in own), 0)
 
 
-def _total(instant: Instant) -> S:
-    return _kinetic(instant) + _potential(instant)
-
-
-def _jacobi(instant: Instant) -> S:
+def _jacobi(instant: Instant, _quantity: str) -> S:
     return jacobi_integral(instant.motion)
 
 
-def _power(instant: Instant, name: str) -> S:
+def _power(instant: Instant, _quantity: str, name: str) -> S:
     return sum((each.power for each in instant.exerted_by(name)), 0)
 
 
-def force_on(instant: Instant, *asked: str) -> S:
+def _force(instant: Instant, _quantity: str, *asked: str) -> S:
     """Return the component of an element's force on all bodies together, or on one."""
     whole = asked[1] if len(asked) > 2 else SYSTEM
     names = [body.name for body in instant.motion.mechanism.bodies]
-    found: Vec = ZERO_VECTOR
+    total: Vec = ZERO_VECTOR
     for each in instant.exerted_by(asked[0]):
         if whole == SYSTEM and SYSTEM not in names:
             own = each.of_body
         else:
             own = [w if name == whole else NO_WRENCH for name, w in zip(names, each.of_body, strict=True)]
-        found = add(found, resultant(instant.motion, own)[0])
-    return _component(found, asked[-1])
+        total = add(total, resultant(instant.motion, own)[0])
+    return _component(total, asked[-1])
 
 
 _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
-    "position": _position,
-    "velocity": _velocity,
-    "acceleration": _acceleration,
-    "angular_velocity": _angular_velocity,
-    "angular_acceleration": _angular_acceleration,
+    "position": _motion_of_point,
+    "velocity": _motion_of_point,
+    "acceleration": _motion_of_point,
+    "angular_velocity": _turning_of_body,
+    "angular_acceleration": _turning_of_body,
     "distance": _distance,
-    "'": _rate,
-    "''": _second_rate,
-    "span": _span,
-    "span_rate": _span_rate,
-    "place": _place_of,
+    "'": _of_speed,
+    "''": _of_speed,
+    "span": _span_of_load,
+    "span_rate": _span_of_load,
+    "place": _place_of_load,
     "reaction": _reaction,
-    "tension": _tension,
+    "tension": _multiplier,
     "wrap": _wrap,
     "multiplier": _multiplier,
-    "total_energy": _total,
-    "kinetic_energy": _kinetic,
-    "potential_energy": _potential,
-    "center_of_mass": _center_of_mass,
+    "total_energy": _energy,
+    "kinetic_energy": _energy,
+    "potential_energy": _energy,
+    "center_of_mass": _momentum,
     "momentum": _momentum,
-    "angular_momentum": _angular_momentum,
-    "generalized_momentum": _generalized_momentum,
+    "angular_momentum": _momentum,
+    "generalized_momentum": _of_speed,
     "jacobi_integral": _jacobi,
     "power": _power,
     "work": _power,
-    "impulse": force_on,
+    "impulse": _force,
 }
-"""What adds up along a run, work and impulses, is answered with its rate here: power and force."""
+"""Work and impulses add up along a run: their values here are their rates, power and force."""

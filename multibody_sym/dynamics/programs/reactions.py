@@ -221,7 +221,6 @@ def held_pulleys(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def mode_of(mechanism: Mechanism) -> Mode:
-    """Return the mode that a mechanism is in."""
     return mechanism.mode or Mode({})
 
 
@@ -241,12 +240,10 @@ class LawForces:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism in its mode."""
         return self.motion.mechanism
 
     @property
     def mode(self) -> Mode:
-        """That mode."""
         return mode_of(self.mechanism)
 
     @cached_property
@@ -504,7 +501,6 @@ class SwitchingValues(LawForces):
     """Switching functions over a scalar, from the motion and the multipliers of a mechanism in a mode."""
 
     def values(self, functions: Sequence[Switching]) -> list[S]:
-        """Return the values of switching functions."""
         return [self._value(one) for one in functions]
 
     def _value(self, one: Switching) -> S:

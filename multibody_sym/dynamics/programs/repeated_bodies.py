@@ -63,7 +63,6 @@ class BodyKind:
 
     @property
     def body(self) -> TreeBody:
-        """The body."""
         return self.mechanism.bodies[0]
 
 
@@ -118,7 +117,6 @@ class _Local:
         return self._renamed(renamed)  # type: ignore[no-any-return]
 
     def loads(self, loads: Sequence[Load]) -> tuple[Load, ...]:
-        """Return loads on the body's joint."""
         return self._renamed(tuple(loads))  # type: ignore[no-any-return]
 
     def _renamed(self, part: Any) -> Any:

@@ -325,7 +325,6 @@ class _Local:
         return self.element, tuple(body.pattern for body in self.touched), self.ways
 
     def kind(self, mechanism: Mechanism) -> ContactKind:
-        """Return its kind."""
         numbers = {name: self._local_numbers(name) for name in ("place", "bias", "column", "weighted")}
         moved = [_body_motion(*each) for each in zip(numbers["place"], numbers["bias"], strict=True)]
         speeds = [range(_SPEEDS * k, _SPEEDS * (k + 1)) for k in range(len(moved))]

@@ -119,7 +119,6 @@ class _Rows:
         return [f + x for f, x in zip(self.dynamics.forcing, known, strict=True)]
 
     def unheld(self, values: Sequence[Node]) -> list[Node]:
-        """Return values of the speeds, zero where they are held."""
         return [ZERO if k in self.held else x for k, x in enumerate(values)]
 
 

@@ -58,7 +58,6 @@ class PosedImpact:
 
     @property
     def problem(self) -> ImpactProblem:
-        """The problem in numbers."""
         return pose(self.blow, self.law, self.order, self.coefficients)
 
 

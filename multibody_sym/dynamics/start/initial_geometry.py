@@ -79,7 +79,6 @@ Value = Callable[[Node], float | None]
 
 
 def value_at(motion: Motion, node: Node) -> float:
-    """Return the value of an expression at an instant."""
     return float(motion.state.values([node])[0])
 
 

@@ -66,7 +66,6 @@ def is_plain_but_for_loops(system: System, mechanism: Mechanism) -> bool:
 
 
 def is_driven(mechanism: Mechanism) -> bool:
-    """Return whether a motion is prescribed."""
     return any(any(body.given) for body in mechanism.bodies)
 
 

@@ -118,12 +118,10 @@ class StartState:
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        """The mechanism in its mode at the start."""
         return placed(self.declared, self.mode)
 
     @cached_property
     def start(self) -> Start:
-        """The start of the mechanism in its mode."""
         return started(self.mechanism, self.declared.relative or self.declared, self.begin)
 
     @property

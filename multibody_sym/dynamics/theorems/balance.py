@@ -148,7 +148,6 @@ def balance_terms(mechanism: Mechanism, rates: EnergyRates, state: State, dynami
 def terms_at_states(
     mechanism: Mechanism, states: Sequence[State], dynamics: Sequence[Accelerations]
 ) -> list[BalanceTerms]:
-    """Return both sides at several states."""
     rates = rates_of(mechanism)
     return [balance_terms(mechanism, rates, state, x) for state, x in zip(states, dynamics, strict=True)]
 
