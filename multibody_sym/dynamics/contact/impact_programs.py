@@ -70,7 +70,6 @@ from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
     S,
-    Vec,
     add,
     apply,
     apply_transposed,
@@ -277,7 +276,10 @@ class _Scan:
             "reached": [x for a, alpha in here for x in (*a, *alpha)],
             **jumps,
             **in_joint,
-            **{_array_name("power", k): [_power(measured[k], twist) for twist in twists] for k in range(self.measured)},
+            **{
+                _array_name("power", k): [dot(force, v) + dot(moment, w) for v, w in twists]
+                for k, (force, moment) in enumerate(measured)
+            },
         }
 
     def _impulses(self, trace: Trace, powers: Sequence[Sequence[Node]]) -> list[Node]:
@@ -360,10 +362,6 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
             k = push.row
             measured[k] = add(measured[k][0], wrench[0]), add(measured[k][1], wrench[1])
     return own, measured
-
-
-def _power(wrench: Wrench, twist: tuple[Vec, Vec]) -> S:
-    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
 
 
 # ----------------------------------------------------------------------------------------------------------------------

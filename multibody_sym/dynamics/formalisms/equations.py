@@ -27,7 +27,7 @@ from multibody_sym.mechanics.motion import (
 from multibody_sym.mechanics.row_kinematics import RowMotion
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.rank import DRAWN, vanishes
 from multibody_sym.scalars.vectors import (
@@ -82,9 +82,20 @@ def massless_speeds(mechanism: Mechanism) -> tuple[int, ...]:
 
 
 def _without_pivot(mechanism: Mechanism) -> set[int]:
-    """Return the speeds at which M = L^T D L, begun at the tips, has no pivot in a generic state."""
+    """Return the speeds at which M = L^T D L, begun at the tips, has no pivot in a generic state.
+
+    M is the sum of J^T diag(m, I) J about the centres of mass.
+    """
+    m = np.zeros((len(mechanism.speeds), len(mechanism.speeds)))
     try:
-        m = _generic_mass_matrix(mechanism)
+        motion = motion_of(mechanism, _generic_state(mechanism))
+        for partials, mass in zip(partial_velocities(motion), motion.masses, strict=True):
+            pairs = [[*add(v, cross(w, mass.com)), *w] for v, w in partials.values()]
+            at_com = np.array(pairs, dtype=float).reshape(-1, 6)
+            momenta = at_com.copy()
+            momenta[:, :3] *= float(mass.mass)
+            momenta[:, 3:] = at_com[:, 3:] @ np.array(mass.inertia, dtype=float)
+            m[np.ix_(list(partials), list(partials))] += at_com @ momenta.T
     except UNDEFINED:
         return set()
     found, diagonal = set(), m.diagonal().copy()
@@ -93,20 +104,6 @@ def _without_pivot(mechanism: Mechanism) -> set[int]:
             found.add(k)
         else:
             m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
-    return found
-
-
-def _generic_mass_matrix(mechanism: Mechanism) -> Floats:
-    """Return M (n x n) at drawn coordinates and parameters: sum of J^T diag(m, I) J about the centres of mass."""
-    motion = motion_of(mechanism, _generic_state(mechanism))
-    found = np.zeros((len(mechanism.speeds), len(mechanism.speeds)))
-    for partials, mass in zip(partial_velocities(motion), motion.masses, strict=True):
-        speeds = list(partials)
-        at_com = np.array([[*add(v, cross(w, mass.com)), *w] for v, w in partials.values()], dtype=float).reshape(-1, 6)
-        momenta = at_com.copy()
-        momenta[:, :3] *= float(mass.mass)
-        momenta[:, 3:] = at_com[:, 3:] @ np.array(mass.inertia, dtype=float)
-        found[np.ix_(speeds, speeds)] += at_com @ momenta.T
     return found
 
 

@@ -30,7 +30,7 @@ from multibody_sym.dynamics.programs.reactions import (
     reactions,
     ropes,
     switchings,
-    tensions_by_name,
+    tensions,
 )
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics import points
@@ -115,7 +115,10 @@ class Instant:
     @cached_property
     def tensions(self) -> Mapping[str, S]:
         """All tensions of ropes, by their names in questions."""
-        return tensions_by_name(self.motion, self.multipliers)
+        found: dict[str, S] = {}
+        for row in ropes(self.motion.mechanism):  # the rope, or `rope.1`, `rope.2`, ... along its path
+            found |= zip(row.asked, tensions(self.motion, self.multipliers, row), strict=True)
+        return found
 
 
 def quantities(motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]) -> dict[Node, S]:

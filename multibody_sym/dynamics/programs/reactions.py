@@ -167,15 +167,6 @@ def tensions(motion: Motion, multipliers: Sequence[S], row: RopeRow) -> list[S]:
     return [sum(halves[k:], sum((-x for x in halves[:k]), mean)) for k in range(len(halves) + 1)]
 
 
-def tensions_by_name(motion: Motion, multipliers: Sequence[S]) -> Mapping[str, S]:
-    """Return every tension by its name: the rope, or `rope.1`, `rope.2`, ... along its path."""
-    return {
-        name: tension
-        for row in ropes(motion.mechanism)
-        for name, tension in zip(row.asked, tensions(motion, multipliers, row), strict=True)
-    }
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Reactions of massless pulleys: the force on each, by the body that it stands on, against the ropes over it.
 

@@ -181,8 +181,15 @@ def _chosen(
 
     marked: Sequence[_Item] = [] if project else known
     unmarked: Sequence[_Item] = [] if project or near else [item for item in given if not item.known]
-    if marked:
-        unmarked = _with_room(jacobian, items, marked, unmarked)
+    if marked:  # of the others those beside which the rest moves the rows as freely as before
+        taken = {k for item in marked for k in item.speeds}
+        free = [k for item in items for k in item.speeds if k not in taken]
+        room: list[_Item] = []
+        for item in unmarked:
+            left = [k for k in free if k not in item.speeds]
+            if jacobian is not None and suffice(jacobian, left, free):
+                room, free = [*room, item], left
+        unmarked = room
     held: Sequence[_Item] = [*marked, *unmarked]
     values = attempt(held)
     if values is None and unmarked:  # as many of them as close, one by one
@@ -192,20 +199,6 @@ def _chosen(
             if trial is not None:
                 held, values = [*held, item], trial
     return None if values is None else (values, held, concerned)
-
-
-def _with_room(
-    jacobian: Floats | None, items: Sequence[_Item], marked: Sequence[_Item], given: Sequence[_Item]
-) -> list[_Item]:
-    """Return those given that can be held beside the marked ones while the rest moves the rows as freely as before."""
-    taken = {k for item in marked for k in item.speeds}
-    free = [k for item in items for k in item.speeds if k not in taken]
-    room: list[_Item] = []
-    for item in given:
-        left = [k for k in free if k not in item.speeds]
-        if jacobian is not None and suffice(jacobian, left, free):
-            room, free = [*room, item], left
-    return room
 
 
 def _compared(

@@ -18,7 +18,6 @@ from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
 from multibody_sym.dynamics.programs.closing import closes_by_programs
 from multibody_sym.dynamics.programs.repeated_bodies import (
     BodyKind,
-    LikeBodies,
     pack_inertia,
     unpack_inertia,
     worth_scanning,
@@ -94,8 +93,12 @@ def quick_look(system: System, mechanism: Mechanism) -> Program:
         pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
         diagonals = zip(pivots, mass_diagonal(motion), strict=True)
         positive += [as_node(pivot) - _PIVOT * diagonal for pivot, diagonal in diagonals]
-    else:
-        positive += _scanned_pivots(mechanism, like, trace)
+    else:  # by one pass inward: a long tree compiles for seconds
+        carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
+        result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
+        given = [tuple(trace[array.name]) for array in trace.inputs]
+        step = partial(_pivots_of_body, like.kinds)
+        positive += scan_tree(trace, given, like.bodies, [carried], [result], step)["pivots"]
     positive = positive or [as_node(1)]
     outputs = {FINITE: ((len(finite),), finite), POSITIVE: ((len(positive),), positive)}
     return trace.finish(outputs)
@@ -143,14 +146,6 @@ def _inertia_minors(six: Sequence[Node]) -> Iterator[Node]:
         )
     if not m:
         yield as_node(-1)
-
-
-def _scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Sequence[Node]:
-    """Return the pivots of M less a part of its diagonal by one pass inward: a long tree compiles for seconds."""
-    carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
-    result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
-    given = [tuple(trace[array.name]) for array in trace.inputs]
-    return scan_tree(trace, given, like.bodies, [carried], [result], partial(_pivots_of_body, like.kinds))["pivots"]
 
 
 def _pivots_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:

@@ -300,7 +300,8 @@ def _nearly_closed(
     rows: OneWayRows, begin: Start, overrides: Mapping[str, float] | None, project: bool
 ) -> tuple[list[LawElement], Start]:
     base, found = rows.mechanism, begin
-    near = [element for element in base.one_way if _is_near(rows, element)]
+    closable = (x for x in base.one_way if x.unilateral and not x.open and x.kind != "stop")
+    near = [x for x in closable if abs(rows.gap(x)) <= rows.allowed_gap(x, NEAR) and rows.reaches(x)]
     left = [gap for gap in map(rows.gap, near) if abs(gap) > _CLOSED * rows.scale.length]
     if left and (len(left) <= _MOST_LEFT or min(left) < 0.0):
         with suppress(NoSolutionError):
@@ -313,13 +314,6 @@ def _nearly_closed(
             assembled = tuple(dict.fromkeys((*begin.assembled, *moved)))
             found = replace(found, shifts={**begin.shifts, **shifts}, held=held, assembled=assembled)
     return near, found
-
-
-def _is_near(rows: OneWayRows, element: LawElement) -> bool:
-    """Return whether a small change of the start closes a contact or rope."""
-    if not element.unilateral or element.open or element.kind == "stop":
-        return False
-    return abs(rows.gap(element)) <= rows.allowed_gap(element, NEAR) and rows.reaches(element)
 
 
 def _closing(base: Mechanism, near: Sequence[LawElement]) -> Mechanism:
