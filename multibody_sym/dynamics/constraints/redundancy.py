@@ -45,7 +45,7 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     restrict = restricting_rows(dynamics)
     if not restrict.rows:
         return Redundancy(0, (), ())
-    found = dependence(_weighted(restrict, constraint_jacobian(restrict.rows)))
+    found = dependence(_by_mass(restrict, constraint_jacobian(restrict.rows)))
     idle, names = idle_combinations(dynamics), dynamics.row_names
     shared = {k for combination in idle for k in support(combination)}
     loaded = _ambiguous(motion, dynamics, idle)
@@ -87,7 +87,7 @@ def idle_combinations(dynamics: TreeDynamics) -> list[Floats]:
     if not dynamics.rows:
         return []
     friction = dynamics.friction
-    exerted = _weighted(dynamics, [row.forces for row in dynamics.rows])
+    exerted = _by_mass(dynamics, [row.forces for row in dynamics.rows])
     if friction is not None:
         lengths = scaled_rows(exerted)[0]
         exerted = np.hstack([exerted, np.array(friction.coupling, dtype=float).T * lengths])
@@ -129,7 +129,7 @@ def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
     Rows that define their force take no part, but count among the independent ones.
     """
     own = [k for k, row in enumerate(dynamics.rows) if row.kinematic]
-    matrix = scaled_rows(_weighted(dynamics, constraint_jacobian(dynamics.rows)))[1][own]
+    matrix = scaled_rows(_by_mass(dynamics, constraint_jacobian(dynamics.rows)))[1][own]
     count = min(max(independent - (len(dynamics.rows) - len(own)), 1), *matrix.shape)
     shares, independence = last_share(matrix, count)
     names = [dynamics.row_names[k] for k in own]
@@ -141,10 +141,10 @@ def approximate_rank(dynamics: TreeDynamics) -> int:
     """Return the rank of the rows at a state that satisfies them only nearly."""
     if not dynamics.rows:
         return 0
-    return rank(_weighted(dynamics, constraint_jacobian(dynamics.rows)), CLOSED)
+    return rank(_by_mass(dynamics, constraint_jacobian(dynamics.rows)), CLOSED)
 
 
-def _weighted(dynamics: TreeDynamics, rows: Iterable[Sequence[float]]) -> Floats:
+def _by_mass(dynamics: TreeDynamics, rows: Iterable[Sequence[float]]) -> Floats:
     """Return H G^-1 (s x n), for rows H or what they exert."""
     return np.array([dynamics.factors.weighted(list(map(float, row))) for row in rows], dtype=float)
 
@@ -301,9 +301,9 @@ def verify_regular(rows: ConstraintRows, q: Floats, here: int, generic: int, cal
         return
     singular = _dynamics(rows, q)
     beside = max((_dynamics(rows, near) for near in _beside(rows, q)), key=approximate_rank)
-    unit = scaled_rows(_weighted(beside, constraint_jacobian(beside.rows)))[1]
+    unit = scaled_rows(_by_mass(beside, constraint_jacobian(beside.rows)))[1]
     losing = set[int]()
-    for circuit in dependence(_weighted(singular, constraint_jacobian(singular.rows))).circuits:
+    for circuit in dependence(_by_mass(singular, constraint_jacobian(singular.rows))).circuits:
         members = list(support(circuit))
         if rank(unit[members], CLOSED) == len(members):
             losing.update(members)

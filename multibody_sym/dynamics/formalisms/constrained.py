@@ -141,8 +141,8 @@ def constrained(
     second = solve(matrix, _residual(wanted, rows, near), len(free))
     udot = _sums(near, factors.unweighted(list(second.solution)))
     if sharing is not None:
-        left = _residual(_sums(first.solution, second.solution), _transposed(matrix), sharing.forces)
-        multipliers = sharing.carried(list(solve(_transposed(sharing.of(matrix)), left, len(rows)).solution))
+        left = _residual(_sums(first.solution, second.solution), _transpose(matrix), sharing.forces)
+        multipliers = sharing.carried(list(solve(_transpose(sharing.of(matrix)), left, len(rows)).solution))
     elif minimum_norm and rows:
         multipliers = least_multipliers(matrix, _sums(first.solution, second.solution), solve)
     else:
@@ -220,7 +220,7 @@ def _with_friction(
     return Constrained(udot, multipliers, [rank - size, *rest])
 
 
-def _transposed(matrix: Matrix) -> list[list[S]]:
+def _transpose(matrix: Matrix) -> list[list[S]]:
     return [list(column) for column in zip(*matrix, strict=True)]
 
 

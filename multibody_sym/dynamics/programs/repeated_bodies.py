@@ -165,7 +165,7 @@ def scanned_sources(mechanism: Mechanism, like: LikeBodies) -> Sources:
     once = (0,) * len(mechanism.bodies)
     results = [Result(name, 1, once, adds=True) for name in ("kinetic", "potential")]
     energies = scan_tree(
-        trace, _given(trace), like.bodies, [_motion_pass(mechanism)], results, partial(_energies_of_body, like.kinds)
+        trace, _inputs(trace), like.bodies, [_motion_pass(mechanism)], results, partial(_energies_of_body, like.kinds)
     )
     energy = trace.finish({name: ((), values) for name, values in energies.items()})
     return Sources(_state_derivative(mechanism, like), energy, partial(_scanned_motion, mechanism, like))
@@ -186,7 +186,7 @@ def _state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
     ]
     of_speeds = Result("udot", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
     results = [_of_coordinates("qdot", mechanism), of_speeds]
-    found = scan_tree(trace, _given(trace), like.bodies, passes, results, partial(_dynamics_of_body, like.kinds))
+    found = scan_tree(trace, _inputs(trace), like.bodies, passes, results, partial(_dynamics_of_body, like.kinds))
     return trace.finish(
         {
             "qdot": ((len(found["qdot"]),), found["qdot"]),
@@ -247,7 +247,7 @@ def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
     trace, count = Trace("normalize", arrays(mechanism)), len(mechanism.bodies)
     largest = Pass("largest", tuple(range(-1, count - 1)), 1, (ZERO,))
     results = [_of_coordinates("q", mechanism), Result("deviation", count, tuple(range(count)))]
-    found = scan_tree(trace, _given(trace), like.bodies, [largest], results, partial(_normalize_body, like.kinds))
+    found = scan_tree(trace, _inputs(trace), like.bodies, [largest], results, partial(_normalize_body, like.kinds))
     q = found["q"]
     return trace.finish({"q": ((len(q),), q), "deviation": ((), found["deviation"][-1:])})
 
@@ -277,7 +277,7 @@ def _scanned_motion(mechanism: Mechanism, like: LikeBodies, trace: Trace) -> Mot
         return {"motion": handed, "numbers": _numbers((moved, pose))}
 
     result = Result("numbers", first[-1], first[:-1])
-    numbers = scan_tree(trace, _given(trace), bodies, [_motion_pass(mechanism)], [result], step)["numbers"]
+    numbers = scan_tree(trace, _inputs(trace), bodies, [_motion_pass(mechanism)], [result], step)["numbers"]
     placed = [
         _with_numbers(found[kind][:2], iter(numbers[begin:end]))
         for kind, (begin, end) in zip(bodies.kinds, pairwise(first), strict=True)
@@ -319,7 +319,7 @@ def _with_numbers(part: Any, numbers: Iterator[Any]) -> Any:
     return tuple(_with_numbers(item, numbers) for item in part) if isinstance(part, tuple) else next(numbers)
 
 
-def _given(trace: Trace) -> list[tuple[Node, ...]]:
+def _inputs(trace: Trace) -> list[tuple[Node, ...]]:
     return [trace[array.name] for array in trace.inputs]
 
 

@@ -115,7 +115,7 @@ class _Rows:
         forces, friction = [row.forces for row in self.dynamics.rows], self.dynamics.friction
         if friction is not None:
             forces = along_reactions(forces, friction.beside, multipliers)
-        known = _combined([forces[k] for k in self.given], [multipliers[k] for k in self.given])
+        known = _combination([forces[k] for k in self.given], [multipliers[k] for k in self.given])
         return [f + x for f, x in zip(self.dynamics.forcing, known, strict=True)]
 
     def unheld(self, values: Sequence[Node]) -> list[Node]:
@@ -130,9 +130,9 @@ def _equations(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Pro
     count = len(dynamics.rows)
     trace = Trace("index_2", (*arrays(mechanism), Array("multipliers", (2 * count,))))
     mu, multipliers = trace["multipliers"][:count], trace["multipliers"][count:]
-    pushing = _combined(rows.pushing, multipliers)
+    pushing = _combination(rows.pushing, multipliers)
     udot = rows.unheld(dynamics.factors.solve([f + x for f, x in zip(rows.pushed(trace), pushing, strict=True)]))
-    shift = dynamics.factors.solve(_combined(rows.shifting, mu))
+    shift = dynamics.factors.solve(_combination(rows.shifting, mu))
     shifted = rows.unheld([u + x for u, x in zip(trace["u"], shift, strict=True)])
     qdot = coordinate_rates(mechanism, trace["q"], shifted)
     left_out = [k in rows.given for k in range(count)]
@@ -148,7 +148,7 @@ def _equations(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Pro
     )
 
 
-def _combined(columns: Sequence[Sequence[Node]], weights: Sequence[Node]) -> list[Node]:
+def _combination(columns: Sequence[Sequence[Node]], weights: Sequence[Node]) -> list[Node]:
     """Return sum_j columns_j weights_j (nu)."""
     return [sum((x * w for x, w in zip(row, weights, strict=True)), ZERO) for row in zip(*columns, strict=True)]
 
@@ -237,7 +237,8 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
         udot, multipliers, report = constrained_motion(trace, mechanism, dynamics)
     rates = dynamics.rates
     if mechanism.held:
-        rates, udot = coordinate_rates(mechanism, trace["q"], _unheld(mechanism, trace["u"])), _unheld(mechanism, udot)
+        rates = coordinate_rates(mechanism, trace["q"], _zero_where_held(mechanism, trace["u"]))
+        udot = _zero_where_held(mechanism, udot)
     return trace.finish(
         {
             "qdot": ((len(rates),), rates),
@@ -283,7 +284,7 @@ def constrained_motion(
     return found.udot, multipliers, list(found.report)
 
 
-def _unheld(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
+def _zero_where_held(mechanism: Mechanism, values: Sequence[Node]) -> list[Node]:
     """Return values of the speeds, zero where they are held: rounding does not move immobile bodies."""
     return [ZERO if k in mechanism.held else value for k, value in enumerate(values)]
 
@@ -320,12 +321,12 @@ def _correction(
     if mechanism.held:
         free = []
         for row in jacobian:  # a contact's row on held speeds would else be put right by a turn of many radians
-            moving = _unheld(mechanism, row)
+            moving = _zero_where_held(mechanism, row)
             held = [absolute(x) for x, own in zip(row, moving, strict=True) if own is ZERO and x is not ZERO]
             free.append([felt(x, sum(held[1:], held[0])) for x in moving] if held else moving)
         left = [k for k, row in enumerate(free) if set(row) != {ZERO}]
         found = solve([free[k] for k in left], [wanted[k] for k in left], len(dynamics.speeds), -defining)
-        return _unheld(mechanism, list(found.solution))
+        return _zero_where_held(mechanism, list(found.solution))
 
     def least(matrix: Matrix) -> Sequence[Node]:
         return solve(matrix, wanted, len(dynamics.speeds), -defining).solution

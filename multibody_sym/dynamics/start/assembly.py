@@ -113,12 +113,12 @@ def assembled_position(rows: ConstraintRows, q: Floats, *, project: bool = False
             found = closed_from(rows, guess(), free, weighted)
         return closed_from(rows, q, free, weighted) if found is None else found
 
-    found = _chosen(items, generic_jacobian(rows, q), missed, close, project)
+    found = _choose_items(items, generic_jacobian(rows, q), missed, close, project)
     if found is None and missed is None:
         verify_values(rows.motion(q, np.zeros(len(rows.mechanism.speeds))))
     if found is None:
         raise _not_closed(rows, q)
-    return _compared(q, items, *found)
+    return _assembled_from(q, items, *found)
 
 
 def _not_closed(rows: ConstraintRows, q: Floats) -> NoSolutionError:
@@ -156,16 +156,16 @@ def assembled_speeds(rows: ConstraintRows, q: Floats, u: Floats, *, project: boo
         return next((values for values in (found, u) if missed(values).closed(jacobian)), None)
 
     items = [_Item((s.name,), (k,), (k,), s.given, s.known) for k, s in enumerate(rows.mechanism.speeds)]
-    chosen = _chosen(items, jacobian, missed(u), close, project)
+    chosen = _choose_items(items, jacobian, missed(u), close, project)
     if chosen is None:
         raise _failure(rows, "the initial speeds do not satisfy the constraints", missed(u))
-    return _compared(u, items, *chosen)
+    return _assembled_from(u, items, *chosen)
 
 
 # --- both ----------------------------------------------------------------------------------------------------------
 
 
-def _chosen(
+def _choose_items(
     items: Sequence[_Item], jacobian: Floats | None, missed: Residual | None, close: Close, project: bool
 ) -> tuple[Floats, Sequence[_Item], Sequence[_Item]] | None:
     """Return closed values, the items held, and those that could have moved; None where nothing closes."""
@@ -201,7 +201,7 @@ def _chosen(
     return None if values is None else (values, held, concerned)
 
 
-def _compared(
+def _assembled_from(
     declared: Floats, items: Sequence[_Item], values: Floats, held: Sequence[_Item], concerned: Sequence[_Item]
 ) -> Assembled:
     """Return what was held and found: what rows concern, and what moved along because it shares mass with that."""
@@ -271,16 +271,17 @@ def absolute_state(mechanism: Mechanism, motion: Motion, parameters: Sequence[fl
     places = {body.name: index for index, body in enumerate(joints.bodies)}
     free = {body.name: body for body in mechanism.bodies if body.joint_name not in mechanism.joint_names}
     for body in free.values():
-        q[list(body.q)], u[list(body.u)] = _placed(motion, places[body.name], body)
+        q[list(body.q)], u[list(body.u)] = _body_coordinates(motion, places[body.name], body)
     for carried in joints.bodies:  # parents first
         if carried.name in free:
             measured = [c.name for c in joints.coordinates if c.joint == carried.joint_name]
             wanted = {mechanism.symbols[symbol(name)]: known[name] for name in measured}
-            q = min(_alike(free[carried.name], q, list(wanted.values())), key=_Misfit(mechanism, parameters, wanted))
+            poses = _same_poses(free[carried.name], q, list(wanted.values()))
+            q = min(poses, key=_Misfit(mechanism, parameters, wanted))
     return q, u
 
 
-def _placed(motion: Motion, index: int, free: TreeBody) -> tuple[Floats, Floats]:
+def _body_coordinates(motion: Motion, index: int, free: TreeBody) -> tuple[Floats, Floats]:
     """Return coordinates and speeds of one body relative to ground: its centre of mass, then how it is turned."""
     ground = motion.mechanism.body_index(GROUND)
     centre = Marker(free.name, index, Pose(free.frame_on_body.position))
@@ -313,7 +314,7 @@ def _quaternion(R: Floats) -> Floats:
     return unit
 
 
-def _alike(body: TreeBody, q: Floats, angles: Sequence[float]) -> list[Floats]:
+def _same_poses(body: TreeBody, q: Floats, angles: Sequence[float]) -> list[Floats]:
     """Return coordinates that turn a body by whole turns, or change its quaternion's sign."""
     for places in body.quaternions:
         change = np.ones_like(q)

@@ -211,7 +211,7 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
     impact = blow.impact
     if impact.loads or impact.begins or impact.jumps:
         return
-    rates = {x.name: _opening(blow, x) for x in blow.elements}
+    rates = {x.name: _opening_speed(blow, x) for x in blow.elements}
     rates |= {x.name: rows.rate(x) for x in rows.mechanism.one_way if x.unilateral and rows.standing(x) == "leaving"}
     if not rates:
         raise NoSolutionError(
@@ -236,14 +236,14 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
         )
 
 
-def _opening(blow: Blow, element: LawElement) -> float:
+def _opening_speed(blow: Blow, element: LawElement) -> float:
     """Return the speed at which an element opens before the impact."""
     return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
 
 
 def outcome(posed: PosedImpact) -> Struck:
     """Return the impulses and speeds of the impact. Raises NoSolutionError where its laws have no solution."""
-    closing = [x for x in posed.blow.elements if float(_opening(posed.blow, x)) < 0.0]
+    closing = [x for x in posed.blow.elements if float(_opening_speed(posed.blow, x)) < 0.0]
     if posed.law == "stronge" and posed.order == "simultaneous" and len(closing) > 1:
         raise ModelError(
             f"{', '.join(x.name for x in closing)} close together, and Stronge's coefficient is that of one contact; "

@@ -344,13 +344,13 @@ def with_constants(mechanism: Mechanism, parameters: Sequence[float], q: Floats)
     found = with_sides(mechanism, parameters, q)
     # lengths come last: what is wound counts from the direction of the tangent
     for kinds in ((TangentAngle, TangentDirection, WrapAngle), (RopeLength,)):
-        found = _with(mechanism, found, q, kinds)
+        found = _with_measures(mechanism, found, q, kinds)
     return found
 
 
 def with_sides(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> list[float]:
     """Return the parameter vector (np) with the sides on which ropes have wheels inside their bends in a position."""
-    return _with(mechanism, parameters, q, (RopeSide,))
+    return _with_measures(mechanism, parameters, q, (RopeSide,))
 
 
 def verify_sides(mechanism: Mechanism, parameters: Sequence[float], q: Floats) -> None:
@@ -370,7 +370,7 @@ def _which_side(pulley: str, why: str) -> ModelError:
     )
 
 
-def _with(
+def _with_measures(
     mechanism: Mechanism, parameters: Sequence[float], q: Floats, kinds: tuple[type[Measure], ...]
 ) -> list[float]:
     """Return the parameter vector (np) with the constants of some kinds of measure in the position q (nq)."""
@@ -380,7 +380,7 @@ def _with(
         with valued():
             motion = ConstraintRows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
             for place, measure in asked:
-                found[place] = _measured(motion, measure)
+                found[place] = _measure_constant(motion, measure)
     return found
 
 
@@ -390,7 +390,7 @@ def seen_axis(motion: Motion, measure: TangentAngle) -> Point:
     return x if np.hypot(*tangent_components(motion, measure, x)) >= _PARALLEL else y
 
 
-def _measured(motion: Motion, measure: Measure) -> float:
+def _measure_constant(motion: Motion, measure: Measure) -> float:
     if isinstance(measure, TangentAngle):
         return float(tangent_angle(motion, measure, seen_axis(motion, measure))) + 0.0  # no -0
     slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.rows]

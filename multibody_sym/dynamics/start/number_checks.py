@@ -70,7 +70,7 @@ class _Part:
 
 def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     """Raise ModelError at the first impossible mass or inertia of welded bodies."""
-    for parts in _welded(mechanism, parameters):
+    for parts in _welded_groups(mechanism, parameters):
         first = parts[0]
         is_particle = len(parts) == 1 and 0.0 <= first.mass < np.inf and not first.inertia.any()
         if first.name != GROUND and not is_particle:
@@ -81,7 +81,7 @@ def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
 
 def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     """Raise ModelError at the first body, as a hole, that is possible only together with the body it is welded to."""
-    for parts in _welded(mechanism, parameters):
+    for parts in _welded_groups(mechanism, parameters):
         for part in parts if parts[0].name != GROUND else ():
             try:
                 _verify([part])
@@ -96,11 +96,11 @@ def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
 
 def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[str, str]]:
     """Yield the bodies of negative mass, each with the first of its welded group."""
-    for parts in _welded(mechanism, parameters):
+    for parts in _welded_groups(mechanism, parameters):
         yield from ((part.name, parts[0].name) for part in parts[1:] if part.mass < 0.0)
 
 
-def _welded(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Part]]:
+def _welded_groups(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Part]]:
     """Return the moving bodies in welded groups."""
     q, u = [0.0] * len(mechanism.coordinates), [0.0] * len(mechanism.speeds)
     if any(varies(body) for body in mechanism.bodies):  # masses may name coordinates

@@ -111,14 +111,14 @@ def start(
     if has_curves(mechanism):
         verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
         q = with_feet(ConstraintRows(mechanism, declared, []).motion(q, u), q)
-    return _closed(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
+    return _close_rows(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
 
 
 def start_from(
     compiled: CompiledRows, parameters: Sequence[float], q: Floats, u: Floats, *, project: bool
 ) -> Start:
     """Return and raise as `start` does, from declared parameters (np), q (nq) and u (nu); no motion is prescribed."""
-    return _closed(compiled.mechanism, parameters, q, u, measure=True, project=project, compiled=compiled)
+    return _close_rows(compiled.mechanism, parameters, q, u, measure=True, project=project, compiled=compiled)
 
 
 def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]) -> Start:
@@ -133,22 +133,22 @@ def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]
     normalize(mechanism, q)
     marked = replace(
         mechanism,
-        coordinates=tuple(_marked(c, values) for c in mechanism.coordinates),
-        speeds=tuple(_marked(s, values) for s in mechanism.speeds),
+        coordinates=tuple(_as_known(c, values) for c in mechanism.coordinates),
+        speeds=tuple(_as_known(s, values) for s in mechanism.speeds),
     )
-    near = _closed(marked, begin.parameters, q, u, measure=False, project=False)
+    near = _close_rows(marked, begin.parameters, q, u, measure=False, project=False)
     # from there once more: the change from the start leaves more than the rounding of small speeds
     q, u = np.array(near.q, dtype=float), np.array(near.u, dtype=float)
-    exact = _closed(marked, near.parameters, q, u, measure=False, project=False)
+    exact = _close_rows(marked, near.parameters, q, u, measure=False, project=False)
     return replace(exact, shifts={})
 
 
-def _marked(each: T, values: Mapping[str, float]) -> T:
+def _as_known(each: T, values: Mapping[str, float]) -> T:
     """Return a coordinate or speed as known where it has a value here."""
     return replace(each, given=each.given or each.name in values, known=each.name in values)
 
 
-def _closed(
+def _close_rows(
     mechanism: Mechanism,
     declared: Sequence[float],
     q: Floats,

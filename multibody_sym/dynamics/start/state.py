@@ -283,7 +283,7 @@ def _nearly_touching(
     if not moving or not free:
         return found, rows
     with suppress(NoSolutionError):
-        slowed = start(_fixed(_closing(base, near), found, begin, speeds=True), overrides, project=project)
+        slowed = start(_with_fixed(_with_closed(base, near), found, begin, speeds=True), overrides, project=project)
         found = replace(found, u=slowed.u, assembled=slowed.assembled, held=slowed.held)
         return found, rows_at(base, found)
     return found, rows
@@ -305,8 +305,8 @@ def _nearly_closed(
     left = [gap for gap in map(rows.gap, near) if abs(gap) > _CLOSED * rows.scale.length]
     if left and (len(left) <= _MOST_LEFT or min(left) < 0.0):
         with suppress(NoSolutionError):
-            closed = start(_closing(base, near), overrides, project=project)
-            found = start(_fixed(base, closed, begin), overrides, project=project)
+            closed = start(_with_closed(base, near), overrides, project=project)
+            found = start(_with_fixed(base, closed, begin), overrides, project=project)
             pairs = zip(base.coordinates, begin.q, found.q, strict=True)
             moved = {c.name: (c.given, x - q) for c, q, x in pairs if abs(x - q) > ROUNDING * max(1.0, abs(q))}
             shifts = {name: begin.shifts.get(name, 0.0) + by for name, (given, by) in moved.items() if given}
@@ -316,13 +316,13 @@ def _nearly_closed(
     return near, found
 
 
-def _closing(base: Mechanism, near: Sequence[LawElement]) -> Mechanism:
+def _with_closed(base: Mechanism, near: Sequence[LawElement]) -> Mechanism:
     """Return the mechanism in which these elements hold both ways."""
     rows = (*base.rows, *(element.normals[0] for element in near))
     return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))
 
 
-def _fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool = False) -> Mechanism:
+def _with_fixed(mechanism: Mechanism, found: Start, declared: Start, *, speeds: bool = False) -> Mechanism:
     """Return a mechanism that starts at found coordinates, and with `speeds` at the given speeds."""
     coordinates = tuple(
         replace(c, initial=as_node(x), given=True, known=True)

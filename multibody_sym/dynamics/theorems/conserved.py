@@ -258,7 +258,7 @@ class Precise:
     parameters: Sequence[float]
 
     @cached_property
-    def _known(self) -> dict[Node, Number]:
+    def _parameter_values(self) -> dict[Node, Number]:
         """The values of the parameters, from their expressions where they have one, so that 1/3 is a third."""
         known: dict[Node, Number] = {}
         for k, (entry, as_float) in enumerate(zip(self.mechanism.parameters, self.parameters, strict=True)):
@@ -279,7 +279,7 @@ class Precise:
 
         Raises UndefinedValueError where no such state is found, and `UNDEFINED` where an expression has no value.
         """
-        leaf = dict(self._known)
+        leaf = dict(self._parameter_values)
         leaf[TIME] = MP.mpf(state.slots[TIME])
         leaf.update((slot("q", k), MP.mpf(x)) for k, x in enumerate(state.q))
         leaf.update((slot("u", k), MP.mpf(x)) for k, x in enumerate(state.u))
