@@ -248,13 +248,6 @@ def contradictions_named(rows: ConstraintRows, q: Floats, u: Floats) -> Iterator
         raise found.error(rows.mechanism, "at the start") from None
 
 
-def verify_consistent(rows: ConstraintRows, q: Floats, u: Floats, rank: int) -> None:
-    """Raise NoSolutionError where no accelerations satisfy rows of a `rank` in a state that satisfies them."""
-    found = contradiction_of(rows, q, u, rank) if rank < rows.acting else None
-    if found is not None:
-        raise found.error(rows.mechanism, "at the start")
-
-
 def _lasts(rows: ConstraintRows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:
     """Return whether rows that depend on each other at a position do so nearby, or the rank is no greater there.
 

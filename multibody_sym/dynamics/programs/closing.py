@@ -70,10 +70,12 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     pivots = [freedom.pivot for of_body in factors.freedoms for freedom in of_body]
     shares = [as_node(p) / d for p, d in zip(pivots, mass_diagonal(motion), strict=True)]
     matrices = {"jacobian": jacobian, "weighted": weighted}
+    markers = [position(motion, marker) for marker in motion.mechanism.markers.values()]
+    squares = dict.fromkeys(as_node(dot(p, p)) for p in (*markers, *(p for _, p in motion.poses)))
     closing = Trace(CLOSING, arrays(mechanism)).finish(
         {
             **{name: ((len(rows),), values) for name, values in _row_values(motion, rows).items()},
-            "length": ((), [_model_length(motion)]),
+            "length": ((), [as_node(sqrt(reduce(maximum, squares, ZERO)))]),
             "shares": ((len(shares),), shares),
             **{name: ((len(elements),), [x for _, _, x in elements]) for name, elements in matrices.items()},
         }
@@ -115,13 +117,6 @@ def _row_values(motion: Motion, rows: Sequence[RowMotion]) -> dict[str, list[Nod
         "aligned": aligned,
     }
     return {name: [as_node(x) for x in own] for name, own in values.items()}
-
-
-def _model_length(motion: Motion) -> Node:
-    """Return how far the farthest body or named point is from the origin."""
-    markers = [position(motion, marker) for marker in motion.mechanism.markers.values()]
-    squares = dict.fromkeys(as_node(dot(p, p)) for p in (*markers, *(p for _, p in motion.poses)))
-    return as_node(sqrt(reduce(maximum, squares, ZERO)))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -143,12 +143,7 @@ def exertions(
         path = motion.mechanism.row_path(k)
         contact = motion.mechanism.rows[k].name.partition(".")[0] if path[0] == "contacts" else ""
         found.append(Exertion(path, of_body, power, contact=contact))
-    return [*found, *_of_joints(motion, joint_wrenches(motion, udot, wrenches_on_bodies(motion, rows, multipliers)))]
-
-
-def _of_joints(motion: Motion, transmitted: Sequence[Wrench]) -> list[Exertion]:
-    """Return the effects of the tree's joints on their children and back on these' parents."""
-    found = []
+    transmitted = joint_wrenches(motion, udot, wrenches_on_bodies(motion, rows, multipliers))
     for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
         force, moment = transmitted[index]
         of_body = [NO_WRENCH] * len(motion.bodies)

@@ -15,9 +15,9 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, displaced, normalize
 from multibody_sym.dynamics.constraints.redundancy import (
+    contradiction_of,
     contradictions_named,
     generic_rank,
-    verify_consistent,
     verify_regular,
 )
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -185,7 +185,10 @@ def _close_rows(
     rank = 0
     if mechanism.rows:
         here, generic = generic_rank(every, position.values)
-        verify_consistent(every, position.values, speeds.values, generic)
+        if generic < every.acting:
+            wrong = contradiction_of(every, position.values, speeds.values, generic)
+            if wrong is not None:
+                raise wrong.error(mechanism, "at the start")
         defining = len(mechanism.rows) - len(every.active)  # rows that define forces are counted
         rank = here + defining
         parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic + defining)})
