@@ -199,7 +199,7 @@ def test_which_limits_a_mode_has_is_told_in_one_place():
     """Conditions and forces that are open read its list; switching functions are made of it."""
     makers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "Limit")}
     readers = {str(path) for path, found in nodes().items() for node in found if is_call_of(node, "limits_in")}
-    assert makers == {"mechanics/limits.py"}
+    assert makers == {"mechanics/law_elements.py"}
     assert readers == {"dynamics/programs/reactions.py"}
 
 

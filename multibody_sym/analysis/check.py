@@ -33,8 +33,8 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import with_driving_inputs
 from multibody_sym.mechanics.gears import reasons
-from multibody_sym.mechanics.limits import taut_ropes
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, normal_forces
+from multibody_sym.mechanics.modes import taut_ropes
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.state import State

@@ -25,7 +25,7 @@ from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Coordinate, Speed
-from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.parameters import letters_of

@@ -1,17 +1,18 @@
 """Absolute coordinates: every body moves freely relative to ground, and every declared joint restricts that.
 
-In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion (of a
-body in which the centre of mass moves, as its mass varies, its origin instead). What
-a joint's own coordinates are called is measured then: an expression of the coordinates of the bodies that it joins.
-Quaternions tell no whole turns, though: in space a joint that turns about axes keeps its coordinates beside the others.
+In the plane a body's coordinates are its centre of mass (x, y) and an angle, in space that and a unit quaternion (the
+origin instead where the centre moves in the body). A joint's own coordinates are measured then: they are expressions of
+those of the bodies that it joins. Quaternions count no whole turns: in space a joint that turns about axes keeps its
+coordinates.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import combinations
 from typing import Final
 
 from multibody_sym.errors import ModelError
@@ -19,7 +20,7 @@ from multibody_sym.mechanics.mechanism import TreeBody
 from multibody_sym.mechanics.references import BARE, References, in_plane
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, has_rows, speed_names
-from multibody_sym.model.bodies import GROUND, ORIGIN, Body, Frame, Turn, centre_moves, mass_of, unit_vector
+from multibody_sym.model.bodies import GROUND, ORIGIN, Frame, Turn, centre_moves, mass_of, unit_vector
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Names, Point
 from multibody_sym.model.joints import Foot, Free, Joint, Planar
@@ -48,11 +49,10 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What joints' coordinates and speeds are in absolute coordinates: expressions of the poses of the bodies they join.
+# Joints' coordinates and speeds as expressions of the poses of the bodies that they join.
 #
 # Translations are components of the way from frame F on the parent to frame M on the child, an angle in the plane or a
 # ball's quaternion that of M's axes from F's. Rates are exact derivatives, and a ball's the relative angular velocity.
-
 
 _UP = (ZERO, ZERO, ONE)
 
@@ -62,9 +62,9 @@ def has_formula(joint: Joint, *, plane: bool) -> bool:
 
     They do where each of its steps says so, and its translations are along axes normal to each other.
     """
-    moves = [axis for step in joint.steps for axis in step.slides]
-    told = all(step.is_measured(plane=plane) for step in joint.steps)
-    return told and all(_normal(a, b) for i, a in enumerate(moves) for b in moves[:i])
+    axes = [unit_vector(axis) for step in joint.steps for axis in step.slides]
+    across = all(as_node(dot(a, b)).shadow == 0 for a, b in combinations(axes, 2))
+    return across and all(step.is_measured(plane=plane) for step in joint.steps)
 
 
 def measured(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
@@ -74,23 +74,18 @@ def measured(references: References, bodies: Sequence[TreeBody], joints: Iterabl
     found: dict[Node, Node] = {}
     for name in joints:
         joint = references.system.joints[name]
-        F, M = (
-            _Attached(poses[marker.body] if marker.body >= 0 else None, marker, _turns(references, marker))
-            for marker in references.frames(name)
-        )
-        between = _Between(F, M)
+        ends = []
+        for marker in references.frames(name):
+            body, frame = body_part(marker.name, references.system.bodies)
+            frames = references.system.bodies.get(body, BARE).frames
+            turns = frames[frame].rotate if frame in frames else ()
+            ends.append(_Attached(poses[marker.body] if marker.body >= 0 else None, marker, turns))
+        between = _Between(*ends)
         coordinates = between.coordinates(joint)
         speeds = between.speeds(joint, tangents(coordinates, rates))
         found.update(zip(map(symbol, coordinate_names(name, joint)), coordinates, strict=True))
         found.update(zip(map(symbol, speed_names(name, joint)), speeds, strict=True))
     return found
-
-
-def _turns(references: References, marker: Marker) -> tuple[Turn, ...]:
-    """Return the turns of a frame on its body."""
-    name, part = body_part(marker.name, references.system.bodies)
-    frames = references.system.bodies.get(name, BARE).frames
-    return frames[part].rotate if part in frames else ()
 
 
 @dataclass(frozen=True)
@@ -124,7 +119,6 @@ class _Pose:
 
     @property
     def rates(self) -> dict[Node, Node]:
-        """The rate of each coordinate."""
         turning = self.u[2:] if self.in_plane else quaternion_rates(self.q[3:], self.u[3:])
         count = len(self.q) - len(turning)
         return dict(zip(self.q, (*self.u[:count], *turning), strict=True))
@@ -183,11 +177,9 @@ class _Between:
     M: _Attached
 
     def coordinates(self, joint: Joint) -> list[Node]:
-        """Return the joint's coordinates."""
         return [x for step in joint.steps for x in step.with_directions(unit_vector).measured(self)]
 
     def speeds(self, joint: Joint, rates: Sequence[Node]) -> list[Node]:
-        """Return the joint's speeds, given the rates of its coordinates."""
         pairs = [(free.step, [rates[k] for k in free.q]) for free in joint.free_steps]
         return [x for step, own in pairs for x in step.measured_speeds(self, own)]
 
@@ -220,10 +212,6 @@ class _Between:
         return quaternion_product(conjugate(self.F.quaternion), self.M.quaternion)
 
 
-def _normal(a: Point, b: Point) -> bool:
-    return as_node(dot(unit_vector(a), unit_vector(b))).shadow == 0
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 _CENTRE: Final = "centre of mass"
@@ -253,16 +241,18 @@ def freed_bodies(system: System, carrying: Iterable[str]) -> Freed:
     `_free` follows a body's name where its coordinates' would be taken, or a contact has it.
     """
     plane = in_plane(system)
-    bodies = {
-        name: _with_centre(body, system.parameters) if name != GROUND else body
-        for name, body in system.bodies.items()
-    }
+    bodies = dict(system.bodies)
+    for name, body in system.bodies.items():
+        if name != GROUND:
+            place = ORIGIN if centre_moves(body, system.parameters) else mass_of(body).com
+            bodies[name] = replace(body, frames=Names({**body.frames, _CENTRE: Frame(position=place)}))
     touching = {name for _, name, _ in copies(system.contacts)}
     carriers: dict[str, Joint] = {}
     feet = {joint.child for joint in system.joints.values() if isinstance(joint, Foot)}  # which follow other bodies
     for name in (name for name in system.bodies if name != GROUND and name not in feet):
         taken = _names({**system.joints, **carriers}) | {*system.parameters, *system.inputs, *system.joints, *touching}
-        word = _word(name)
+        word = re.sub(r"[^A-Za-z0-9_]", "_", name)  # as it can stand in expressions
+        word = word if word[0].isalpha() else f"body_{word}"
         while not taken.isdisjoint((word, *_names({word: _carrier(name, word, plane)}))):
             word += "_free"
         carriers[word] = _carrier(name, word, plane)
@@ -289,25 +279,12 @@ def unknown_coordinate(name: str, system: System, known: Iterable[str]) -> Model
     return ModelError(f"no coordinate or speed is called {name!r}", number="M117", word=name, known=known)
 
 
-def _with_centre(body: Body, parameters: Container[str]) -> Body:
-    """Return a body with a frame at its centre of mass, at its origin where that moves in the body."""
-    place = ORIGIN if centre_moves(body, parameters) else mass_of(body).com
-    return replace(body, frames=Names({**body.frames, _CENTRE: Frame(position=place)}))
-
-
 def _carrier(body: str, word: str, plane: bool) -> Joint:
-    """Return what leaves a body free; the names of its coordinates begin with `word`."""
+    """Return the joint that leaves a body free; the names of its coordinates begin with `word`."""
     kind, letters = (Planar, _IN_PLANE) if plane else (Free, _IN_SPACE)
     return kind(GROUND, f"{body}.{_CENTRE}", q=tuple(f"{word}_{letter}" for letter in letters))
 
 
-def _word(name: str) -> str:
-    """Return a body's name as it can stand in expressions."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return plain if plain[0].isalpha() else f"body_{plain}"
-
-
 def _names(joints: Mapping[str, Joint]) -> set[str]:
-    """Return the names of all coordinates and speeds of joints."""
     pairs = joints.items()
-    return {called for name, joint in pairs for called in (*coordinate_names(name, joint), *speed_names(name, joint))}
+    return {x for name, joint in pairs for x in (*coordinate_names(name, joint), *speed_names(name, joint))}

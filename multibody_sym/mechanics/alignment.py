@@ -45,7 +45,7 @@ _ROUNDING: Final = 1e-14
 
 
 @dataclass(frozen=True)
-class BodyAxes:
+class AlignedAxes:
     """New axes of a body: `turn` maps components along the declared axes to those along the new ones; `origin` is the
     new origin, in the declared axes."""
 
@@ -53,20 +53,16 @@ class BodyAxes:
     origin: Vec = ZERO_VECTOR
 
     def vector(self, v: Sequence[Node]) -> Point:
-        """Return a vector's components along the new axes."""
         return _nodes(apply(self.turn, v))
 
     def pose(self, declared: Pose) -> Pose:
-        """Return a pose on the body in the new axes."""
-        rotation = _rounded(product(self.turn, _matrix(declared.rotation)))
+        rotation = _round_rotation(product(self.turn, _matrix(declared.rotation)))
         return Pose(self.point(declared.position), rotation)
 
     def point(self, declared: Point) -> Point:
-        """Return a point of the body in the new axes, from the new origin."""
         return self.vector(subtract(declared, self.origin)) if self.origin is not ZERO_VECTOR else self.vector(declared)
 
     def mass(self, declared: Mass) -> Mass:
-        """Return the body's mass in the new axes."""
         if self.turn is UNIT_MATRIX:
             return replace(declared, com=self.point(declared.com))
         J = turned_symmetric(self.turn, symmetric(declared.inertia))
@@ -79,11 +75,11 @@ def aligned(mechanism: Mechanism) -> Mechanism:
 
     Bodies keep what was declared where the directions of their joints depend on parameters.
     """
-    axes = {-1: BodyAxes()}
+    axes = {-1: AlignedAxes()}
     bodies = []
     for index, body in enumerate(mechanism.bodies):
         on_parent = axes[body.parent].pose(body.frame_on_parent)
-        axes[index], joined = _placed(body, on_parent)
+        axes[index], joined = _align_body(body, on_parent)
         bodies.append(replace(joined, mass=axes[index].mass(body.mass)))
     return replace(
         mechanism,
@@ -99,43 +95,38 @@ def economical_motion(mechanism: Mechanism, state: State) -> Motion:
     return motion_of(aligned(mechanism) if state.scalar is Node else mechanism, state)
 
 
-def _placed(body: TreeBody, on_parent: Pose) -> tuple[BodyAxes, TreeBody]:
+def _align_body(body: TreeBody, on_parent: Pose) -> tuple[AlignedAxes, TreeBody]:
     """Return a body's new axes, and the body with its joint described in them and in the parent's new ones."""
     on_body = body.frame_on_body
     directions = [d for step in body.steps for d in (*step.slides, *step.turns)]
     if any(x.shadow is None for d in (*on_parent.rotation, *on_body.rotation, *directions) for x in d):
-        return BodyAxes(), replace(body, frame_on_parent=on_parent)
+        return AlignedAxes(), replace(body, frame_on_parent=on_parent)
     turn_F, turn_M = _matrix(on_parent.rotation), _matrix(on_body.rotation)
-    turn = _joint_axes(body, turn_F)
-    steps = tuple(step.with_directions(lambda d: _snapped(apply(turn, d))) for step in body.steps)
-    rotation = _rounded(product(turn_F, transpose(turn)))
+    turns = [axis for step in body.steps for axis in step.turns]
+    # Q turns the axes of the joint's frames into those in which it is computed. At best Q = R_PF: body and parent are
+    # parallel at zero coordinates; a joint whose first turn is not about one of the parent's axes turns on by the
+    # smallest angle that makes it so. Speeds that are components along the child's axes keep these.
+    if body.speeds_in_own_axes:
+        turn = UNIT_MATRIX
+    elif not turns:
+        turn = turn_F
+    else:
+        turn = _matrix(_round_rotation(product(_to_coordinate_axis(apply(turn_F, turns[0])), turn_F)))
+    steps = tuple(step.with_directions(lambda d: _round_direction(apply(turn, d))) for step in body.steps)
+    rotation = _round_rotation(product(turn_F, transpose(turn)))
     shift = _shift(steps, apply_transposed(_matrix(rotation), on_parent.position))
     position, origin = on_parent.position, on_body.position
     if shift is not ZERO_VECTOR:
         position = _nodes(add(position, apply(_matrix(rotation), shift)))
         origin = _nodes(add(origin, apply(turn_M, apply_transposed(turn, shift))))
-    axes = BodyAxes(_matrix(_rounded(product(turn, transpose(turn_M)))), ZERO_VECTOR if origin is ORIGIN else origin)
+    to_new = _matrix(_round_rotation(product(turn, transpose(turn_M))))
+    axes = AlignedAxes(to_new, ZERO_VECTOR if origin is ORIGIN else origin)
     return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose())
-
-
-def _joint_axes(body: TreeBody, on_parent: Mat) -> Mat:
-    """Return Q, which turns the axes of a joint's frames into those in which it is computed.
-
-    At best Q = R_PF: body and parent are parallel at zero coordinates. A joint whose first turn is not about one of
-    the parent's axes then turns on by the smallest angle that makes it so. Where speeds are components along the
-    child's axes, it keeps these.
-    """
-    if body.speeds_in_own_axes:
-        return UNIT_MATRIX
-    turns = [axis for step in body.steps for axis in step.turns]
-    if not turns:
-        return on_parent
-    return _matrix(_rounded(product(_to_coordinate_axis(apply(on_parent, turns[0])), on_parent)))
 
 
 def _to_coordinate_axis(direction: Vec) -> Mat:
     """Return the smallest rotation that brings a unit vector onto a coordinate axis."""
-    n = [float(x.shadow or 0) for x in _snapped(direction)]
+    n = [float(x.shadow or 0) for x in _round_direction(direction)]
     k = max(range(3), key=lambda i: abs(n[i]))
     if abs(n[k]) == 1:
         return UNIT_MATRIX
@@ -160,27 +151,25 @@ def _shift(steps: Sequence[Step], p: Sequence[Node]) -> Vec:
     return ZERO_VECTOR if all(is_exactly(x, 0) for x in known) else (-known[0], -known[1], -known[2])
 
 
-def _rounded(rotation: Mat) -> Rotation:
-    rows = _snapped(rotation[0]), _snapped(rotation[1]), _snapped(rotation[2])
+def _round_rotation(rotation: Mat) -> Rotation:
+    rows = _round_direction(rotation[0]), _round_direction(rotation[1]), _round_direction(rotation[2])
     return IDENTITY if rows == IDENTITY else rows
 
 
 def _matrix(rotation: Rotation) -> Mat:
-    """Return a rotation for products, which know the unit matrix when they see it."""
+    """Return a rotation for products, which skip the unit matrix."""
     return UNIT_MATRIX if rotation is IDENTITY else rotation
 
 
-def _snapped(direction: Sequence[Any]) -> Point:
-    x, y, z = map(_number, direction)
-    return x, y, z
-
-
-def _number(element: Any) -> Node:
-    node = as_node(element)
-    if node.shadow is None or node.op == "number":
-        return node
-    nearest = round(node.shadow)
-    return as_node(nearest) if abs(node.shadow - nearest) < _ROUNDING else real(node.shadow)
+def _round_direction(direction: Sequence[Any]) -> Point:
+    """Return a direction in numbers where it has some, those near -1, 0 and 1 being these."""
+    found = []
+    for x in map(as_node, direction):
+        if x.shadow is not None and x.op != "number":
+            nearest = round(x.shadow)
+            x = as_node(nearest) if abs(x.shadow - nearest) < _ROUNDING else real(x.shadow)
+        found.append(x)
+    return found[0], found[1], found[2]
 
 
 def _nodes(v: Vec) -> Point:
@@ -189,10 +178,10 @@ def _nodes(v: Vec) -> Point:
 
 
 @singledispatch
-def _in_axes(part: Any, axes: Mapping[int, BodyAxes]) -> Any:
-    """Return a part of a mechanism with the poses in it described in new axes of their bodies.
+def _in_axes(part: Any, axes: Mapping[int, AlignedAxes]) -> Any:
+    """Return a part of a mechanism with its poses in new axes of their bodies.
 
-    What is given along the axes of its markers keeps its components.
+    Components along the axes of its own markers stay.
     """
     if isinstance(part, (Row, Face, ContactSurface, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
         return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
@@ -202,40 +191,39 @@ def _in_axes(part: Any, axes: Mapping[int, BodyAxes]) -> Any:
 
 
 _PLAIN: Final = (str, int, float, Node, type(None))
-"""What has no axes."""
 
 
 @_in_axes.register(tuple)
-def _(part: tuple[Any, ...], axes: Mapping[int, BodyAxes]) -> Any:
+def _(part: tuple[Any, ...], axes: Mapping[int, AlignedAxes]) -> Any:
     return tuple(_in_axes(x, axes) for x in part)
 
 
 @_in_axes.register
-def _(part: Marker, axes: Mapping[int, BodyAxes]) -> Marker:
+def _(part: Marker, axes: Mapping[int, AlignedAxes]) -> Marker:
     return replace(part, pose=axes[part.body].pose(part.pose))
 
 
 @_in_axes.register
-def _(part: RopeBend, axes: Mapping[int, BodyAxes]) -> RopeBend:
+def _(part: RopeBend, axes: Mapping[int, AlignedAxes]) -> RopeBend:
     new = {name: _in_axes(getattr(part, name), axes) for name in ("at", "beside", "grip")}
     return replace(part, **new, axis=axes[part.at.body].vector(part.axis))
 
 
 @_in_axes.register
-def _(part: RoughWheel, axes: Mapping[int, BodyAxes]) -> RoughWheel:
+def _(part: RoughWheel, axes: Mapping[int, AlignedAxes]) -> RoughWheel:
     return replace(part, frame=_in_axes(part.frame, axes))
 
 
 @_in_axes.register
-def _(part: PointForce, axes: Mapping[int, BodyAxes]) -> PointForce:
+def _(part: PointForce, axes: Mapping[int, AlignedAxes]) -> PointForce:
     return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
 
 
 @_in_axes.register
-def _(part: MassFlow, axes: Mapping[int, BodyAxes]) -> MassFlow:
+def _(part: MassFlow, axes: Mapping[int, AlignedAxes]) -> MassFlow:
     return replace(part, at=_in_axes(part.at, axes), velocity=axes[part.axes].vector(part.velocity))
 
 
 @_in_axes.register
-def _(part: BodyTorque, axes: Mapping[int, BodyAxes]) -> BodyTorque:
+def _(part: BodyTorque, axes: Mapping[int, AlignedAxes]) -> BodyTorque:
     return replace(part, value=axes[part.axes].vector(part.value))

@@ -1,11 +1,11 @@
-"""A system as a call asks for it: with other parameters, start values, inputs, coordinates than were declared.
+"""A system as a call overrides it: with other parameters, start values, inputs, coordinates than were declared.
 
-The one place where what is declared is changed: functions take these options by name, commands hand them on.
+Functions take these options by name, commands hand them on; nothing else changes a declaration.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
 from multibody_sym.model.fields import Names, is_gap, scalar
 from multibody_sym.model.joints import Initial, Joint, MovingJoint
-from multibody_sym.model.parameters import InputField, Parameter
+from multibody_sym.model.parameters import InputField
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -24,12 +24,12 @@ from multibody_sym.text.parser import parse_scalar
 
 @dataclass(frozen=True)
 class Overrides:
-    """What every function takes beside a system, and every command beside a model file; None leaves all as declared.
+    """The options that every function takes beside a system, and every command beside a model file.
 
-    `parameters`: values by name (numbers, expressions, or text such as `500 g` or `2*r`); `initial`: coordinates and
-    speeds at t = 0 by name, None for one that is to be found, or the `final` of a run; `inputs`: expressions or tables
-    by name; `coordinates`: "relative" or "absolute"; `project`: whether all start values change, known ones too, as
-    little as constraints need.
+    None leaves all as declared. `parameters`: values by name (numbers, expressions, or text such as `500 g` or `2*r`);
+    `initial`: coordinates and speeds at t = 0 by name, None for one that is to be found, or the `final` of a run;
+    `inputs`: expressions or tables by name; `coordinates`: "relative" or "absolute"; `project`: whether all start
+    values change, known ones too, as little as constraints need.
     """
 
     parameters: Mapping[str, Any] | None = None
@@ -65,17 +65,16 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
         with at(name):
             if name not in changed:
                 raise ModelError(f"there is no parameter {name!r}", number="M106", word=name, known=changed)
-            changed[name] = _with_value(changed[name], value)
+            parameter = changed[name]
+            if not isinstance(value, str):
+                changed[name] = replace(parameter, value=scalar(value, None))
+                continue
+            node, dimension = parse_scalar(value)
+            if None not in (dimension, parameter.dimension) and dimension != parameter.dimension:
+                message = f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}"
+                raise ModelError(message, number="M105")
+            changed[name] = replace(parameter, value=node, dimension=dimension or parameter.dimension)
     return replace(system, parameters=Names(changed))
-
-
-def _with_value(parameter: Parameter, value: Any) -> Parameter:
-    if not isinstance(value, str):
-        return replace(parameter, value=scalar(value, None))
-    node, dimension = parse_scalar(value)
-    if None not in (dimension, parameter.dimension) and dimension != parameter.dimension:
-        raise ModelError(f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}", number="M105")
-    return replace(parameter, value=node, dimension=dimension or parameter.dimension)
 
 
 def with_inputs(system: System, inputs: Mapping[str, Any] | None) -> System:
@@ -108,7 +107,12 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     Raises InputError for a name that is neither's, for a value of another dimension, and for a part of a quaternion.
     """
     given = state_by_name("initial", values)
-    places = {name: place for joint, declared in system.joints.items() for name, place in _places(joint, declared)}
+    places: dict[str, _Place] = {}
+    for joint, declared in system.joints.items():
+        named = ("q", coordinate_names(joint, declared)), ("u", speed_names(joint, declared))
+        units = {"q": declared.coordinate_units, "u": declared.speed_units}
+        for key, names in named:
+            places |= {name: _Place(joint, key, k, units[key][k]) for k, name in enumerate(names)}
     found: dict[str, dict[str, Node | None]] = {}
     for name, value in given.items():
         with at(name):
@@ -118,7 +122,7 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     joints = dict(system.joints)
     for joint, new in found.items():
         with at(next(iter(new))):
-            joints[joint] = _started(joints[joint], {places[name]: value for name, value in new.items()})
+            joints[joint] = _with_start(joints[joint], {places[name]: value for name, value in new.items()})
     return replace(system, joints=Names(joints)) if given else system
 
 
@@ -127,28 +131,15 @@ def start_value(value: Any, unit: str) -> Node | None:
     return None if is_gap(value) else scalar(value, unit)
 
 
-def _places(name: str, joint: Joint) -> Iterator[tuple[str, _Place]]:
-    """Yield the names of a joint's coordinates and speeds, each with the place of its start value."""
-    named = {"q": coordinate_names(name, joint), "u": speed_names(name, joint)}
-    units = {"q": joint.coordinate_units, "u": joint.speed_units}
-    for key, names in named.items():
-        for k, called in enumerate(names):
-            yield called, _Place(name, key, k, units[key][k])
-
-
-def _started(joint: Joint, new: Mapping[_Place, Node | None]) -> Joint:
-    """Return a joint with some new start values."""
+def _with_start(joint: Joint, new: Mapping[_Place, Node | None]) -> Joint:
     assert isinstance(joint, MovingJoint)
     initial = joint.initial or Initial()
     q, u = list(initial.values("q", len(joint.coordinate_units))), list(initial.values("u", len(joint.speed_units)))
     for place, value in new.items():
         (q if place.key == "q" else u)[place.number] = value
-    changed: dict[str, Any] = {key: values for key, values in (("q", q), ("u", u)) if _is_new(key, new)}
+    keys = {place.key for place in new}
+    changed: dict[str, Any] = {key: values for key, values in (("q", q), ("u", u)) if key in keys}
     return replace(joint, initial=replace(initial, **changed))
-
-
-def _is_new(key: str, new: Iterable[_Place]) -> bool:
-    return any(place.key == key for place in new)
 
 
 # --- settings ------------------------------------------------------------------------------------------------------

@@ -1,24 +1,20 @@
-"""What the ends of a contact stand for: corners and faces of a box, ends and sides of a rod, a rim, a ball, a point.
+"""Where do two surfaces touch: gap, normal, place, and the velocity of one body's material on the other's there?
 
-What has faces and corners touches with both: corners touch the other's faces, faces its corners and round surfaces. In
-space bars touch balls and other bars with their sides; edges of boxes touch balls, and other bars where they are named
-(box.bottom_front).
+Also how far inside the ends of faces and bars that is, how discs fit to curves, and which rims lie flat. In: rows of
+contacts, or two surfaces, and a motion. Out: vectors in world axes and gaps, over any scalar.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import singledispatch
-from itertools import combinations, permutations, product
 from math import hypot, inf
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.mechanism import ARRAY, ParameterVector
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import (
     UnitVector,
@@ -30,10 +26,8 @@ from multibody_sym.mechanics.points import (
     separation,
     velocity,
 )
-from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.row_records import (
     LOCAL,
-    NOWHERE,
     Bent,
     ContactRow,
     ContactSurface,
@@ -46,30 +40,15 @@ from multibody_sym.mechanics.row_records import (
     RoundSurface,
     Row,
 )
-from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import (
-    FROM_AXIS,
-    GROUND,
     IDENTITY,
-    ORIGIN,
-    OWN_POINTS,
-    Body,
-    Pose,
-    Shape,
-    Surface,
-    unit_vector,
 )
 from multibody_sym.model.fields import Point
 from multibody_sym.model.joints import Follow
-from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED, Floats
-from multibody_sym.scalars.calculus import derivative
-from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import (
     absolute,
-    evaluate,
-    evaluate_float,
     is_exactly,
     maximum,
     minimum,
@@ -82,272 +61,11 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 from multibody_sym.scalars.vectors import S, Vec, add, apply, combination, cross, dot, scale, subtract, symmetric
 from multibody_sym.scalars.vectors import negate as opposite
 
-_X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
-_SQUARE: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-_SIDES: Final = ("right", "top", "left", "bottom", "front", "back")
-"""The faces of a box to which x, y, -x, -y, z, -z point."""
-
-
-@dataclass(frozen=True)
-class Solid:
-    """What an end of a contact touches with: parts by name (empty where there is one), in the order of the body.
-
-    `inner` is a place inside it, for those with faces that end or corners. `edges`, of boxes in space, touch balls.
-    """
-
-    skins: tuple[tuple[str, ContactSurface], ...]
-    inner: Marker | None = None
-    edges: tuple[tuple[str, ContactSurface], ...] = ()
-
-
-@dataclass(frozen=True)
-class _Place:
-    """A body in whose axes places are given, under the name that is told of them."""
-
-    name: str
-    body: int
-    flat: bool
-
-    def at(self, place: Point) -> Marker:
-        return Marker(self.name, self.body, Pose(place))
-
-    def points(self, places: Sequence[Point], what: str) -> Iterator[tuple[str, ContactSurface]]:
-        yield from ((f"{what}{k}", RoundSurface(self.at(place))) for k, place in enumerate(places, 1))
-
-
-def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
-    """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
-
-    A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
-    a box has the faces right, top, left, bottom, front and back, corner1, .., and in space edges by two of its faces,
-    such as bottom_front; a rod has end1, end2 and its side.
-    """
-    name, part = body_part(reference, references.system.bodies)
-    body = references.system.bodies.get(name, BARE)
-    place = _Place(reference, references.numbers[name], flat)
-    if part in body.surfaces:
-        return _of_surface(place, body.surfaces[part], body)
-    if part and part not in (*body.points, *body.frames):
-        parts = dict(_parts(place, body.shape)) if body.shape is not None else {}
-        if part in parts:
-            return _with_ends(place, part, parts)
-        if part not in OWN_POINTS:
-            known = [f"{name}.{x}" for x in (*body.surfaces, *body.points, *body.frames, *parts)]
-            raise ModelError(f"{reference!r} is no surface and no point", number="M106", word=reference, known=known)
-    if not part and body.shape is not None:
-        return _of_shape(place, body.shape)
-    return _only_surface(name, body, references, flat=flat) if not part else _point(reference, references)
-
-
-def _with_ends(place: _Place, part: str, parts: Mapping[str, ContactSurface]) -> Solid:
-    """Return a part of a shape; a face of a box in a plane model touches with the corners at its ends, too."""
-    skin = parts[part]
-    if not (isinstance(skin, PlaneSurface) and skin.beside and skin.ends and part in _SIDES):
-        return Solid((("", skin),))
-    corners = ((corner, parts[corner]) for corner in corners_of(part))
-    return Solid(((part, skin), *corners), place.at(ORIGIN))
-
-
-def _point(reference: str, references: References) -> Solid:
-    return Solid((("", RoundSurface(references.marker(reference))),))
-
-
-def _only_surface(name: str, body: Body, references: References, *, flat: bool) -> Solid:
-    plain = "point" if name == GROUND else "plane"  # a body's planes carry others; ground has no point of its own
-    solid = [part for part, surface in body.surfaces.items() if surface.kind != plain]
-    if len(solid) > 1:
-        raise ModelError(
-            f"{name} has several surfaces; say which: {', '.join(f'{name}.{part}' for part in solid)}", number="M114"
-        )
-    return solid_of(f"{name}.{solid[0]}", references, flat=flat) if solid else _point(name, references)
-
-
-def _of_surface(place: _Place, surface: Surface, body: Body) -> Solid:
-    if surface.plane is not None:
-        between = None if surface.between is None else body.ends(surface.between)
-        return _plane(place, surface.plane, unit_vector(surface.normal), between)
-    if surface.segment is not None:
-        p, q = body.ends(surface.segment)
-        return _bar(place, p, q, unit_vector(surface.normal))
-    if surface.point is not None:
-        return Solid((("", RoundSurface(place.at(surface.point))),))
-    centre = place.at(surface.centre)
-    if surface.guide is not None:
-        _verify_flat(place, "is a curve", "it is touched where all moves in the xy-plane; on_curve guides points")
-        closed = surface.outline is not None
-        return Solid((("", Bent(centre, NOWHERE, surface.touched_on_left, closed)),))
-    if surface.revolution is not None:
-        return Solid((("", _level(centre, surface.revolution, unit_vector(surface.axis), flat=place.flat)),))
-    if surface.sphere is not None or place.flat:
-        return Solid((("", RoundSurface(centre, surface.radius, surface.inside)),))
-    if surface.inside:
-        message = "is a rim, which in space has no inside; a bowl is {sphere: r, inside: true}"
-        raise ModelError(f"{place.name} {message}", number="M114")
-    return Solid((("", Rim(centre, surface.radius, unit_vector(surface.axis))),))
-
-
-def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
-    """Return the surface of a profile about an axis: the height over it of the LOCAL coordinates is zero there."""
-    height, square = dot(axis, LOCAL), dot(LOCAL, LOCAL)
-    across = [x for x, a in zip(LOCAL, axis, strict=True) if a is ZERO]
-    away = sqrt(dot((*across, ZERO), (*across, ZERO)) if len(across) == 2 else square - height**2)
-    if flat:
-        away = dot(cross(axis, _Z), LOCAL)
-    function: Node = height - evaluate([profile], lambda leaf: away if leaf is FROM_AXIS else leaf)[0]
-    gx, gy, gz = (derivative(function, x) for x in LOCAL)
-    x, y, z = LOCAL
-    second = [derivative(g, leaf) for g, leaf in ((gx, x), (gy, y), (gz, z), (gx, y), (gx, z), (gy, z))]
-    return Level(centre, function, (gx, gy, gz), tuple(second))
-
-
-def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
-    """Return a plane; where it ends its ends are corners, and what is below its middle is inside."""
-    if between is None:
-        return Solid((("", PlaneSurface(place.at(through), normal)),))
-    _verify_flat(place)
-    p, q = between
-    middle = scale(ONE / 2, add(p, q))
-    inner = place.at(subtract(middle, scale(_distance(p, q) / 2, normal)))
-    face = PlaneSurface(place.at(through), normal, (place.at(p), place.at(q)))
-    return Solid((("", face), *place.points(between, "end")), inner)
-
-
-def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
-    """Return a thin bar: its ends, and its side with a normal; in a plane model both its sides where that is z."""
-    ends = place.at(p), place.at(q)
-    skins: list[tuple[str, ContactSurface]]
-    if not place.flat:
-        skins = [("side", Edge(*ends, normal))]
-    elif is_upright(normal):
-        left = cross(_Z, unit_vector(subtract(q, p)))
-        faces = {"left": left, "right": opposite(left)}
-        skins = [(name, PlaneSurface(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
-    else:
-        skins = [("side", PlaneSurface(ends[0], normal, ends))]
-    return Solid((*skins, *place.points((p, q), "end")))
-
-
-def _verify_flat(place: _Place, what: str = "ends at two places", advice: str = "in space planes have no ends") -> None:
-    if not place.flat:
-        raise ModelError(f"{place.name} {what}, and this model is not plane; {advice}", number="M114")
-
-
-def _of_shape(place: _Place, shape: Shape) -> Solid:
-    sizes = shape.sizes
-    centre = place.at(ORIGIN)
-    if shape.kind == "box":
-        x, y, z = (size / 2 for size in sizes)
-        levels = (ZERO,) if place.flat else (negate(z), z)
-        corners = [(a * x, b * y, level) for level, (a, b) in product(levels, _SQUARE)]
-        edges = () if place.flat else tuple(_edges(place, shape, combinations))
-        return Solid((*place.points(corners, "corner"), *_faces(place, shape)), centre, edges)
-    if shape.kind == "rod":
-        ends = ORIGIN, (sizes[0], ZERO, ZERO)
-        return _bar(place, *ends, _Z)
-    if place.flat or shape.kind in ("sphere", "shell"):
-        return Solid((("", RoundSurface(centre, sizes[0])),))
-    if shape.kind == "cylinder":
-        rims = [Rim(place.at((ZERO, ZERO, z)), sizes[0], _Z) for z in (negate(sizes[1] / 2), sizes[1] / 2)]
-        return Solid(tuple((f"rim{k}", rim) for k, rim in enumerate(rims, 1)))
-    return Solid((("", Rim(centre, sizes[0], _Z)),))
-
-
-def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, ContactSurface]]:
-    """Yield the faces of a box, each of which is touched where it is nearer than those beside it."""
-    halves = [size / 2 for size in shape.sizes]
-    normals = [(n, half) for n, half in zip((_X, _Y, _Z), halves, strict=True)][: 2 if place.flat else 3]
-    turned = [*normals[:2], *((opposite(n), half) for n, half in normals[:2])]
-    turned += [(n, half) for n, half in normals[2:]] + [(opposite(n), half) for n, half in normals[2:]]
-    faces = [Face(place.at(scale(half, n)), n) for n, half in turned]
-    for name, face in zip(_SIDES, faces, strict=False):
-        ends = _face_ends(place, face, halves) if place.flat else None
-        yield name, PlaneSurface(face.place, face.normal, ends, tuple(other for other in faces if other is not face))
-
-
-def _parts(place: _Place, shape: Shape) -> Iterator[tuple[str, ContactSurface]]:
-    """Yield what may be named of a shape: corners, faces and edges of a box, ends and sides of a rod, rims."""
-    yield from ((name, skin) for name, skin in _of_shape(place, shape).skins if name)
-    if shape.kind == "box" and not place.flat:
-        yield from _edges(place, shape, permutations)
-
-
-def _edges(
-    place: _Place, shape: Shape, pairs: type[combinations[Any] | permutations[Any]]
-) -> Iterator[tuple[str, ContactSurface]]:
-    """Yield the edges of a box in space by the faces that meet there, with `permutations` either way round."""
-    halves = [scale(size / 2, axis) for size, axis in zip(shape.sizes, (_X, _Y, _Z), strict=True)]
-    x, y, z = halves
-    towards = dict(zip(_SIDES, (x, y, opposite(x), opposite(y), z, opposite(z)), strict=True))
-    normals = dict(zip(_SIDES, (_X, _Y, opposite(_X), opposite(_Y), _Z, opposite(_Z)), strict=True))
-    for (name, n), (other_name, m) in pairs(normals.items(), 2):
-        along = next((half for half, axis in zip(halves, (_X, _Y, _Z), strict=True) if not _leads(axis, n, m)), x)
-        if _leads(n, m):
-            continue
-        middle = add(towards[name], towards[other_name])
-        ends = place.at(subtract(middle, along)), place.at(add(middle, along))
-        yield f"{name}_{other_name}", Edge(*ends, add(n, m), (n, m))
-
-
-def _leads(axis: Point, *normals: Point) -> bool:
-    """Return whether some of these axes are along one, either way."""
-    return any(dot(axis, normal) is not ZERO for normal in normals)
-
-
-def _face_ends(place: _Place, face: Face, halves: Sequence[Node]) -> tuple[Marker, Marker]:
-    along = cross(_Z, face.normal)
-    half = halves[0] if along[1] is ZERO else halves[1]
-    step = scale(half, along)
-    middle = face.place.pose.position
-    return place.at(subtract(middle, step)), place.at(add(middle, step))
-
-
-def corners_of(face: str) -> tuple[str, str]:
-    """Return the names of the corners of a box in a plane model at which a face ends, in the order of its ends."""
-    k = _SIDES.index(face) + 1
-    return f"corner{k % 4 + 1}", f"corner{(k + 1) % 4 + 1}"
-
-
-def _distance(p: Point, q: Point) -> Node:
-    apart = subtract(q, p)
-    found: Node = sqrt(dot(apart, apart))
-    return found
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# What an expression of parameters is worth at their sample values: enough to tell one side from the other.
-
-
-_DEEPEST: Final = 100
-"""How many parameters may follow from one another; a circle of them is told elsewhere."""
-
-
-def sample_value(node: Node, parameters: ParameterVector, depth: int = 0) -> float:
-    """Return the value of an expression of parameters in slots, nan where it has none."""
-    if node.shadow is not None:
-        return node.shadow
-    values = {}
-    for leaf in leaves([node], "slot"):
-        array, place = leaf.data
-        value = parameters[place].value if array == ARRAY else None
-        values[leaf] = math.nan if value is None or depth > _DEEPEST else sample_value(value, parameters, depth + 1)
-    try:
-        return evaluate_float([node], values)[0]
-    except UNDEFINED:
-        return math.nan
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Curves that are touched, by the foot that follows each: its normal, and the way there.
-
+# Curves that are touched, by the foot that follows each.
 
 _LEFT: Final[Point] = (ZERO, ONE, ZERO)
 _RIGHT: Final[Point] = (ZERO, negate(ONE), ZERO)
-
-
-def bent_normal(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
-    """Return the normal at the foot, towards what touches the curve, and its rate (world axes)."""
-    n = direction(motion, skin.foot, _LEFT if skin.left else _RIGHT)
-    return n, cross(angular_velocity(motion, skin.foot.body), n)
 
 
 def to_foot(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
@@ -385,7 +103,6 @@ class Fit:
 
     @property
     def advice(self) -> str:
-        """How what is inside fits."""
         return f"make the radius {'larger' if self.hollow else 'smaller'}"
 
 
@@ -398,24 +115,20 @@ def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
         if isinstance(bent, Bent) and isinstance(wheel, RoundSurface):
             place = np.array(position(motion, bent.foot), dtype=float)
             (radius,) = map(float, motion.state.values([wheel.radius]))
-            bends = radius * foot_curvature(bent, motion)
+            body = motion.mechanism.bodies[bent.foot.body]
+            step, known = body.steps[0], motion.state.q[body.q[0]]
+            assert isinstance(step, Follow)
+            turning, *way = motion.state.values((*step.turning.s, *step.rates.s), {step.leaf: known})
+            curvature = float(turning / hypot(*way)) * (1.0 if bent.left else -1.0)  # towards what touches the curve
+            bends = radius * curvature
             ratio = bends if not wheel.inside else -1.0 / bends if bends < 0.0 else inf
             yield Fit(row, place, radius, ratio, wheel.inside)
 
 
-def foot_curvature(skin: Bent, motion: Motion) -> float:
-    """Return the curvature (1/m) at the foot, positive towards what touches the curve, at a state in floats."""
-    body = motion.mechanism.bodies[skin.foot.body]
-    step = body.steps[0]
-    assert isinstance(step, Follow)
-    turning, *way = motion.state.values((*step.turning.s, *step.rates.s), {step.leaf: motion.state.q[body.q[0]]})
-    return float(turning / hypot(*way)) * (1.0 if skin.left else -1.0)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# Contacts: gap, normal, place, and the velocity of one body's material on the other's where their skins are nearest.
+# Contacts: gap, normal, place, and the velocity of one body's material on the other's where their surfaces are nearest.
 #
-# A skin with a centre C (a ball, a point, the rim of a disc) faces another one: n leads from that one to C, h is how
+# A surface with a centre C (a ball, a point, the rim of a disc) faces another one: n leads from that one to C, h is how
 # far C is above it along n, and k leads from C to the place of contact, which lies on the round skin. Then
 #
 #     gap = h + n . k,    slip = v_1 + w_1 x k - v_2 - w_2 x (d + k),    d = C - (what stands for the other skin)
@@ -426,6 +139,12 @@ def foot_curvature(skin: Bent, motion: Motion) -> float:
 
 _PARALLEL: Final = 1e-12
 """The square of an angle (rad) up to which a normal is along an axis."""
+_LIES_FLAT: Final = 1e-6
+"""The angle (rad) up to which a rim lies flat: there rounding of the axis makes the direction to its lowest point."""
+_NEARLY_FLAT: Final = 1e-3
+"""The angle (rad) up to which a rim that does not come flatter may lie flat."""
+ON_POINTS: Final = "name points of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat)"
+"""How a body stands on a rim that lies flat."""
 _PARALLEL_LINES: Final = 1e-18
 """The same for two lines that cross: they are where they touch to what is left of their digits."""
 AT_END: Final = 1e-10
@@ -456,7 +175,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class _Facing:
-    """What a skin shows to a centre: the normal towards it, and how far it is along that."""
+    """The normal of a surface towards a centre, and how far the centre is along it."""
 
     normal: UnitVector
     height: S
@@ -464,7 +183,7 @@ class _Facing:
 
 @dataclass(frozen=True)
 class _Met:
-    """A skin with a centre that is `apart` from the place of another one: what that shows, and its own arm to there."""
+    """A surface with a centre that is `apart` from the place of another one: how that faces it, and its own arm."""
 
     apart: Vec
     apart_rate: Vec
@@ -502,7 +221,7 @@ def _contacts_faces(first: ContactSurface, second: ContactSurface) -> bool:
 
 
 def _centre_on(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
-    """Return the same for a first skin that has a centre, or a segment that crosses another."""
+    """Return how a first surface touches that has a centre, or is a segment that crosses another."""
     first, second = skins
     w, w_2 = (angular_velocity(motion, skin.place.body) for skin in skins)
     alpha, alpha_2 = (angular_acceleration(motion, skin.place.body, bias) for skin in skins)
@@ -537,7 +256,7 @@ def _met(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> _Met:
 
 @singledispatch
 def _facing(skin: ContactSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
-    """Return what a skin shows to a centre that is `apart` from its place; `hollow`: to what is round that centre."""
+    """Return how a surface faces a centre that is `apart` from its place; `hollow`: what is round that centre."""
     raise TypeError(f"nothing says how {type(skin).__name__} is touched")
 
 
@@ -596,7 +315,8 @@ def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> 
 @_facing.register
 def _(skin: Bent, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Where the foot is right below the centre, as its row says, the height over its tangent is the distance."""
-    n, rate = bent_normal(skin, motion)
+    n = direction(motion, skin.foot, _LEFT if skin.left else _RIGHT)
+    rate = cross(angular_velocity(motion, skin.foot.body), n)
     return _Facing(UnitVector(n, rate), dot(n, subtract(apart, to_foot(skin, motion)[0])))
 
 
@@ -638,7 +358,6 @@ def _(skin: Bent, motion: Motion, normal: UnitVector) -> tuple[Vec, Vec]:
 
 
 def _course(skin: Edge, motion: Motion) -> tuple[UnitVector, S]:
-    """Return the direction of a segment, and its length."""
     whole = subtract(position(motion, skin.tip), position(motion, skin.place))
     length = sqrt(dot(whole, whole))
     if is_exactly(length, 0):
@@ -724,23 +443,17 @@ def _first_tangent(row: ContactRow, motion: Motion, normal: UnitVector) -> UnitV
         return UnitVector(t, cross(angular_velocity(motion, plane.body), t))
     if row.upright:
         return UnitVector(cross(normal.vector, _CONTACTS_Z), cross(normal.rate, _CONTACTS_Z))
-    seen = _axis_seen(normal.vector)
+    # Tangents follow ground's x, or y where x is normal to the surface. On the way from one to the other components of
+    # friction change their names; the force does not.
+    steep = normal.vector[1] * normal.vector[1] + normal.vector[2] * normal.vector[2]
+    along_y = where(operation("less", steep, _PARALLEL), 1, 0)
+    seen = 1 - along_y, along_y, 0
     inclined = dot(normal.vector, seen)
     lying = subtract(seen, scale(inclined, normal.vector))
     rate = opposite(add(scale(dot(normal.rate, seen), normal.vector), scale(inclined, normal.rate)))
     length = sqrt(dot(lying, lying))
     t = scale(1 / length, lying)
     return UnitVector(t, scale(1 / length, subtract(rate, scale(dot(t, rate), t))))
-
-
-def _axis_seen(normal: Vec) -> Vec:
-    """Return the axis of ground that tangents follow: x, or y where x is normal to the surface.
-
-    On the way from one to the other components of friction change their names; the force does not.
-    """
-    steep = normal[1] * normal[1] + normal[2] * normal[2]
-    along_y = where(operation("less", steep, _PARALLEL), 1, 0)
-    return (1 - along_y, along_y, 0)
 
 
 def reach(row: Row, motion: Motion) -> list[S]:
@@ -791,7 +504,6 @@ def allowed_past_end(row: Row, motion: Motion) -> list[S]:
 
 
 def _depth(face: PlaneSurface, beside: Face) -> Node:
-    """Return how far (m) behind a face beside it the middle of a face is."""
     depth: Node = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
     return depth
 
@@ -806,7 +518,11 @@ def _nearest(face: PlaneSurface, other: ContactSurface, inner: Marker | None, mo
 
     In space a face ends at the faces that it meets at its edges: what touches it is between them.
     """
-    place = _nearest_place(face, other, motion)
+    place = position(motion, other.place)
+    if isinstance(other, Rim):
+        n = direction(motion, face.place, face.normal)
+        normal = UnitVector(n, cross(angular_velocity(motion, face.place.body), n))
+        place = add(place, _arm(other, motion, normal)[0])
     height = _above(Face(face.place, face.normal), motion, place)
     found: list[S] = []
     for beside in face.beside:
@@ -844,21 +560,43 @@ def _reach_along(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -
     return found
 
 
-def _nearest_place(face: PlaneSurface, skin: ContactSurface, motion: Motion) -> Vec:
-    """Return the place of a rim that is nearest to a face, of what is round its centre: it is right above that."""
-    centre = position(motion, skin.place)
-    if not isinstance(skin, Rim):
-        return centre
-    n = direction(motion, face.place, face.normal)
-    normal = UnitVector(n, cross(angular_velocity(motion, face.place.body), n))
-    return add(centre, _arm(skin, motion, normal)[0])
-
-
 def _height(face: Face, motion: Motion, marker: Marker) -> S:
-    """Return how far a marker is above a face."""
     return _above(face, motion, position(motion, marker))
 
 
 def _above(face: Face, motion: Motion, place: Vec) -> S:
-    """Return how far a place is above a face."""
     return dot(direction(motion, face.place, face.normal), subtract(place, position(motion, face.place)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Rims of discs on planes: how steep they stand, and which lie flat, where they touch all around, in no one place.
+
+
+def rim_across(row: Row, motion: Motion) -> UnitVector:
+    """Return the axis of a rim x the normal of the plane that it touches, with its rate; its size is the sine."""
+    rim, face = _rim_and_face(row)
+    axis, normal = direction(motion, rim.place, rim.axis), direction(motion, face.place, face.normal)
+    turning = (angular_velocity(motion, skin.place.body) for skin in (rim, face))
+    first, second = (UnitVector(x, cross(w, x)) for x, w in zip((axis, normal), turning, strict=True))
+    return first.cross(second)
+
+
+def _rim_and_face(row: Row) -> tuple[Rim, PlaneSurface]:
+    rim, face = sorted(row.surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
+    assert isinstance(rim, Rim)
+    assert isinstance(face, PlaneSurface)
+    return rim, face
+
+
+def rim_flatness(row: Row, motion: Motion) -> S:
+    """Return what becomes positive where a rim has come as near to lying flat as it does, if that is near."""
+    across = rim_across(row, motion)
+    return minimum(_NEARLY_FLAT * _NEARLY_FLAT - dot(across.vector, across.vector), dot(across.vector, across.rate))
+
+
+def flat_rims(rows: Iterable[Row], motion: Motion) -> Iterator[str]:
+    """Yield in words which rims lie flat on the planes of their contacts, at a state in floats."""
+    for row in rows:
+        if row.rim is not None and row.is_holonomic and hypot(*rim_across(row, motion).vector) <= _LIES_FLAT:
+            rim, face = (skin.place.name for skin in _rim_and_face(row))
+            yield f"the rim of {rim} lies flat on {face} and touches all around, in no one place"

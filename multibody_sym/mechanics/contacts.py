@@ -1,4 +1,8 @@
-"""Contacts as elements that hold one way only: a normal row each, and rows along which they rub and roll."""
+"""Which contacts does a system have: elements that hold one way only, each with a normal row and rows of friction?
+
+Also the rows of what rolls, and the feet that follow curves which are touched. How surfaces touch is in
+`contact_geometry`, what the ends of a contact stand for in `contact_solids`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from itertools import product
 from typing import Final
 
 from multibody_sym.errors import ModelError, at, gathered
-from multibody_sym.mechanics.contact_geometry import Solid, sample_value, solid_of
+from multibody_sym.mechanics.contact_solids import Solid, sample_value, solid_of
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import TangentAngle
 from multibody_sym.mechanics.references import (
@@ -19,7 +23,6 @@ from multibody_sym.mechanics.references import (
     moves_in_plane,
     no_part,
     surface_tangents,
-    turned_tangents,
 )
 from multibody_sym.mechanics.row_records import (
     AngleRow,
@@ -49,13 +52,13 @@ from multibody_sym.model.joints import Fixed, Foot, Joint
 from multibody_sym.model.steps import Curve, is_upright
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.functions import cos, sin
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
-from multibody_sym.scalars.vectors import dot, scale, subtract
+from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
 from multibody_sym.scalars.vectors import negate as opposite
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Rows of feet: each is where the other end is nearest to its curve.
-
 
 _X: Final[Point] = (ONE, ZERO, ZERO)
 _Y: Final[Point] = (ZERO, ONE, ZERO)
@@ -90,27 +93,23 @@ def foot_rows(references: References) -> Iterator[Row]:
             continue
         solids = (solid_of(end, references, flat=True) for end in joint.between)
         first, second = (solid.skins[0][1] for solid in solids)
-        yield from _rows(owner, surfaces_with_feet(owner, (first, second), references), references)
+        skins = surfaces_with_feet(owner, (first, second), references)
+        names = list(feet_of(owner, references))
+        bent = [skin for skin in skins if isinstance(skin, Bent)]
+        if len(bent) == 2:
+            facing = _facing_frame(bent[0].foot, _Y if bent[0].left != bent[1].left else opposite(_Y))
+            yield AngleRow(f"{names[0]}.t", (facing, bent[1].foot), (_Y, _X), shared=_Y)
+            yield PositionRow(f"{names[1]}.t", (bent[1].foot, bent[0].foot), _X)
+            continue
+        other = next(skin for skin in skins if not isinstance(skin, Bent))
+        if isinstance(other, PlaneSurface):
+            facing = _facing_frame(other.place, opposite(other.normal) if bent[0].left else other.normal)
+            yield AngleRow(f"{names[0]}.t", (facing, bent[0].foot), (_Y, _X), shared=_Y)
+        else:
+            yield PositionRow(f"{names[0]}.t", (bent[0].foot, other.place), _X)
 
 
-def _rows(owner: str, skins: SurfacePair, references: References) -> Iterator[Row]:
-    names = list(feet_of(owner, references))
-    bent = [skin for skin in skins if isinstance(skin, Bent)]
-    if len(bent) == 2:
-        first, second = bent
-        facing = _turned(first.foot, _Y if first.left != second.left else opposite(_Y))
-        yield AngleRow(f"{names[0]}.t", (facing, second.foot), (_Y, _X), shared=_Y)
-        yield PositionRow(f"{names[1]}.t", (second.foot, first.foot), _X)
-        return
-    other = next(skin for skin in skins if not isinstance(skin, Bent))
-    if isinstance(other, PlaneSurface):
-        facing = _turned(other.place, opposite(other.normal) if bent[0].left else other.normal)
-        yield AngleRow(f"{names[0]}.t", (facing, bent[0].foot), (_Y, _X), shared=_Y)
-    else:
-        yield PositionRow(f"{names[0]}.t", (bent[0].foot, other.place), _X)
-
-
-def _turned(marker: Marker, normal: Point) -> Marker:
+def _facing_frame(marker: Marker, normal: Point) -> Marker:
     """Return a frame at a marker of which y is a unit vector of the marker's axes, in the plane.
 
     What faces a curve does so from one side: of two places where the tangent is along it, the one where y is y.
@@ -150,7 +149,6 @@ class _Meeting:
     flat: bool
 
     def rows(self, word: str, along: tuple[ContactDirection, ...], kind: type[ContactRow]) -> tuple[ContactRow, ...]:
-        """Return the row along the first direction in a plane model, or rows along both."""
         if self.flat:
             along = along[:1]
         names = [f"{self.name}.{word}" + (str(k) if len(along) > 1 else "") for k in range(1, len(along) + 1)]
@@ -188,7 +186,7 @@ def _together(declared: str, copies: Sequence[tuple[LawElement, ...]], taken: se
 
     Like corners their forces have a sum, under the name that is declared.
     """
-    bodies = {_bodies(element) for copy in copies for element in copy}
+    bodies = {tuple(x.place.body for x in element.surfaces or ()) for copy in copies for element in copy}
     legs = len(copies) > 1 and all(len(copy) == 1 for copy in copies) and len(bodies) == 1 and declared not in taken
     for element in (element for copy in copies for element in copy):
         yield replace(element, group=declared) if legs else element
@@ -223,10 +221,6 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
     return surfaces_with_feet(name, (wheel, under), references)
 
 
-def _bodies(element: LawElement) -> tuple[int, ...]:
-    return tuple(skin.place.body for skin in element.surfaces or ())
-
-
 def _elements(
     name: str, path: tuple[str, str], contact: Contact, references: References, flat: bool
 ) -> Iterator[LawElement]:
@@ -239,7 +233,10 @@ def _elements(
                 solids.append(solid_of(reference, references, flat=flat))
                 _verify_crossed(reference, solids[-1], references.system)
         meeting = list(_meetings(solids[0], solids[1], contact.between))
-        _verify_one(meeting)
+        if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
+            names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
+            message = f"one part touches a curve in a contact, and here are {names}; give each a contact of its own"
+            raise ModelError(message, number="M114")
     _verify_fields(contact, [skins for _, skins, _ in meeting])
     both_end = all(len(solid.skins) > 1 and "" in dict(solid.skins) for solid in solids)
     unnamed = _ALONE if both_end else ""
@@ -260,16 +257,6 @@ def _elements(
             tangential_restitution=contact.tangential_restitution or ZERO,
             group=name,
             open=contact.open,
-        )
-
-
-def _verify_one(meeting: Sequence[tuple[tuple[str, str], SurfacePair, Marker | None]]) -> None:
-    """Raise ModelError for several parts that may touch one curve, which has one foot for each contact."""
-    if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
-        names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
-        raise ModelError(
-            f"one part touches a curve in a contact, and here are {names}; give each a contact of its own",
-            number="M114",
         )
 
 
@@ -306,13 +293,10 @@ def _facing_once(a: ContactSurface, b: ContactSurface) -> SurfacePair:
     """
     if not (isinstance(a, Edge) and isinstance(b, Edge)):
         return a, b
-    if _is_usual(b) and not _is_usual(a):
+    first_usual, second_usual = (edge.facing is None or is_upright(edge.facing) for edge in (a, b))
+    if second_usual and not first_usual:
         return a, replace(b, facing=None)
     return replace(a, facing=None), b
-
-
-def _is_usual(edge: Edge) -> bool:
-    return edge.facing is None or is_upright(edge.facing)
 
 
 def _verify_fields(contact: Contact, meeting: Sequence[SurfacePair]) -> None:
@@ -353,7 +337,8 @@ def _usual_across(name: str, skins: SurfacePair, references: References, flat: b
     if constant is None:
         return surface_tangents(normal, flat=flat)[0]
     assert isinstance(constant.measure, TangentAngle)
-    return turned_tangents(plane.normal, constant.measure.across, constant.slot)[0]
+    across, angle = constant.measure.across, constant.slot  # t1 leads `across` by the angle about the normal
+    return add(scale(cos(angle), across), scale(sin(angle), cross(plane.normal, across)))
 
 
 def _across(name: str, contact: Contact, skins: SurfacePair, references: References, flat: bool) -> Point | None:
@@ -384,7 +369,11 @@ def verify_bodies(between: tuple[str, ...], system: System) -> None:
     first, second = names
     if first == second:
         raise ModelError(f"{first} cannot touch itself; name two bodies", number="M114")
-    welds = _welds(system)
+    welds = {
+        body_part(joint.child, system.bodies)[0]: body_part(joint.parent, system.bodies)[0]
+        for joint in system.joints.values()
+        if isinstance(joint, Fixed) and not joint.cut
+    }
     if _rigid(first, welds) == _rigid(second, welds):
         raise ModelError(f"{first} and {second} are welded to each other and can neither touch nor part", number="M114")
 
@@ -399,15 +388,6 @@ def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
             "is z), or a joint with a coordinate along z",
             number="M114",
         )
-
-
-def _welds(system: System) -> Mapping[str, str]:
-    """Return of each body that a weld carries which body it is welded to."""
-    return {
-        body_part(joint.child, system.bodies)[0]: body_part(joint.parent, system.bodies)[0]
-        for joint in system.joints.values()
-        if isinstance(joint, Fixed) and not joint.cut
-    }
 
 
 def _rigid(body: str, welds: Mapping[str, str]) -> str:
@@ -440,7 +420,6 @@ def _may_touch(a: ContactSurface, b: ContactSurface) -> bool:
 
 
 def _cannot_touch(a: ContactSurface, b: ContactSurface, both: str) -> str:
-    """Return why two skins that may not touch cannot."""
     if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
         return (
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
@@ -479,38 +458,36 @@ def _cannot_touch(a: ContactSurface, b: ContactSurface, both: str) -> str:
 def with_feet(system: System) -> System:
     """Return a system with the feet of all curves that are touched or guide points, each a body and a joint."""
     made = _Made(system, dict(system.bodies), dict(system.joints))
-    for owner, between in _contacts(system):
+    constraints = system.constraints.items()
+    pairs = [(name, contact.between) for _, name, contact in copies(system.contacts)]
+    pairs += [(name, (element.body, element.on)) for name, element in constraints if isinstance(element, Rolling)]
+    for owner, between in pairs:
         found = [(end, *guide) for end, reference in enumerate(between) if (guide := _guide(reference, system))]
         for end, body, surface in found:
+            assert surface.guide is not None
+            (x, y, _), (cx, cy, _) = surface.guide.place, surface.centre
+            name, unit = surface.guide.leaf.data[1]
+            curve = Curve(x=x + cx, y=y + cy, parameter=name, unit=unit)
             word = f"foot{end + 1}" if len(found) > 1 else "foot"
-            made.add(owner, word, body, _centred(surface), between, end, turns="tangent")
-    for owner, element in system.constraints.items():
+            made.add(owner, word, body, curve, between, end, turns="tangent")
+    for owner, element in constraints:
         if isinstance(element, OnCurve):
             with at("constraints", owner, "on"):
-                _verify_place(element.on, system)
+                name, part = body_part(element.on, system.bodies)
+                carrier = system.bodies.get(name, BARE)
+                if part and part not in (*OWN_POINTS, *carrier.points, *carrier.frames):
+                    raise no_part(name, part, carrier)
             made.add(owner, "foot", element.on, element.curve, (element.point, element.on), 1, turns=None)
     if len(made.joints) == len(system.joints):
         return system
     return replace(system, bodies=Names(made.bodies), joints=Names(made.joints))
 
 
-def _contacts(system: System) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the names of what touches or rolls, with both ends."""
-    for _, name, contact in copies(system.contacts):
-        yield name, contact.between
-    for name, element in system.constraints.items():
-        if isinstance(element, Rolling):
-            yield name, (element.body, element.on)
-
-
 def _guide(reference: str, system: System) -> tuple[str, Surface] | None:
-    """Return the body and the surface of an end that is a curve: named, or the only one that its body has.
-
-    What is no body is told where the contact is made of both ends.
-    """
+    """Return the body and the surface of an end that is a curve: named, or the only one that its body has."""
     try:
         name, part = body_part(reference, system.bodies)
-    except ModelError:
+    except ModelError:  # raised where the contact is made of both ends
         return None
     body = system.bodies.get(name)
     if body is None:
@@ -521,22 +498,6 @@ def _guide(reference: str, system: System) -> tuple[str, Surface] | None:
         solid = [each for each in body.surfaces.values() if each.kind != plain]
         surface = solid[0] if len(solid) == 1 else None
     return None if surface is None or surface.guide is None else (name, surface)
-
-
-def _verify_place(reference: str, system: System) -> None:
-    """Raise ModelError for what carries a curve and is no body, nor a point or frame of one."""
-    name, part = body_part(reference, system.bodies)
-    body = system.bodies.get(name, BARE)
-    if part and part not in (*OWN_POINTS, *body.points, *body.frames):
-        raise no_part(name, part, body)
-
-
-def _centred(surface: Surface) -> Curve:
-    """Return the curve of a surface from its centre, as one of its parameter."""
-    assert surface.guide is not None
-    (x, y, _), (cx, cy, _) = surface.guide.place, surface.centre
-    name, unit = surface.guide.leaf.data[1]
-    return Curve(x=x + cx, y=y + cy, parameter=name, unit=unit)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The rows that declared constraints and cut joints are."""
+"""Which rows are declared constraints and cut joints, and which expressions drive them?"""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import suppress
 from dataclasses import replace
 from functools import singledispatch
-from typing import Any, TypeGuard
+from typing import Any
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.contact_geometry import solid_of
+from multibody_sym.mechanics.contact_solids import solid_of
 from multibody_sym.mechanics.contacts import foot_rows, rolling_rows, rows_on_curve
 from multibody_sym.mechanics.gears import gear_row
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
@@ -43,7 +43,7 @@ from multibody_sym.model.constraints import (
 )
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
-from multibody_sym.model.joints import Follow, Joint
+from multibody_sym.model.joints import Follow
 from multibody_sym.model.parameters import Constant, Table, table_value
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
@@ -69,7 +69,8 @@ def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> l
         found = cut_rows(name, references.system.joints[name], references.frames(name))
         found = rows_in_plane(found) if references.plane else found
         places = range(len(rows), len(rows) + len(found))
-        teeth = tuple((k, dict(row.beside)[name]) for k, row in enumerate(rows) if _has_tooth_beside(row, name))
+        gears = [(k, dict(row.beside)) for k, row in enumerate(rows) if isinstance(row, GearRow)]
+        teeth = tuple((k, beside[name]) for k, beside in gears if name in beside)
         made.append(CutJoint(name, references.frames(name), places, references.drives(name, rows), teeth))
         rows += found
     for name, number in references.doubles.items():
@@ -77,10 +78,6 @@ def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> l
         welded = welded_rows(name, (replace(on_body, body=number), on_body))
         rows += rows_in_plane(welded) if references.plane else welded
     return made
-
-
-def _has_tooth_beside(row: Row, joint: str) -> TypeGuard[GearRow]:
-    return isinstance(row, GearRow) and joint in dict(row.beside)
 
 
 @singledispatch
@@ -129,21 +126,15 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
 @_rows.register
 def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
-        _verify_linear(evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0])
-    return [VelocityRow(name, element.zero, element.acts is None)]
-
-
-def _verify_linear(psi: Node) -> None:
-    """Raise ModelError where an expression is not linear in the speeds."""
-    speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
-    if not speeds:
-        raise ModelError(
-            "no speed stands in it; a constraint of positions is {type: expression, zero: ...}", number="M113"
-        )
-    for speed in speeds:
-        slope = tangents([psi], {speed: ONE})
-        if any(leaf.data[0] == "u" for leaf in leaves(slope, "slot")):
+        psi = evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0]
+        speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
+        if not speeds:
+            message = "no speed stands in it; a constraint of positions is {type: expression, zero: ...}"
+            raise ModelError(message, number="M113")
+        slopes = [slope for speed in speeds for slope in tangents([psi], {speed: ONE})]
+        if any(leaf.data[0] == "u" for leaf in leaves(slopes, "slot")):
             raise ModelError("it is not linear in the speeds, and a mechanical constraint is", number="M113")
+    return [VelocityRow(name, element.zero, element.acts is None)]
 
 
 @_rows.register
@@ -181,44 +172,42 @@ def _(element: Rope, name: str, references: References) -> list[Row]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Which constraints have a constant that is measured at the start, and the slot among the parameters that holds it.
+# Constants of constraints that the start measures, and the slots among the parameters that hold them.
 
 
 def with_constants(references: References, bodies: Sequence[TreeBody]) -> References:
     """Return the references with the constants that the start measures, which follow the declared parameters."""
     references = replace(references, bodies=tuple(bodies))
     references = replace(references, pulleys=pulley_bends(references))
-    measures = dict(_measures(references, bodies))
+    measures = dict(_start_measures(references))
     vector = references.parameters.with_measured(measures)
     constants = {name: StartConstant(vector.slot(measured_name(name, what)), what) for name, what in measures.items()}
     return replace(references, parameters=vector, constants=constants)
 
 
-def _measures(references: References, bodies: Sequence[TreeBody]) -> Iterator[tuple[str, Measure]]:
+def _start_measures(references: References) -> Iterator[tuple[str, Measure]]:
     flat = references.plane or in_plane(references.system)
     for name, element in references.system.constraints.items():
         if isinstance(element, Rope):
             with at("constraints", name):
                 yield from rope_measures(references, name, element)
         if isinstance(element, Rolling) and not flat:
-            yield from _angles(name, (element.on,), references, bodies)
+            yield from _tangent_angles(name, (element.on,), references)
     for _, name, contact in copies(references.system.contacts):
         if contact.tangent is None and not flat:
-            yield from _angles(name, contact.between, references, bodies)
+            yield from _tangent_angles(name, contact.between, references)
 
 
-def _angles(
-    name: str, ends: Sequence[str], references: References, bodies: Sequence[TreeBody]
-) -> Iterator[tuple[str, Measure]]:
+def _tangent_angles(name: str, ends: Sequence[str], references: References) -> Iterator[tuple[str, Measure]]:
     """Yield the angle of the tangents on the plane that one of some ends is, if its body turns."""
     for end in ends:
-        with suppress(ModelError):  # of references that name nothing, which the contact tells with its place
+        with suppress(ModelError):  # of references that name nothing, an error of the contact
             for _, skin in solid_of(end, references, flat=False).skins[:1]:
-                if isinstance(skin, PlaneSurface) and _turns(bodies, skin.place.body):
+                if isinstance(skin, PlaneSurface) and _may_turn(references.bodies, skin.place.body):
                     yield name, TangentAngle(skin.place, skin.normal, across(skin.normal))
 
 
-def _turns(bodies: Sequence[TreeBody], index: int) -> bool:
+def _may_turn(bodies: Sequence[TreeBody], index: int) -> bool:
     """Return whether a body's axes may differ from ground's: some joint between them is more than a slide."""
     while index >= 0 and bodies[index].name != GROUND:
         body = bodies[index]
@@ -237,7 +226,7 @@ def _turns(bodies: Sequence[TreeBody], index: int) -> bool:
 
 def driving_inputs(system: System) -> tuple[str, ...]:
     """Return the inputs that motions of joints and ground, and constraints, name."""
-    nodes = [written.node for part in _driven(system).values() for written in expressions(part)]
+    nodes = [written.node for part in _driven_parts(system).values() for written in expressions(part)]
     found = {leaf.data for leaf in leaves(nodes, "symbol")}
     return tuple(name for name in system.inputs if name in found)
 
@@ -248,7 +237,7 @@ def with_driving_inputs(system: System) -> System:
     if not meant:
         return system
     changed: dict[str, Any] = {}
-    for section, part in _driven(system).items():
+    for section, part in _driven_parts(system).items():
         new = {name: with_expressions(element, _put_in(meant)) for name, element in part.items()}
         changed[section] = Names({**getattr(system, section), **new})
     return replace(system, **changed)
@@ -306,15 +295,14 @@ def expression_of(name: str, given: Node | Table | Constant) -> Node:
     return table_value(name, given) if isinstance(given, Table) else given
 
 
-def _is_driven(joint: Joint) -> bool:
-    """Return whether time may move a joint: a motion that is prescribed, or a curve."""
-    return getattr(joint, "motion", None) is not None or any(isinstance(step, Follow) for step in joint.steps)
-
-
-def _driven(system: System) -> dict[str, Mapping[str, Any]]:
+def _driven_parts(system: System) -> dict[str, Mapping[str, Any]]:
     """Return what moves as prescribed, by its section of the system: nothing where there are no inputs to drive it."""
     if not system.inputs:
         return {}
-    joints = {name: joint for name, joint in system.joints.items() if _is_driven(joint)}
+    joints = {
+        name: joint
+        for name, joint in system.joints.items()
+        if getattr(joint, "motion", None) is not None or any(isinstance(step, Follow) for step in joint.steps)
+    }
     ground = {name: body for name, body in system.bodies.items() if name == GROUND}
     return {"joints": joints, "bodies": ground, "constraints": system.constraints}

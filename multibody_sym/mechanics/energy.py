@@ -1,4 +1,4 @@
-"""Kinetic and potential energy of a mechanism over any scalar."""
+"""Kinetic and potential energy of a mechanism over any scalar, and what may change their sum."""
 
 from __future__ import annotations
 
@@ -59,7 +59,9 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
     stored: list[Load] = []
     working: list[Load] = []
     for load in loads:
-        if not _has_potential(load):
+        parts = _stored_by(load)
+        allowed = ("parameters", "t", "q") if isinstance(load, JointPotential) else ("parameters", "t")
+        if not parts or any(leaf.data[0] not in allowed for leaf in leaves(parts, "slot")):
             working.append(load)
             continue
         stored.append(load)
@@ -71,7 +73,7 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
 def working_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of loads and rows that may change the total energy: what V does not hold, or what time moves."""
     loads = [load.name for load in split(mechanism.loads)[1]]
-    return tuple(dict.fromkeys((*loads, *_timed(mechanism))))
+    return tuple(dict.fromkeys((*loads, *_names_moved_by_time(mechanism))))
 
 
 def driving_names(mechanism: Mechanism) -> tuple[str, ...]:
@@ -80,14 +82,12 @@ def driving_names(mechanism: Mechanism) -> tuple[str, ...]:
     With rows of speeds among them that do not let everything rest.
     """
     loads = [load.name for load in split(mechanism.loads)[1] if not load.only_brakes]
-    rows = [row.name for row in mechanism.rows if isinstance(row, VelocityRow) and _at_rest(row.zero) is not ZERO]
-    return tuple(dict.fromkeys((*loads, *_timed(mechanism), *rows)))
+    return tuple(dict.fromkeys((*loads, *_names_moved_by_time(mechanism), *_rows_with_given_speed(mechanism))))
 
 
 def works_unseen(mechanism: Mechanism) -> bool:
-    """Return whether something does work that no load tells: drives, springs and rows that time moves, given speeds."""
-    rows = [row for row in mechanism.rows if isinstance(row, VelocityRow) and _at_rest(row.zero) is not ZERO]
-    return bool(mechanism.drives or _timed(mechanism) or rows)
+    """Return whether work is done outside of loads: by drives, springs and rows that time moves, given speeds."""
+    return bool(mechanism.drives or _names_moved_by_time(mechanism) or _rows_with_given_speed(mechanism))
 
 
 def moved_by_time(mechanism: Mechanism) -> bool:
@@ -95,39 +95,32 @@ def moved_by_time(mechanism: Mechanism) -> bool:
     held = (getattr(load, f.name) for load in mechanism.loads for f in fields(load))
     parts = (part for x in held for part in (x if isinstance(x, tuple) else (x,)))
     masses = any(map(varies, mechanism.bodies))
-    return masses or bool(_timed(mechanism)) or _moved(*(part for part in parts if isinstance(part, Node)))
+    nodes = [part for part in parts if isinstance(part, Node)]
+    return masses or bool(_names_moved_by_time(mechanism)) or _name_time(*nodes)
 
 
-def _timed(mechanism: Mechanism) -> tuple[str, ...]:
+def _names_moved_by_time(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of springs, potentials and rows that time moves."""
-    springs = [load.name for load in mechanism.loads if _moved(*_stored_by(load))]
+    springs = [load.name for load in mechanism.loads if _name_time(*_stored_by(load))]
     rows = sorted(mechanism.rows, key=lambda row: _ORDER.index(row.multiplier))
-    return (*springs, *(row.name for row in rows if _moved(*row.laws)))
+    return (*springs, *(row.name for row in rows if _name_time(*row.laws)))
 
 
-def _at_rest(expression: Node) -> Node:
-    """Return what an expression is where all speeds are zero."""
-    found: Node = evaluate([expression], lambda leaf: ZERO if leaf.op == "slot" and leaf.data[0] == "u" else leaf)[0]
-    return found
+def _rows_with_given_speed(mechanism: Mechanism) -> list[str]:
+    """Return the names of rows of speeds that do not let everything rest."""
+    rows = [row for row in mechanism.rows if isinstance(row, VelocityRow)]
+    at_rest = evaluate([x.zero for x in rows], lambda leaf: ZERO if leaf.op == "slot" and leaf.data[0] == "u" else leaf)
+    return [row.name for row, value in zip(rows, at_rest, strict=True) if value is not ZERO]
 
 
-def _moved(*expressions: Node) -> bool:
-    """Return whether expressions name time, or inputs."""
+def _name_time(*expressions: Node) -> bool:
     return any(leaf.data[0] in ("t", "inputs") for leaf in leaves(expressions, "slot"))
 
 
 def _stored_by(load: Load) -> tuple[Node, ...]:
-    """Return what the energy that a load may store is made of: nothing of one that stores none."""
     if load.spring is not None:
         return load.spring
     return () if load.energy is None else (load.energy,)
-
-
-def _has_potential(load: Load) -> bool:
-    """Return whether V holds a load: nothing but its own place, parameters and the time decides what it stores."""
-    parts = _stored_by(load)
-    allowed = ("parameters", "t", "q") if isinstance(load, JointPotential) else ("parameters", "t")
-    return bool(parts) and all(leaf.data[0] in allowed for leaf in leaves(parts, "slot"))
 
 
 @singledispatch
@@ -172,7 +165,8 @@ def dissipation(motion: Motion) -> S | None:
         coefficients = _coefficients(load)
         if all(x is ZERO for x in coefficients):
             continue
-        if not _is_linear(load, coefficients):
+        squared = isinstance(load, PointDrag) and load.quadratic is not ZERO
+        if squared or any(leaf.data[0] in ("u", "inputs") for leaf in leaves(coefficients, "slot")):
             return None
         half = _half_power(load, motion)
         found = half if found is None else found + half
@@ -185,20 +179,14 @@ def brakes(mechanism: Mechanism) -> bool:
 
 
 def _coefficients(load: Load) -> tuple[Node, ...]:
-    """Return what the forces of a load that brakes are in proportion to."""
+    """Return the factors of the forces of a load that brakes."""
     if isinstance(load, (JointSpring, PointSpring)):
         return (load.damping,)
     return (load.linear, load.quadratic) if isinstance(load, PointDrag) else ()
 
 
-def _is_linear(load: Load, coefficients: tuple[Node, ...]) -> bool:
-    """Return whether a damper's force is linear in the speeds: no speed, and no input, stands in its coefficient."""
-    squared = isinstance(load, PointDrag) and load.quadratic is not ZERO
-    return not squared and not any(leaf.data[0] in ("u", "inputs") for leaf in leaves(coefficients, "slot"))
-
-
 def _half_power(load: Load, motion: Motion) -> S:
-    """Return half of what a linear damper takes."""
+    """Return half the power that a linear damper takes."""
     damping = motion.state.values([_coefficients(load)[0]])[0]
     if isinstance(load, JointSpring):
         (rate,) = motion.state.values([load.rate])

@@ -1,4 +1,4 @@
-"""What the declared forces are as loads on the bodies and speeds of the tree."""
+"""Which loads are the declared forces, and what do they exert on the bodies and speeds of the tree?"""
 
 from __future__ import annotations
 
@@ -79,8 +79,7 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The loads of potentials: their energy, and its slopes, which are the force.
-
+# Loads of declared forces. Those of potentials have an energy, and its slopes, which are the force.
 
 _ELSEWHERE: Final = {
     "between": "the distance of the points; give one of coordinates in its joint (joint: ..)",
@@ -89,48 +88,11 @@ _ELSEWHERE: Final = {
 }
 
 
-def pull_load(element: Pull, name: str, references: References) -> Load:
-    """Return a pull; of a law of the distance and parameters alone with its potential, where a rule finds one."""
-    distance = span_leaves(name)[0]
-    known = all(
-        leaf is distance or (leaf.op == "slot" and leaf.data[0] == "parameters")
-        for leaf in leaves([element.value], "slot", "quantity", "symbol")
-    )
-    potential = antiderivative(element.value, distance) if known else None
-    return PointPull(name, references.pair(element.between), element.value, potential=potential)
-
-
-def potential_loads(element: Potential, name: str, references: References) -> list[Load]:
-    """Return the loads of a potential: one, or one for each joint that it is of."""
-    if element.on is not None:
-        return [_of_place(element, name, references)]
-    if element.between is not None:
-        _verify_names(element, "between", set(), references)
-        return [_between(name, references.pair(element.between), element.value)]
-    return _in_joints(element, name, references)
-
-
-def gravitation_load(element: Gravitation, name: str, references: References) -> Load:
-    """Return Newton's attraction of two bodies."""
-    ends, masses = _centres(element.between, references), element.masses
-    if masses is None:
-        masses = tuple(_mass(i, reference, references) for i, reference in enumerate(element.between))
-    strength = element.constant * masses[0] * masses[1]
-    return _between(name, ends, -(strength / span_leaves(name)[0]))
-
-
-def coulomb_load(element: Coulomb, name: str, references: References) -> Load:
-    """Return the force between two charges."""
-    strength = element.constant * element.charges[0] * element.charges[1]
-    return _between(name, _centres(element.between, references), strength / span_leaves(name)[0])
-
-
-def _between(name: str, ends: tuple[Marker, Marker], energy: Node) -> PointPull:
+def _distance_potential(name: str, ends: tuple[Marker, Marker], energy: Node) -> PointPull:
     return PointPull(name, ends, derivative(energy, span_leaves(name)[0]), potential=energy)
 
 
 def _centres(between: tuple[str, ...], references: References) -> tuple[Marker, Marker]:
-    """Return the markers of two points; of a body alone its centre of mass."""
     first, second = references.pair(between)
     return _centre(first, between[0], references), _centre(second, between[1], references)
 
@@ -144,43 +106,23 @@ def _centre(marker: Marker, reference: str, references: References) -> Marker:
     return replace(marker, pose=Pose(mass_of(body).com))
 
 
-def _mass(index: int, reference: str, references: References) -> Node:
-    name, _ = body_part(reference, references.system.bodies)
-    mass = mass_of(references.system.bodies.get(name, BARE)).mass
-    if mass is ZERO:
-        with at("between", index):
-            raise ModelError(
-                f"{name!r} has no mass that could attract; give both masses here, masses: [m1, m2]", number="M118"
-            )
-    return mass
-
-
-# --- of a place -------------------------------------------------------------------------------------------------------
-
-
-def _of_place(element: Potential, name: str, references: References) -> PlacePotential:
+def _place_potential(element: Potential, on: str, name: str, references: References) -> PlacePotential:
+    """Return the potential of a point's place: of a body's centre of mass where no point is named."""
     _verify_names(element, "on", set(), references)
     with at("frame"):
         frame = references.marker(element.frame or "ground")
-    x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
-    return PlacePotential(name, _point(element, references), frame, element.value, (x, y, z))
-
-
-def _point(element: Potential, references: References) -> Marker:
-    """Return the point on which a potential depends: the centre of mass of a body where none is named."""
-    on = element.on or ""
     with at("on"):
         marker = references.marker(on)
     if element.at is None:
-        return _centre(marker, on, references)
-    with at("at"):
-        return references.own_marker(on, element.at)
+        point = _centre(marker, on, references)
+    else:
+        with at("at"):
+            point = references.own_marker(on, element.at)
+    x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
+    return PlacePotential(name, point, frame, element.value, (x, y, z))
 
 
-# --- in joints --------------------------------------------------------------------------------------------------------
-
-
-def _in_joints(element: Potential, name: str, references: References) -> list[Load]:
+def _joint_potentials(element: Potential, name: str, references: References) -> list[Load]:
     names = (element.joint,) if element.joint is not None else element.joints or ()
     freedoms = {}
     for i, joint in enumerate(names):
@@ -222,29 +164,21 @@ def _verify_names(element: Potential, place: str, own: set[Node], references: Re
             raise ModelError(f"{other}; this is a potential of {_ELSEWHERE[place]}", number="M113")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 def loads(references: References) -> list[Load]:
-    """Return the loads of all declared forces."""
+    """Return the loads of all declared forces, then the flows of bodies whose mass varies."""
     made: list[Load | None] = []
     for name, element in references.system.forces.items():
         with at("forces", name):
             found = _load(element, name, references)
             made += found if isinstance(found, list) else [found]
-    return [*(load for load in made if load is not None), *mass_flows(references)]
-
-
-def mass_flows(references: References) -> list[Load]:
-    """Return what leaves or joins bodies whose mass varies."""
-    made: list[Load] = []
     for name, body in references.system.bodies.items():
         if body.varying is not None:
             with at("bodies", name, *(("mass",) if body.shape is None else ("shape", "mass"))):
-                made.append(_flow(name, body, body.varying, references))
-    return made
+                made.append(_mass_flow(name, body, body.varying, references))
+    return [load for load in made if load is not None]
 
 
-def _flow(name: str, body: Body, varying: VariableMass, references: References) -> Load:
+def _mass_flow(name: str, body: Body, varying: VariableMass, references: References) -> Load:
     if name == GROUND:
         raise ModelError("ground moves as prescribed, whatever its mass: give it none that varies", number="M118")
     relative, absolute = varying.relative_velocity, varying.absolute_velocity
@@ -309,22 +243,50 @@ def _(element: Drag, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: Pull, name: str, references: References) -> Load:
-    return pull_load(element, name, references)
+    """Return a pull; of a law of the distance and parameters alone with its potential, where a rule finds one."""
+    distance = span_leaves(name)[0]
+    known = all(
+        leaf is distance or (leaf.op == "slot" and leaf.data[0] == "parameters")
+        for leaf in leaves([element.value], "slot", "quantity", "symbol")
+    )
+    potential = antiderivative(element.value, distance) if known else None
+    return PointPull(name, references.pair(element.between), element.value, potential=potential)
 
 
 @_load.register
 def _(element: Potential, name: str, references: References) -> list[Load]:
-    return potential_loads(element, name, references)
+    """Return the loads of a potential: one, or one for each joint that it is of."""
+    if element.on is not None:
+        return [_place_potential(element, element.on, name, references)]
+    if element.between is not None:
+        _verify_names(element, "between", set(), references)
+        return [_distance_potential(name, references.pair(element.between), element.value)]
+    return _joint_potentials(element, name, references)
 
 
 @_load.register
 def _(element: Gravitation, name: str, references: References) -> Load:
-    return gravitation_load(element, name, references)
+    """Return Newton's attraction of two bodies."""
+    ends, masses = _centres(element.between, references), element.masses
+    if masses is None:
+        found = []
+        for index, reference in enumerate(element.between):
+            body, _ = body_part(reference, references.system.bodies)
+            found.append(mass_of(references.system.bodies.get(body, BARE)).mass)
+            if found[-1] is ZERO:
+                message = f"{body!r} has no mass that could attract; give both masses here, masses: [m1, m2]"
+                with at("between", index):
+                    raise ModelError(message, number="M118")
+        masses = tuple(found)
+    strength = element.constant * masses[0] * masses[1]
+    return _distance_potential(name, ends, -(strength / span_leaves(name)[0]))
 
 
 @_load.register
 def _(element: Coulomb, name: str, references: References) -> Load:
-    return coulomb_load(element, name, references)
+    """Return the force between two charges."""
+    strength = element.constant * element.charges[0] * element.charges[1]
+    return _distance_potential(name, _centres(element.between, references), strength / span_leaves(name)[0])
 
 
 @_load.register
@@ -362,7 +324,6 @@ def _force_point(element: Force | Drag, references: References) -> Marker:
 # ----------------------------------------------------------------------------------------------------------------------
 # The names of their own in laws of pulls and potentials: `distance`, `distance_rate`; x, y, z of a place.
 
-
 _DISTANCE = (symbol("distance"), symbol("distance_rate"))
 _AND_NOT_JOINTS = "; rename the latter"
 _OR_IN_JOINT = "; rename the latter, or give the potential in the joint (joint: ..) where its coordinates are meant"
@@ -373,11 +334,21 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
 
     Raises ModelError where the model calls something else so too.
     """
-    changed = {
-        name: _replaced(name, element, _own_leaves(name, element), names)
-        for name, element in system.forces.items()
-        if isinstance(element, (Pull, Potential))
-    }
+    changed: dict[str, Element] = {}
+    for name, element in system.forces.items():
+        if not isinstance(element, (Pull, Potential)):
+            continue
+        own = _own_leaves(name, element)
+        placed = isinstance(element, Potential) and element.on is not None
+        for leaf in leaves([element.value], "symbol"):
+            if leaf in own and leaf.data in names:
+                with at("forces", name, "value"):
+                    also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
+                    what = "of the point" if placed else "of the points"
+                    raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}", number="M113")
+        meant = {leaf: own.get(leaf, leaf) for leaf in leaves([element.value], "symbol", "slot", "quantity")}
+        value = evaluate([element.value], meant)[0]
+        changed[name] = element.with_fields({"value": value})
     return replace(system, forces={**system.forces, **changed}) if changed else system
 
 
@@ -392,23 +363,11 @@ def _own_leaves(name: str, element: Pull | Potential) -> dict[Node, Node]:
     return {}
 
 
-def _replaced(name: str, element: Pull | Potential, own: Mapping[Node, Node], names: Mapping[str, str]) -> Element:
-    placed = isinstance(element, Potential) and element.on is not None
-    for leaf in leaves([element.value], "symbol"):
-        if leaf in own and leaf.data in names:
-            with at("forces", name, "value"):
-                also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
-                what = "of the point" if placed else "of the points"
-                raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}", number="M113")
-    return element.with_fields({"value": evaluate([element.value], lambda leaf: own.get(leaf, leaf))[0]})
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# Loads: what forces, torques, springs and dampers exert, as wrenches on bodies and forces on speeds.
-
+# What loads exert, as wrenches on bodies and forces on speeds.
 
 TINY: Final = 1e-300
-"""What is added to v^2 so that |v| has a derivative at v = 0; everywhere else it is rounded away."""
+"""The term beside v^2 with which |v| has a derivative at v = 0; everywhere else it is rounded away."""
 
 
 @dataclass(frozen=True)
@@ -426,8 +385,9 @@ def applied_forces(motion: Motion, loads: Iterable[Load] | None = None, *, weigh
     for load in motion.mechanism.loads if loads is None else loads:
         with at(*load.path):
             exert(load, motion, wrenches, of_speed)
-    if weight:
-        _add_weight(motion, wrenches)
+    for index, (moved, mass) in enumerate(zip(motion.bodies, motion.masses, strict=True) if weight else ()):
+        force = scale(mass.mass, moved.gravity)
+        wrenches.add(index, force, cross(mass.com, force))
     return AppliedForces(wrenches.of_body, of_speed)
 
 
@@ -435,12 +395,6 @@ def applied_generalized_forces(motion: Motion, forces: AppliedForces) -> list[S]
     """Return the generalised forces of applied wrenches and joint forces together (nu)."""
     projected = generalized_forces(motion, forces.of_body)
     return [a + b for a, b in zip(projected, forces.of_speed, strict=True)]
-
-
-def _add_weight(motion: Motion, wrenches: Wrenches) -> None:
-    for index, (moved, mass) in enumerate(zip(motion.bodies, motion.masses, strict=True)):
-        force = scale(mass.mass, moved.gravity)
-        wrenches.add(index, force, cross(mass.com, force))
 
 
 @singledispatch
@@ -527,7 +481,6 @@ def place(load: PlacePotential, motion: Motion) -> Vec:
 
 
 def _axes_of(motion: Motion, frame: Marker) -> Mat:
-    """Return R_WF of a frame on a body."""
     return product(motion.rotation(frame.body), pose(motion.state, frame.pose)[0])
 
 
@@ -535,21 +488,18 @@ def _axes_of(motion: Motion, frame: Marker) -> Mat:
 def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     linear, quadratic = motion.state.values([load.linear, load.quadratic])
     v = velocity(motion, load.at)
-    factor = linear if load.quadratic is ZERO else linear + quadratic * _size(v)
+    if load.quadratic is ZERO:
+        factor = linear
+    else:  # |v| with the derivative zero where v is zero
+        parts = [x for x in v if (x.shadow if isinstance(x, Node) else x) != 0]
+        single = absolute(parts[0]) if parts else 0
+        factor = linear + quadratic * (single if len(parts) < 2 else sqrt(dot(v, v) + TINY))
     add_force(wrenches, motion, load.at, scale(-factor, v))
 
 
 @exert.register
 def _(load: MassFlow, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     wrenches.add(load.body, *flow_wrench(load, motion))
-
-
-def _size(v: Vec) -> S:
-    """Return |v|, with the derivative zero where v is zero."""
-    parts = [x for x in v if (x.shadow if isinstance(x, Node) else x) != 0]
-    if len(parts) < 2:
-        return absolute(parts[0]) if parts else 0
-    return sqrt(dot(v, v) + TINY)
 
 
 def span_rate(motion: Motion, ends: tuple[Marker, Marker], direction: Vec) -> S:

@@ -1,4 +1,6 @@
-"""Where the teeth of two wheels meet: the pitch point and the force there, seen from the body that both axes stay on.
+"""Where do the teeth of two wheels meet, with which force, and which reactions do couplings leave undetermined?
+
+The pitch point and the force there are seen from the body that both axes stay on.
 
 Wheel 1 turns about the axis a1 through C1 and wheel 2 about a2 through C2, positively with their coordinates; rho is
 the way from an axis to the pitch point P. A force on wheel 1 across both axes, of moment one about a1:
@@ -14,14 +16,14 @@ does no work and is left out.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import hypot, isfinite
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at
-from multibody_sym.mechanics.mechanism import Mechanism, TreeBody, Withheld
+from multibody_sym.mechanics.mechanism import Mechanism, Withheld
 from multibody_sym.mechanics.references import References, in_plane
 from multibody_sym.mechanics.row_records import ExpressionRow, GearRow, Marker, VelocityRow
 from multibody_sym.mechanics.spanning_tree import body_part
@@ -52,16 +54,25 @@ def gear_row(name: str, element: Gear, zero: Node, references: References) -> Ge
     carrier, wheels = _wheels(element, references)
     if any(leaf.data[0] in ("q", "u") for leaf in leaves([element.value], "slot")):
         raise ModelError("with radii it depends on time and parameters only", number="M116").under("value")
-    place, force = _Mesh(element, wheels, _sample(references), _near(element, carrier, references)).met()
+    near = None  # the point of the carrier that tells where on their axes the wheels are
+    if element.at is not None:
+        with at("at"):
+            marker = references.marker(element.at)
+            if marker.body != references.numbers[carrier]:
+                raise ModelError(f"name a point of {carrier}, on which both axes stay", number="M116")
+        near = marker.pose.position
+    place, force = _Mesh(element, wheels, _sample_values(references), near).met()
     pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(_nodes(place)))
     beside = {joint: side * wheel.side for joint, side, wheel in zip(element.joints, (1, -1), wheels, strict=True)}
     in_tree = all(joint in references.carrying for joint in element.joints)
-    on = _on(wheels, beside, references)
+    on = _loaded_bodies(wheels, beside, references)
     return GearRow(name, zero, False, pitch, _nodes(force), on, tuple(beside.items()), in_tree)
 
 
-def _on(wheels: Sequence[_Wheel], beside: Mapping[str, int], references: References) -> tuple[tuple[int, int], ...]:
-    """Return the bodies on which the force is put, each with its factor.
+def _loaded_bodies(
+    wheels: Sequence[_Wheel], beside: Mapping[str, int], references: References
+) -> tuple[tuple[int, int], ...]:
+    """Return the bodies on which the force at the teeth acts, each with its factor.
 
     Those are the wheels. H is that of drives in the joints, so that the rows of a joint that does not carry its child
     transmit such a drive: the difference is put between the child and what those rows hold it to, its parent or its
@@ -112,32 +123,18 @@ def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _
                 number="M116",
             )
     (carrier,) = shared
-    first, second = (_wheel(n, carrier == end[0], references) for n, end in zip(element.joints, ends, strict=True))
-    return carrier, (first, second)
+    wheels = []
+    for name, end in zip(element.joints, ends, strict=True):
+        frames = references.frames(name)
+        carried = carrier == end[0]
+        on_carrier, on_wheel = frames if carried else frames[::-1]
+        side = 1 if carried else -1  # a wheel that carries the body of its axis turns the other way
+        along = apply(on_carrier.pose.rotation, unit_vector(system.joints[name].moves[0].turns[0]))
+        wheels.append(_Wheel(on_carrier.pose.position, scale(side, along), on_wheel.body, side))
+    return carrier, (wheels[0], wheels[1])
 
 
-def _wheel(joint: str, carried: bool, references: References) -> _Wheel:
-    """Return a wheel that a joint carries; one that carries the body on which its axis stays turns the other way."""
-    frames = references.frames(joint)
-    on_carrier, on_wheel = frames if carried else frames[::-1]
-    along = apply(on_carrier.pose.rotation, unit_vector(references.system.joints[joint].moves[0].turns[0]))
-    side = 1 if carried else -1
-    return _Wheel(on_carrier.pose.position, scale(side, along), on_wheel.body, side)
-
-
-def _near(element: Gear, carrier: str, references: References) -> Point | None:
-    """Return the point of the carrier that tells where on their axes the wheels are."""
-    if element.at is None:
-        return None
-    with at("at"):
-        marker = references.marker(element.at)
-        if marker.body != references.numbers[carrier]:
-            raise ModelError(f"name a point of {carrier}, on which both axes stay", number="M116")
-    return marker.pose.position
-
-
-def _sample(references: References) -> dict[Node, float]:
-    """Return the parameters' values, as far as they have any."""
+def _sample_values(references: References) -> dict[Node, float]:
     values: dict[Node, float] = {}
     declared = {slot("parameters", k): p.value for k, p in enumerate(references.system.parameters.values())}
     for _ in declared:
@@ -216,7 +213,6 @@ class _Mesh:
                 )
 
     def _side_by_side(self, apart: Vec) -> tuple[Vec, Vec]:
-        """Return the same for parallel axes."""
         outside = 1 if self.ratio * dot(*self.axes) < 0.0 else -1
         height = dot(self.axes[0], apart)
         self._verify_apart(hypot(*subtract(apart, scale(height, self.axes[0]))), outside)
@@ -250,7 +246,6 @@ class _Mesh:
                 )
 
     def _bevel(self) -> tuple[Vec, Vec]:
-        """Return the same for axes that meet."""
         assert self.element.radii is not None
         (first, second), (r1, r2) = self.wheels, self.element.radii
         normal = cross(first.axis, second.axis)
@@ -310,16 +305,16 @@ def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
 
     Raises ModelError where a stop hangs on one.
     """
-    found = resolved.relative.withheld if resolved.relative is not None else _withheld(resolved, system)
+    found = resolved.relative.withheld if resolved.relative is not None else _withheld_reactions(resolved, system)
     if not found:
         return resolved
     for name, node in resolved.stops.items():
-        for joint, component in _undetermined(found, node):
+        for joint, component in undetermined_reactions(found, node):
             with at("stop", name):
                 because = reasons({joint: found[joint]})[0]
                 raise ModelError(f"{force_name(joint, component)} is not determined: {because}", number="M112")
     declared = {**resolved.outputs, **resolved.run_outputs}
-    untold = tuple(name for name, node in declared.items() if _undetermined(found, node))
+    untold = tuple(name for name, node in declared.items() if undetermined_reactions(found, node))
     outputs, of_run = (
         {name: node for name, node in own.items() if name not in untold}
         for own in (resolved.outputs, resolved.run_outputs)
@@ -327,12 +322,8 @@ def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
     return replace(resolved, withheld=found, untold=untold, outputs=outputs, run_outputs=of_run)
 
 
-def is_undetermined(withheld: Mapping[str, Withheld], node: Node) -> bool:
-    """Return whether an expression names a reaction that is withheld."""
-    return bool(_undetermined(withheld, node))
-
-
-def _undetermined(withheld: Mapping[str, Withheld], node: Node) -> list[tuple[str, str]]:
+def undetermined_reactions(withheld: Mapping[str, Withheld], node: Node) -> list[tuple[str, str]]:
+    """Return the withheld reactions that an expression names, by joint and component."""
     found = leaves([node], "quantity")
     asked = [leaf.data[1] for leaf in found if leaf.data[0] == "reaction"]
     named = [leaf.data[1][0] for leaf in found if leaf.data[0] in ("power", "work", "impulse")]
@@ -354,7 +345,7 @@ def reasons(withheld: Mapping[str, Withheld]) -> list[str]:
 # --- what a row's force could reach --------------------------------------------------------------------------------
 
 
-def _withheld(resolved: Mechanism, system: System) -> dict[str, Withheld]:
+def _withheld_reactions(resolved: Mechanism, system: System) -> dict[str, Withheld]:
     """Return the joints with undetermined components, in the mechanism's order."""
     rows = [row for row in resolved.rows if isinstance(row, (ExpressionRow, VelocityRow)) and row.no_place]
     if not rows:
@@ -367,10 +358,25 @@ def _withheld(resolved: Mechanism, system: System) -> dict[str, Withheld]:
         named = _named_speeds(resolved, row.zero)
         joints = {name for name, body in bodies.items() if named.intersection(body.u)}
         for joint in graph.ways(joints) if joints else ():  # a row that names no coordinate exerts nothing
-            told = _told(bodies[joint], named) if joint in bodies else _told_of_cut(system, joint)
-            for component in (c for c in possible if c not in told):
+            # reactions along freedoms that the row does not name are known; a cut joint has no coordinate to name
+            if joint in bodies:
+                steps = bodies[joint].steps
+                free = [k for k, step in enumerate(steps) if step.motion is None]
+                pairs = zip(free, bodies[joint].free_steps, strict=True)
+                idle = [k for k, moved in pairs if named.isdisjoint(moved.u)]
+            else:
+                steps = system.joints[joint].steps
+                idle = list(range(len(steps)))
+            known = _components(steps, idle)
+            for component in (c for c in possible if c not in known):
                 reached.setdefault(joint, {}).setdefault(component, set()).add(row.name)
-    kinds = {name: _kind(system, name) for name in system.constraints}
+    kinds = {}
+    names = {element: kind for kind, element in CONSTRAINTS.table.items()}
+    for name, constraint in system.constraints.items():
+        kinds[name] = names[type(constraint)]
+        if isinstance(constraint, Gear):  # wheels alone have radii
+            slides = sum(isinstance(system.joints[joint], Prismatic) for joint in constraint.joints)
+            kinds[name] = ("gear", "gear on a rack", "gear between slides")[slides]
     return {
         joint: Withheld(
             tuple(c for c in COMPONENTS if c in reached[joint]),
@@ -379,16 +385,6 @@ def _withheld(resolved: Mechanism, system: System) -> dict[str, Withheld]:
         for joint in resolved.joint_names
         if joint in reached
     }
-
-
-def _kind(system: System, name: str) -> str:
-    """Return what kind of constraint one is; of gears also whether both joints have wheels, which alone have radii."""
-    constraint = system.constraints[name]
-    if isinstance(constraint, Gear):
-        slides = sum(isinstance(system.joints[joint], Prismatic) for joint in constraint.joints)
-        return ("gear", "gear on a rack", "gear between slides")[slides]
-    declared = type(constraint)
-    return next(kind for kind, element in CONSTRAINTS.table.items() if element is declared)
 
 
 def _named_speeds(resolved: Mechanism, zero: Node) -> set[int]:
@@ -402,19 +398,6 @@ def _named_speeds(resolved: Mechanism, zero: Node) -> set[int]:
     return found
 
 
-def _told(body: TreeBody, named: set[int]) -> set[str]:
-    """Return the components of a joint's reaction along freedoms that a row does not name."""
-    free = [k for k, step in enumerate(body.steps) if step.motion is None]
-    idle = [k for k, moved in zip(free, body.free_steps, strict=True) if named.isdisjoint(moved.u)]
-    return _components(body.steps, idle)
-
-
-def _told_of_cut(system: System, joint: str) -> set[str]:
-    """Return the same of a joint that is cut: it has no coordinates that a row could name."""
-    steps = system.joints[joint].steps
-    return _components(steps, range(len(steps)))
-
-
 def _components(steps: Sequence[Step], idle: Iterable[int]) -> set[str]:
     """Return the components along those steps that move or turn along an axis of the frame on the parent, whatever the
     others do: translations before all rotations, a first rotation with no translation after it."""
@@ -423,18 +406,12 @@ def _components(steps: Sequence[Step], idle: Iterable[int]) -> set[str]:
     found: set[str] = set()
     for k in idle:
         if steps[k].is_independent and (k < first_turn or k == first_turn > last_slide):
-            found.update(_along(steps[k]))
+            directions = [(0, axis) for axis in steps[k].slides] + [(3, axis) for axis in steps[k].turns]
+            for first, direction in directions:
+                axes = [i for i, x in enumerate(direction) if x.shadow is None or x.shadow != 0]
+                if len(axes) == 1:  # the direction is x, y or z
+                    found.add(COMPONENTS[first + axes[0]])
     return found
-
-
-def _along(step: Step) -> Iterator[str]:
-    """Yield the components of the reaction along the axes of a step, as far as these are x, y or z."""
-    for first, directions in ((0, step.slides), (3, step.turns)):
-        for direction in directions:
-            sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in direction]
-            axes = [k for k, size in enumerate(sizes) if size > 0.0]
-            if len(axes) == 1:
-                yield COMPONENTS[first + axes[0]]
 
 
 @dataclass(frozen=True)
@@ -446,7 +423,6 @@ class _Graph:
 
     @classmethod
     def of(cls, resolved: Mechanism, system: System) -> _Graph:
-        """Return the graph of the declared joints, with the mechanism's spanning tree."""
         ends = {
             name: (body_part(joint.parent, system.bodies)[0], body_part(joint.child, system.bodies)[0])
             for name, joint in system.joints.items()

@@ -20,7 +20,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, slot
 
 MEETING: Final = "meeting"
-"""The array of the components of relative velocities along which points without a normal strike."""
+"""The array of relative velocities, second against first, of points that meet without a normal: three for each pair."""
 
 
 @dataclass(frozen=True)
@@ -105,11 +105,6 @@ class StruckImpacts:
     law: str | None = None
     sequence: str | None = None
     paths: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-
-def meeting_leaf(number: int, component: int) -> Node:
-    """Return the leaf for a component of the velocity, second against first, of points that meet without a normal."""
-    return slot(MEETING, 3 * number + component)
 
 
 INSTANT: Final = slot("instant", 0)

@@ -1,4 +1,7 @@
-"""What the names in an `impact:` section stand for: points that meet, elements that close, impulses, what begins."""
+"""What do the names in an `impact:` section stand for, and how does a mechanism move in an impact?
+
+Points that meet, elements that close, impulses, constraints that begin; then the mechanism of the jumps of speeds.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,10 @@ from multibody_sym.mechanics.impact_records import (
     SpeedJump,
     StruckImpacts,
     jump_leaf,
-    meeting_leaf,
 )
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
-from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import (
     Wrenches,
@@ -41,7 +43,7 @@ from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
 from multibody_sym.model.contacts_and_impacts import ENOUGH, Impact, Impacts
 from multibody_sym.model.fields import Point
-from multibody_sym.model.steps import Step, is_upright
+from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import with_expressions
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
@@ -52,7 +54,7 @@ from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, 
 def struck_impacts(
     references: References, one_way: Sequence[LawElement], rows: Sequence[Row], cuts: Sequence[CutJoint]
 ) -> StruckImpacts | None:
-    """Return the resolved section of a system; raises ModelError, with the path, for names of nothing that fits."""
+    """Return the resolved section of a system. Raises ModelError, with the path, for a name that nothing fits."""
     declared = references.system.impact
     if declared is None:
         return None
@@ -60,7 +62,7 @@ def struck_impacts(
     for name, impact in declared.strikes.items():
         with at(*declared.path(name)):
             found.add(name, impact)
-    return found.told()
+    return found.impacts()
 
 
 class _Resolved:
@@ -85,8 +87,8 @@ class _Resolved:
         self.tangential: dict[str, Node] = {}
         self.paths: dict[str, tuple[str, ...]] = {}
 
-    def told(self) -> StruckImpacts:
-        """Return all of it; without any impact everything that is declared and closes strikes."""
+    def impacts(self) -> StruckImpacts:
+        """Return all impacts; without any, everything that is declared and closes strikes."""
         every = None if not self.declared.strikes else tuple(self.contacts)
         return StruckImpacts(
             tuple(self.meetings),
@@ -122,7 +124,6 @@ class _Resolved:
     # --- points that meet -----------------------------------------------------------------------------------------
 
     def _meeting(self, name: str, impact: Impact, between: tuple[str, ...]) -> LawElement:
-        """Return two points that meet as an element that holds one way only."""
         with at("between"):
             verify_bodies(between, self.references.system)
         if any(name in (x.name, x.group) for x in self.one_way):
@@ -157,7 +158,7 @@ class _Resolved:
     def _normal(self, given: Point | None, number: int) -> tuple[Point, bool]:
         """Return the unit normal, and whether it lies in the plane of a plane model."""
         if given is None:
-            x, y, z = (meeting_leaf(number, k) for k in range(3))
+            x, y, z = (slot(MEETING, 3 * number + k) for k in range(3))
             return unit_vector((x, y, ZERO if self.flat else z)), self.flat
         normal = unit_vector(given)
         if self.flat and is_upright(normal):
@@ -263,9 +264,6 @@ def before_leaf(speed: int) -> Node:
     return slot(_BEFORE, speed)
 
 
-# --- the mechanism -------------------------------------------------------------------------------------------------
-
-
 def impact_mechanism(
     mechanism: Mechanism,
     striking: Sequence[Row],
@@ -282,17 +280,25 @@ def impact_mechanism(
     what presses in a joint do not jump, and the impulses of those named `given` are their leaves. `drives`: by how much
     the rates of prescribed motions of joints jump. `elements` are those of the impact beside its own.
     """
-    rows = [_stopped(row) for row in (*mechanism.rows, *striking)]
+    rows = [with_expressions(row, _at_instant) for row in (*mechanism.rows, *striking)]
     first = len(mechanism.rows)
     made = [
         JumpRow(row.name, row, jump_leaf(k)) if row.restricts and (k >= first or row.name in jumping) else row
         for k, row in enumerate(rows)
     ]
     made = [GivenRow(row.name, rows[k], jump_leaf(k)) if row.name in given else row for k, row in enumerate(made)]
+    bodies = []
+    for body in mechanism.bodies:
+        jump = (drives or {}).get(body.joint_name)
+        # of the value 0, the rate 0 and the acceleration `jump` at the time 0
+        added = as_node(0) if jump is None else as_node(jump * TIME * TIME / 2)
+        standing = [with_expressions(step, _at_instant) for step in body.steps]
+        steps = tuple(x if x.motion is None else x.with_motion(x.motion + added) for x in standing)
+        bodies.append(body if steps == body.steps else replace(body, steps=steps))
     return replace(
         mechanism,
         gravity=ORIGIN,
-        bodies=tuple(_stopped_body(body, (drives or {}).get(body.joint_name)) for body in mechanism.bodies),
+        bodies=tuple(bodies),
         loads=tuple(loads),
         rows=tuple(made),
         one_way=(*mechanism.one_way, *elements),
@@ -302,47 +308,21 @@ def impact_mechanism(
     )
 
 
-def _stopped(part: Row) -> Row:
-    """Return a row in which time stands still."""
-    return with_expressions(part, _at_instant)  # type: ignore[no-any-return]
-
-
 def _at_instant(node: Node) -> Node:
     if TIME not in leaves([node], "slot"):
         return node
     return as_node(evaluate([node], lambda leaf: INSTANT if leaf is TIME else leaf)[0])
 
 
-def _stopped_body(body: TreeBody, jump: Node | None) -> TreeBody:
-    """Return a body whose prescribed motion stands still, or starts with the jump of its rate as acceleration."""
-    standing = (with_expressions(step, _at_instant) for step in body.steps)
-    steps = tuple(
-        step if step.motion is None else step.with_motion(step.motion + _jumping(jump)) for step in standing
-    )
-    return body if steps == body.steps else replace(body, steps=steps)
-
-
-def _jumping(jump: Node | None) -> Node:
-    """Return what has the value 0, the rate 0 and the acceleration `jump` at the time 0."""
-    return as_node(0) if jump is None else as_node(jump * TIME * TIME / 2)
-
-
 def jumping_motions(mechanism: Mechanism, drives: Mapping[str, Node]) -> Mechanism:
     """Return a mechanism in which the rates of prescribed motions have jumped where `JUMPED` is 1."""
-    bodies = tuple(
-        replace(body, steps=tuple(_jumped(step, drives[body.joint_name]) for step in body.steps))
-        if body.joint_name in drives
-        else body
-        for body in mechanism.bodies
-    )
-    return replace(mechanism, bodies=bodies)
-
-
-def _jumped(step: Step, jump: Node) -> Step:
-    """Return a prescribed step with the jump of its rate."""
-    if step.motion is None:
-        return step
-    return step.with_motion(as_node(step.motion + jump * JUMPED * (TIME - INSTANT)))
+    bodies = list(mechanism.bodies)
+    for k, body in enumerate(bodies):
+        if body.joint_name in drives:
+            jump = drives[body.joint_name] * JUMPED * (TIME - INSTANT)
+            steps = (x if x.motion is None else x.with_motion(as_node(x.motion + jump)) for x in body.steps)
+            bodies[k] = replace(body, steps=tuple(steps))
+    return replace(mechanism, bodies=tuple(bodies))
 
 
 def after_impact(before: State, u: Sequence[S]) -> State:
@@ -376,9 +356,6 @@ def with_meetings(motion: Motion, elements: Sequence[LawElement]) -> State:
                 found |= {leaf: moving[leaf.data[1] % 3] for leaf in wanted}
     state = motion.state
     return replace(state, slots={**state.slots, **found}) if found else state
-
-
-# --- rows ----------------------------------------------------------------------------------------------------------
 
 
 @row_motion.register

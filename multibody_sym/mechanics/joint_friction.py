@@ -1,4 +1,4 @@
-"""Friction in joints: which parts of a joint's own reaction press, and what rubs.
+"""How do joints rub: which parts of a joint's own reaction press, along which rows is there friction? And stops.
 
 A guide rubs with the force across its axis; with pads, so far apart on the child, each takes half of that force and its
 share of the couple. A journal rubs about its axis at a radius, or two bearings do, a sleeve along and about it. On a
@@ -15,13 +15,12 @@ from typing import Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
-from multibody_sym.mechanics.motion import BodyMass, Motion, accelerations, from_parent, spread
+from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, spread
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, direction, generalized_forces
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
 from multibody_sym.mechanics.row_records import (
     NOWHERE,
     BrakingRow,
-    CutJoint,
     ExpressionRow,
     ReactionRow,
     Row,
@@ -31,7 +30,7 @@ from multibody_sym.mechanics.spanning_tree import normals_of
 from multibody_sym.model.bodies import ORIGIN, unit_vector
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Friction
-from multibody_sym.model.joints import Custom, Follow, Joint, Limits, MovingJoint, Spherical
+from multibody_sym.model.joints import Custom, Follow, Joint, MovingJoint, Spherical
 from multibody_sym.model.steps import Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
@@ -53,14 +52,13 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What all friction in joints is made of: parts of the reaction that press, coefficients, words for wrong fields.
-
+# The parts of all friction in joints: of the reaction that presses, coefficients, errors of wrong fields.
 
 NOWHERE_YET: Final = (NOWHERE, NOWHERE)
-"""The frames of a reaction's parts before its joint gives them."""
+"""The frames of a reaction's parts before the joint's are known."""
 
 Made = tuple[list[ReactionRow], list[FrictionPart]]
-"""What presses in a joint, and what rubs."""
+"""The rows of what presses in a joint, and its friction."""
 
 _KINDS: Final = (
     "friction is for joints with a reaction that presses and coordinates of their own: prismatic, revolute, "
@@ -175,26 +173,22 @@ def ball_friction(asked: Rubbing) -> Made:
     """Return the friction of a ball in its socket, against its angular velocity."""
     asked.without("length", "a ball has none; give its radius")
     radius = asked.radius("a ball rubs at its radius: give it")
-    rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(_turning(asked), 1))
+    speeds = asked.rates
+    if len(asked.joint.moves) > 1:  # the angular velocity along the parent's axes, where angles are chosen
+        R: Mat = UNIT_MATRIX
+        total: Vec = (ZERO, ZERO, ZERO)
+        for step, freedom in zip(asked.joint.moves, asked.freedoms, strict=True):
+            assert freedom.coordinate is not None
+            axis = unit_vector(step.turns[0])
+            total = add(total, scale(freedom.rate, apply(R, axis)))
+            R = product(R, turned(axis, freedom.coordinate))
+        speeds = list(_nodes(total))
+    rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
     return asked.reactions([(unit, ORIGIN) for unit in units]), [asked.part(rows, range(3), radius, norm=True)]
 
 
-def _turning(asked: Rubbing) -> Sequence[Node]:
-    """Return the angular velocity along axes at right angles: the child's, the parent's where angles are chosen."""
-    if len(asked.joint.moves) == 1:
-        return asked.rates
-    R: Mat = UNIT_MATRIX
-    total: Vec = (ZERO, ZERO, ZERO)
-    for step, freedom in zip(asked.joint.moves, asked.freedoms, strict=True):
-        assert freedom.coordinate is not None
-        axis = unit_vector(step.turns[0])
-        total = add(total, scale(freedom.rate, apply(R, axis)))
-        R = product(R, turned(axis, freedom.coordinate))
-    return _nodes(total)
-
-
-def two_pins(asked: Rubbing) -> Made:
+def _two_pins(asked: Rubbing) -> Made:
     """Return the friction of the two pins of a universal joint, on each of which the force across it presses."""
     asked.without("length", "bearings a length apart are for hinges; the pins rub with the joint's force alone")
     asked.radius("a universal joint rubs on its two pins: give their radius")
@@ -238,10 +232,10 @@ def joint_frictions(references: References) -> Iterator[LawElement]:
     for name, element in references.system.forces.items():
         if isinstance(element, Friction):
             with at("forces", name):
-                yield _friction(name, element, references, flat)
+                yield _joint_friction(name, element, references, flat)
 
 
-def _friction(name: str, element: Friction, references: References, flat: bool) -> LawElement:
+def _joint_friction(name: str, element: Friction, references: References, flat: bool) -> LawElement:
     with at("joint"):
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
@@ -293,7 +287,10 @@ def _pads(asked: Rubbing, axis: Point, across: Sequence[Point], row: Row, arm: N
     """
     name, length = asked.name, asked.element.length
     assert length is not None
-    shares = [[_pad(axis, n, side / length) for n in across] for side in (ONE, -ONE)]
+    half = ONE / 2  # of the force of both, and the moment about the axis across that each takes
+    shares = [
+        [(scale(half, n), scale(side / length, cross(axis, n))) for n in across] for side in (ONE, -ONE)
+    ]
     normals = [x for k, pad in enumerate(shares, 1) for x in asked.reactions(pad, f"{name}.pad{k}")]
     if len(across) == 1:
         return normals, [asked.part((row,), range(2), arm)]
@@ -302,13 +299,6 @@ def _pads(asked: Rubbing, axis: Point, across: Sequence[Point], row: Row, arm: N
         asked.part((each,), range(2 * k - 2, 2 * k), arm, norm=True, name=f"{name}.pad{k}")
         for k, each in enumerate(rows, 1)
     ]
-
-
-def _pad(axis: Point, normal: Point, share: Node) -> tuple[Point, Point]:
-    """Return the force along a normal of a pad as part of the force and of the moment that both transmit."""
-    about = scale(share, cross(axis, normal))
-    half = scale(ONE / 2, normal)
-    return half, about
 
 
 def _sleeve(asked: Rubbing) -> Made:
@@ -366,13 +356,12 @@ _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Follow, Rotate): _wire,
     (Translate, Translate): plate_friction,
     (Translate, Translate, Rotate): plate_friction,
-    (Rotate, Rotate): two_pins,
+    (Rotate, Rotate): _two_pins,
 }
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Stops: the limits of joints that act, each a row phi >= 0 on the joint's coordinate.
-
 
 FREE: Final = "free"
 
@@ -384,25 +373,23 @@ def stops(references: References) -> Iterator[LawElement]:
         if limits is None:
             continue
         coordinate = references.coordinate(name)
-        if limits.lower is not None:
-            yield _stop(name, "lower", coordinate - limits.lower, limits)
-        if limits.upper is not None:
-            yield _stop(name, "upper", limits.upper - coordinate, limits)
-
-
-def _stop(joint: str, side: str, gap: Node, limits: Limits) -> LawElement:
-    name = f"{joint}.{side}"
-    return LawElement(
-        name,
-        "stop",
-        ("joints", joint),
-        (ExpressionRow(name, gap),),
-        restitution=limits.restitution or ZERO,
-        collides=limits.restitution is not None,
-        words=(side, FREE),
-        group=joint,
-        joint=joint,
-    )
+        gaps = {
+            "lower": None if limits.lower is None else coordinate - limits.lower,
+            "upper": None if limits.upper is None else limits.upper - coordinate,
+        }
+        for side, gap in gaps.items():
+            if gap is not None:
+                yield LawElement(
+                    f"{name}.{side}",
+                    "stop",
+                    ("joints", name),
+                    (ExpressionRow(f"{name}.{side}", gap),),
+                    restitution=limits.restitution or ZERO,
+                    collides=limits.restitution is not None,
+                    words=(side, FREE),
+                    group=name,
+                    joint=name,
+                )
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -429,71 +416,45 @@ class PartOfReaction:
 
 def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
     """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
-    index = row.frames[1].body
+    child = row.frames[1]
+    index = child.body
+    turning, moving = (
+        apply_transposed(motion.rotation(index), direction(motion, row.frames[0], part))
+        for part in (row.moment, row.force)
+    )
+    # the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M
+    twist: Twist = subtract(moving, cross(turning, motion.point(child))), turning
     if motion.mechanism.bodies[index].joint_name == row.joint:
-        return _of_tree_joint(row, motion, index, wrenches)
+        return _part_in_tree(motion, index, twist, wrenches)
     cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
-    return _of_cut_joint(row, motion, cut, wrenches)
-
-
-def _of_tree_joint(
-    row: ReactionRow, motion: Motion, index: int, wrenches: Sequence[Sequence[Wrench]]
-) -> PartOfReaction:
-    twists = _carried_along(motion, index, _twist(row, motion))
-    momenta = [NO_WRENCH] * len(motion.bodies)
-    rest: S = 0
-    acting, at_rest = applied_forces(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
-    for k, twist in twists.items():
-        momenta[k] = _momentum(motion.masses[k], *twist)
-        rest = rest + _power(twist, _inertia(motion, k, *at_rest[k])) - _power(twist, acting[k])
-    of_rows = [-sum((_power(twist, of_body[k]) for k, twist in twists.items()), 0) for of_body in wrenches]
-    return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
-
-
-def _of_cut_joint(
-    row: ReactionRow, motion: Motion, cut: CutJoint, wrenches: Sequence[Sequence[Wrench]]
-) -> PartOfReaction:
-    """Return a part of what the rows that stand for a joint exert on its child."""
-    child, twist = row.frames[1], _twist(row, motion)
-    of_rows: list[S] = [0] * len(wrenches)
+    of_rows: list[S] = [0] * len(wrenches)  # only the rows that stand for the joint exert its reaction
     for k in cut.rows:
-        of_rows[k] = _power(twist, wrenches[k][child.body])
+        of_rows[k] = _power(twist, wrenches[k][index])
     return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
 
 
-def _twist(row: ReactionRow, motion: Motion) -> Twist:
-    """Return the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M."""
-    child = row.frames[1]
-    turning, moving = (
-        apply_transposed(motion.rotation(child.body), direction(motion, row.frames[0], part))
-        for part in (row.moment, row.force)
-    )
-    return subtract(moving, cross(turning, motion.point(child))), turning
-
-
-def _carried_along(motion: Motion, index: int, twist: Twist) -> dict[int, Twist]:
-    """Return the velocities of a body and of all that it carries, which move with it as one."""
-    found = {index: twist}
+def _part_in_tree(motion: Motion, index: int, twist: Twist, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
+    """Return the part of the reaction of the joint that carries a body, for a virtual motion of the body."""
+    twists = {index: twist}  # all that the body carries moves with it as one
     for k, body in enumerate(motion.mechanism.bodies):
-        if body.parent in found and k != index:
-            found[k] = from_parent(motion.bodies[k], found[body.parent])
-    return found
-
-
-def _momentum(mass: BodyMass, v: Vec, w: Vec) -> Wrench:
-    """Return momentum and angular momentum about the body's origin."""
-    x, y, z = add(v, cross(w, mass.com))
-    linear = mass.mass * x, mass.mass * y, mass.mass * z
-    return linear, add(apply(mass.inertia, w), cross(mass.com, linear))
-
-
-def _inertia(motion: Motion, index: int, a: Vec, alpha: Vec) -> Wrench:
-    """Return the rate of a body's momentum about its origin."""
-    mass, w = motion.masses[index], motion.bodies[index].w_WB
-    x, y, z = add(a, apply(spread(alpha, w), mass.com))
-    force = mass.mass * x, mass.mass * y, mass.mass * z
-    turning = add(apply(mass.inertia, alpha), cross(w, apply(mass.inertia, w)))
-    return force, add(turning, cross(mass.com, force))
+        if body.parent in twists and k != index:
+            twists[k] = from_parent(motion.bodies[k], twists[body.parent])
+    momenta = [NO_WRENCH] * len(motion.bodies)
+    rest: S = 0
+    acting, at_rest = applied_forces(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
+    for k, (v, w) in twists.items():
+        mass = motion.masses[k]
+        x, y, z = add(v, cross(w, mass.com))
+        linear = mass.mass * x, mass.mass * y, mass.mass * z
+        momenta[k] = linear, add(apply(mass.inertia, w), cross(mass.com, linear))
+        (a, alpha), turning = at_rest[k], motion.bodies[k].w_WB
+        x, y, z = add(a, apply(spread(alpha, turning), mass.com))
+        force = mass.mass * x, mass.mass * y, mass.mass * z
+        moment = add(apply(mass.inertia, alpha), cross(turning, apply(mass.inertia, turning)))
+        needed = force, add(moment, cross(mass.com, force))  # the rate of the body's momentum
+        rest = rest + _power((v, w), needed) - _power((v, w), acting[k])
+    of_rows = [-sum((_power(x, of_body[k]) for k, x in twists.items()), 0) for of_body in wrenches]
+    return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
 
 
 def _power(twist: Twist, wrench: Wrench) -> S:

@@ -1,4 +1,4 @@
-"""What holds one way only: contacts, slack ropes, stops and friction, and which of it holds in a mode.
+"""Which elements hold one way only: contacts, slack ropes, stops, friction; what holds in a mode, within which limits?
 
 Rows of a contact's normal, a rope or a stop are written phi >= 0, so that their multipliers, normal force and tension,
 are >= 0 too and phi lambda = 0. Friction rows are directions t: phidot is the sliding speed v_t, the multiplier the
@@ -13,6 +13,7 @@ from typing import Final, Literal
 
 from multibody_sym.mechanics.row_records import Face, PlaneSurface, Row, SurfacePair
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import Kind
 from multibody_sym.scalars.node import ONE, ZERO, Node, number
 
 INACTIVE: Final = 0
@@ -190,10 +191,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Shares:
-    """How all rows of a mode share what they carry together; `room` is how far forces are from their bounds.
-
-    That is a part of the largest force.
-    """
+    """How all rows of a mode share their forces; `room` is how far these are from bounds, by the largest force."""
 
     elements: tuple[Share, ...]
     room: float
@@ -201,7 +199,7 @@ class Shares:
 
 @dataclass(frozen=True)
 class Mode:
-    """Which one-way elements are active and how they slide.
+    """Which elements with laws are active and how they slide.
 
     `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses, by the names
     of the normal rows where there are several. `slips`: by friction part of active elements, 0 sticks, 1 and -1 slides
@@ -236,3 +234,47 @@ class Mode:
     def alike(self, other: Mode) -> bool:
         """Return whether two modes are the same, whatever each element carries in them."""
         return replace(self, shares=None) == replace(other, shares=None)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The limits of elements, within which a mode lasts. Their values are those of `scalars.limits`, over any scalar.
+#
+#     kind     not negative                                beyond it
+#     force    the normal force of what acts               it opens
+#     gap      the distance of what does not act           it closes
+#     side     a reaction in a joint, towards its side     it presses on the other side
+#     cone     static N - |F| of what sticks               it slips
+#     slip     the speed of what slips, in its direction   it stops
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of an element: of its friction `part`, or of its normal row by number."""
+
+    kind: Kind
+    element: LawElement
+    part: FrictionPart | None = None
+    normal: int = 0
+
+
+def limits_in(mode: Mode, element: LawElement) -> Iterator[Limit]:
+    """Yield the limits of an element in a mode. What touches and carries nothing is limited by its distance alone."""
+    if element.unilateral:
+        carries = mode.acts(element) and element.name not in mode.idle
+        yield Limit("force" if carries else "gap", element)
+        if not carries:
+            return
+    else:
+        yield from (Limit("side", element, normal=k) for k in sided_normals(element))
+    for part in element.frictions if mode.acts(element) else ():
+        if part.regularised is None and part.rubs:
+            if mode.slip(part) != STICKS:
+                yield Limit("slip", element, part)
+            elif part.static is not ZERO and not part.enough and part.name not in mode.carried:
+                yield Limit("cone", element, part)
+
+
+def sided_normals(element: LawElement) -> list[int]:
+    """Return which normals of an element whose reactions are of either sign press by their size, each alone."""
+    parts = [part for part in element.frictions if part.static is not ZERO and not (part.enough or part.norm)]
+    return [k for k in range(len(element.normals)) if any(k in part.normals for part in parts)]

@@ -1,8 +1,9 @@
-"""Loads: forces with their places found."""
+"""Loads: forces with their places. Each kind answers the questions of `Load`; `mechanics/forces.py` exerts them."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.model.fields import Point
@@ -12,7 +13,7 @@ from multibody_sym.scalars.node import ZERO, Node, quantity
 
 @dataclass(frozen=True)
 class Load(ABC):
-    """A force with its place: what all that handles loads asks of one. What it exerts is in `mechanics/forces.py`."""
+    """A force with its place."""
 
     name: str
 
@@ -27,14 +28,14 @@ class Load(ABC):
         """The body along whose axes it is given; None where it is given along none, or those of its points."""
 
     @property
-    @abstractmethod
     def spring(self) -> tuple[Node, Node] | None:
         """The stiffness and the rest length or angle of a spring."""
+        return None
 
     @property
-    @abstractmethod
     def only_brakes(self) -> bool:
         """Whether it never does positive work."""
+        return False
 
     @property
     def energy(self) -> Node | None:
@@ -42,10 +43,9 @@ class Load(ABC):
         return None
 
     @property
-    @abstractmethod
     def line(self) -> tuple[Marker, Marker] | None:
         """The points along whose line it acts, where that needs a direction."""
-
+        return None
 
     @property
     def path(self) -> tuple[str, str]:
@@ -53,31 +53,10 @@ class Load(ABC):
         return "forces", self.name
 
 
-class _NoSpring(Load):
-    """A load that is no spring."""
-
-    @property
-    def spring(self) -> tuple[Node, Node] | None:
-        return None
-
-    @property
-    def only_brakes(self) -> bool:
-        return False
-
-
-class _Somewhere(Load):
-    """A load that does not act along a line between points."""
-
-    @property
-    def line(self) -> tuple[Marker, Marker] | None:
-        return None
-
-
 @dataclass(frozen=True)
-class PointForce(_NoSpring, _Somewhere):
+class PointForce(Load):
     """A force with components along the axes of body `axes`, acting at a marker."""
 
-    name: str
     at: Marker
     value: Point
     axes: int
@@ -92,17 +71,14 @@ class PointForce(_NoSpring, _Somewhere):
 
 
 @dataclass(frozen=True)
-class BodyTorque(_NoSpring, _Somewhere):
+class BodyTorque(Load):
     """A torque with components along the axes of body `axes`, acting on a body."""
 
-    name: str
+    points: ClassVar[tuple[Marker, ...]] = ()
+
     body: int
     value: Point
     axes: int
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return ()
 
     @property
     def axes_of(self) -> int | None:
@@ -110,24 +86,18 @@ class BodyTorque(_NoSpring, _Somewhere):
 
 
 @dataclass(frozen=True)
-class JointForce(_NoSpring, _Somewhere):
+class JointForce(Load):
     """A generalised force on a freedom of a joint (on the child and back on the parent), whose `rate` is linear in u.
 
     Its generalised force on speed k is value d(rate)/du_k.
     """
 
-    name: str
+    points: ClassVar[tuple[Marker, ...]] = ()
+    axes_of: ClassVar[int | None] = None
+
     joint: str
     rate: Node
     value: Node
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return ()
-
-    @property
-    def axes_of(self) -> int | None:
-        return None
 
 
 @dataclass(frozen=True)
@@ -137,7 +107,8 @@ class PointSpring(Load):
     `straight` is its direction (world) from the first marker to the second, where that is known and constant.
     """
 
-    name: str
+    axes_of: ClassVar[int | None] = None
+
     ends: tuple[Marker, Marker]
     stiffness: Node
     damping: Node
@@ -147,10 +118,6 @@ class PointSpring(Load):
     @property
     def points(self) -> tuple[Marker, ...]:
         return self.ends
-
-    @property
-    def axes_of(self) -> int | None:
-        return None
 
     @property
     def spring(self) -> tuple[Node, Node] | None:
@@ -166,24 +133,18 @@ class PointSpring(Load):
 
 
 @dataclass(frozen=True)
-class JointSpring(_Somewhere):
+class JointSpring(Load):
     """A spring and damper in parallel on a freedom of a joint: its `coordinate`, and its `rate`, linear in u."""
 
-    name: str
+    points: ClassVar[tuple[Marker, ...]] = ()
+    axes_of: ClassVar[int | None] = None
+
     joint: str
     coordinate: Node
     rate: Node
     stiffness: Node
     damping: Node
     rest: Node
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return ()
-
-    @property
-    def axes_of(self) -> int | None:
-        return None
 
     @property
     def spring(self) -> tuple[Node, Node] | None:
@@ -195,10 +156,12 @@ class JointSpring(_Somewhere):
 
 
 @dataclass(frozen=True)
-class PointDrag(_NoSpring, _Somewhere):
+class PointDrag(Load):
     """F = -(linear + quadratic |v|) v at a marker that moves with v."""
 
-    name: str
+    axes_of: ClassVar[int | None] = None
+    only_brakes: ClassVar[bool] = True
+
     at: Marker
     linear: Node
     quadratic: Node
@@ -207,39 +170,28 @@ class PointDrag(_NoSpring, _Somewhere):
     def points(self) -> tuple[Marker, ...]:
         return (self.at,)
 
-    @property
-    def axes_of(self) -> int | None:
-        return None
-
-    @property
-    def only_brakes(self) -> bool:
-        return True
-
 
 @dataclass(frozen=True)
-class PointPull(_NoSpring):
+class PointPull(Load):
     """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do.
 
     `straight` as for springs. `potential` is the energy whose slope it is, if it has one.
     """
 
-    name: str
+    axes_of: ClassVar[int | None] = None
+
     ends: tuple[Marker, Marker]
     value: Node
     straight: Point | None = None
     potential: Node | None = None
 
     @property
-    def energy(self) -> Node | None:
-        return self.potential
-
-    @property
     def points(self) -> tuple[Marker, ...]:
         return self.ends
 
     @property
-    def axes_of(self) -> int | None:
-        return None
+    def energy(self) -> Node | None:
+        return self.potential
 
     @property
     def line(self) -> tuple[Marker, Marker] | None:
@@ -247,13 +199,15 @@ class PointPull(_NoSpring):
 
 
 @dataclass(frozen=True)
-class JointPotential(_NoSpring, _Somewhere):
+class JointPotential(Load):
     """A potential of a joint's coordinates: `value` V in slots, and (rate, dV/dq) of each coordinate it names.
 
     Of one that several joints share, each has its own rates, and the first the energy.
     """
 
-    name: str
+    points: ClassVar[tuple[Marker, ...]] = ()
+    axes_of: ClassVar[int | None] = None
+
     joint: str
     value: Node
     slopes: tuple[tuple[Node, Node], ...]
@@ -262,55 +216,38 @@ class JointPotential(_NoSpring, _Somewhere):
     def energy(self) -> Node | None:
         return self.value
 
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return ()
-
-    @property
-    def axes_of(self) -> int | None:
-        return None
-
 
 @dataclass(frozen=True)
-class PlacePotential(_NoSpring, _Somewhere):
+class PlacePotential(Load):
     """A potential of the place of a marker in the frame of another: `value` V names x, y, z as `place_leaves` do.
 
     `slopes` are dV/dx, dV/dy, dV/dz.
     """
 
-    name: str
+    axes_of: ClassVar[int | None] = None
+
     at: Marker
     frame: Marker
     value: Node
     slopes: tuple[Node, Node, Node]
 
     @property
-    def energy(self) -> Node | None:
-        return self.value
-
-    @property
     def points(self) -> tuple[Marker, ...]:
         return self.at, self.frame
 
     @property
-    def axes_of(self) -> int | None:
-        return None
-
-
-def place_leaves(load: str) -> tuple[Node, Node, Node]:
-    """Return the leaves that stand for the place of the point on which a potential depends."""
-    return quantity("place", (load, "x")), quantity("place", (load, "y")), quantity("place", (load, "z"))
+    def energy(self) -> Node | None:
+        return self.value
 
 
 @dataclass(frozen=True)
-class MassFlow(_NoSpring, _Somewhere):
-    """What leaves or joins the `body` of this name, whose mass varies.
+class MassFlow(Load):
+    """The flow of mass that leaves or joins the `body` of this name, whose mass varies.
 
     It moves with a `velocity` along the axes of body `axes`, `relative` to the body where it leaves or joins, else to
     inertial space. All of it passes the marker `at`; without one it leaves or joins where the mass is lost or gained.
     """
 
-    name: str
     body: int
     velocity: Point
     relative: bool
@@ -328,6 +265,11 @@ class MassFlow(_NoSpring, _Somewhere):
     @property
     def path(self) -> tuple[str, str]:
         return "bodies", self.name
+
+
+def place_leaves(load: str) -> tuple[Node, Node, Node]:
+    """Return the leaves that stand for the place of the point on which a potential depends."""
+    return quantity("place", (load, "x")), quantity("place", (load, "y")), quantity("place", (load, "z"))
 
 
 def span_leaves(load: str) -> tuple[Node, Node]:

@@ -1,4 +1,4 @@
-"""Mechanism: what follows from a System's declarations alone. Bodies in tree order, coordinates, loads and rows.
+"""What is a Mechanism: bodies in tree order, coordinates, loads and rows, as they follow from a System alone.
 
 Every expression in it is written in slots: `t[0]`, `q[i]`, `u[i]`, `parameters[i]`, `inputs[i]`. Names stay in tables.
 """
@@ -27,7 +27,7 @@ from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.text.units import Dimension
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Constants of a run: what is measured at its start and then kept, in the parameter vector beside what is declared.
+# Constants of a run that its start measures, in the parameter vector beside the declared parameters.
 
 
 @dataclass(frozen=True)
@@ -156,10 +156,10 @@ class ParameterVector:
 
     def with_measured(self, measures: Mapping[str, Measure]) -> ParameterVector:
         """Return the vector with what the start measures of the constraints of these names."""
-        added = (
-            ParameterEntry(measured_name(name, what), None, _is_positive(what), Source.MEASURED, what)
-            for name, what in measures.items()
-        )
+        added = []
+        for name, what in measures.items():
+            positive = isinstance(what, RopeLength) and not what.winds
+            added.append(ParameterEntry(measured_name(name, what), None, positive, Source.MEASURED, what))
         return ParameterVector((*self.entries, *added))
 
     @property
@@ -203,10 +203,6 @@ def measured_name(name: str, measure: Measure) -> str:
     return f"angle of {name}.t1" if isinstance(measure, TangentAngle) else f"angle of {name}"
 
 
-def _is_positive(measure: Measure) -> bool:
-    return isinstance(measure, RopeLength) and not measure.winds
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 TIME: Final = slot("t", 0)
@@ -231,10 +227,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Speed:
-    """A speed: its name, joint, unit and initial value (an expression of parameters).
-
-    It is `known` where it is given and what it is the rate of is marked so.
-    """
+    """A speed, as a coordinate; it is `known` where it is given and what it is the rate of is marked so."""
 
     name: str
     joint: str
@@ -439,7 +432,6 @@ def normal_forces(mechanism: Mechanism) -> dict[str, Row]:
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What depends on a mechanism alone, found once as long as it lives.
-
 
 Found = TypeVar("Found")
 

@@ -1,4 +1,7 @@
-"""Model files: a YAML file or text to a System, every error with file, line and column."""
+"""Which System does a model file describe, and which file a System? Every error has file, line and column.
+
+In: a YAML file or text, with tables in files beside it. Out: a System, and the places of its parts; or text.
+"""
 
 from __future__ import annotations
 
@@ -50,13 +53,13 @@ def with_rows(data: Any, folder: str | None) -> tuple[Any, tuple[str, ...]]:
     inputs = data.get("inputs") if isinstance(data, Mapping) else None
     if not isinstance(inputs, Mapping):
         return data, ()
-    named = {name: _named(name, x) for name, x in inputs.items()}
-    files = {name: _placed(name, file, folder) for name, file in named.items() if file is not None}
-    filled = {name: {**inputs[name], "table": _read(name, file)} for name, file in files.items()}
+    named = {name: _table_file(name, x) for name, x in inputs.items()}
+    files = {name: _path_in_folder(name, file, folder) for name, file in named.items() if file is not None}
+    filled = {name: {**inputs[name], "table": _read_table(name, file)} for name, file in files.items()}
     return ({**data, "inputs": {**inputs, **filled}} if filled else data), tuple(files.values())
 
 
-def _named(name: str, given: Any) -> str | None:
+def _table_file(name: str, given: Any) -> str | None:
     """Return the file that an input names, None where it names none."""
     table = given.get("table") if isinstance(given, Mapping) else None
     if not isinstance(table, Mapping):
@@ -69,7 +72,7 @@ def _named(name: str, given: Any) -> str | None:
             return Text().accept(table.get(_KEY))
 
 
-def _placed(name: str, file: str, folder: str | None) -> str:
+def _path_in_folder(name: str, file: str, folder: str | None) -> str:
     """Return the name of a table file, which is in the folder of the model or below it."""
     with at("inputs", name, "table", _KEY):
         if folder is None:
@@ -83,18 +86,26 @@ def _placed(name: str, file: str, folder: str | None) -> str:
         return os.path.join(folder, file)
 
 
-def _read(name: str, file: str) -> list[list[str]]:
+def _read_table(name: str, file: str) -> list[list[str]]:
     path = ("inputs", name, "table", _KEY)
     with at(*path):
-        content = _content(file)
+        content = _regular_file_content(file)
     try:
-        return _rows(_text(content))
+        if len(content) > LARGEST:
+            raise _TableError(1, 1, f"a table file has at most {LARGEST} bytes")
+        try:
+            text = content.decode("utf-8").removeprefix("\ufeff")
+        except UnicodeDecodeError as error:
+            before = _LINE_END.split(content[: error.start].decode("utf-8"))
+            message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8"
+            raise _TableError(len(before), len(before[-1]) + 1, message) from None
+        return _rows(text)
     except _TableError as wrong:
         where = Where(file=file, line=wrong.line, column=wrong.column, path=path)
         raise InputError(wrong.message, where=where, number="F104") from None
 
 
-def _content(file: str) -> bytes:
+def _regular_file_content(file: str) -> bytes:
     """Return the bytes of a regular file, one more than the most at most; nothing else is waited for."""
     try:
         descriptor = os.open(file, _OPENED)
@@ -110,11 +121,8 @@ def _content(file: str) -> bytes:
         raise ModelError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}", number="F104") from None
 
 
-# --- what stands in it -----------------------------------------------------------------------------------------------
-
-
 class _TableError(Exception):
-    """What is wrong in a table file, and where."""
+    """A mistake in a table file, and where it is."""
 
     def __init__(self, line: int, column: int, message: str) -> None:
         super().__init__(message)
@@ -126,17 +134,6 @@ class _Cell(NamedTuple):
 
     column: int
     text: str
-
-
-def _text(content: bytes) -> str:
-    if len(content) > LARGEST:
-        raise _TableError(1, 1, f"a table file has at most {LARGEST} bytes")
-    try:
-        return content.decode("utf-8").removeprefix("\ufeff")
-    except UnicodeDecodeError as error:
-        before = _LINE_END.split(content[: error.start].decode("utf-8"))
-        message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8"
-        raise _TableError(len(before), len(before[-1]) + 1, message) from None
 
 
 def _rows(text: str) -> list[list[str]]:
@@ -157,7 +154,12 @@ def _rows(text: str) -> list[list[str]]:
             raise _TableError(number, 1, f"a table has at most {MOST_ROWS:,} rows")
         argument, value = map(float, row)
         if not (before < argument < inf and -inf < value < inf):
-            raise _misplaced(number, line, rows)
+            cells = _cells(line)
+            for column, cell in cells:
+                if not isfinite(float(cell)):
+                    raise _TableError(number, column, f"{cell} is too large")
+            message = f"the row begins with {cells[0].text}, which does not come after {rows[-1][0]}"
+            raise _TableError(number, cells[0].column, message)
         before = argument
         rows.append(row)
     if len(rows) < 2:
@@ -165,25 +167,15 @@ def _rows(text: str) -> list[list[str]]:
     return rows
 
 
-def _misplaced(number: int, line: str, before: list[list[str]]) -> _TableError:
-    """Return what is wrong with a row of two numbers: one is too large, or its argument comes too early."""
-    cells = _cells(line)
-    for column, text in cells:
-        if not isfinite(float(text)):
-            return _TableError(number, column, f"{text} is too large")
-    message = f"the row begins with {cells[0].text}, which does not come after {before[-1][0]}"
-    return _TableError(number, cells[0].column, message)
-
-
 def _cells(line: str) -> list[_Cell]:
     separator = next((x for x in (";", ",", "\t") if x in line), " ")
-    return [_cell(match) for match in _CELL[separator].finditer(line) if match[0].strip()]
-
-
-def _cell(match: re.Match[str]) -> _Cell:
-    bare = match[0].strip()
-    column = match.start() + len(match[0]) - len(match[0].lstrip()) + 1
-    return _Cell(column, bare[1:-1].strip() if len(bare) > 1 and bare[0] == bare[-1] == '"' else bare)
+    cells = []
+    for match in _CELL[separator].finditer(line):
+        if bare := match[0].strip():
+            column = match.start() + len(match[0]) - len(match[0].lstrip()) + 1
+            quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
+            cells.append(_Cell(column, bare[1:-1].strip() if quoted else bare))
+    return cells
 
 
 def _row(line: int, cells: list[_Cell]) -> list[str]:
@@ -200,13 +192,14 @@ def _row(line: int, cells: list[_Cell]) -> list[str]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# Model files, with the places of their mistakes.
 
 _TEXT_NAME: Final = "<text>"
 
 
 @dataclass(frozen=True)
 class ModelPlaces:
-    """Where the parts of a model stand in its file, and which `tables` it read; no part of the System."""
+    """The places of a model's parts in its file, and the `tables` that it read; no part of the System."""
 
     name: str
     tree: Tree
@@ -280,7 +273,7 @@ def _with_places(
 
     Raises the mistakes of the tree with those of the system.
     """
-    places, verify = ModelPlaces(name, tree, has_folder=folder is not None), verify or _verify
+    places, verify = ModelPlaces(name, tree, has_folder=folder is not None), verify or _verify_mechanism
     try:
         data, tables = with_rows(tree.data, folder)
         system = system_from_tree(data)
@@ -293,8 +286,8 @@ def _with_places(
     return system, replace(places, tables=tables)
 
 
-def _verify(system: System) -> None:
-    """Raise InputError for what is wrong in a system; what finds it is read where it is needed."""
+def _verify_mechanism(system: System) -> None:
+    """Raise InputError for what is wrong in a system."""
     from multibody_sym.mechanics.resolve import mechanism
 
     mechanism(system)
@@ -323,27 +316,21 @@ def locate_error(error: MultibodyError, tree: Tree, name: str) -> MultibodyError
     """Return `error` with the file, line and column of the nearest thing in the file that `where.path` names."""
     if error.where.file is not None:
         return error
-    path = _within(path_in_file(tree.data, error.where.path), tree)
-    place = _place(error, path, tree)
+    path = path_in_file(tree.data, error.where.path)
+    # a text may have been read as a whole record (`k: 3` for a parameter): the path ends there
+    ends = (path[:length] for length in range(len(path)))
+    path = next((end for end in ends if end in tree.values and tree.values[end].is_text), path)
+    place = _find_place(error, path, tree)
     error.where = Where(name, place.line, place.column, path)
-    if error.where.path and (error.excerpt is None or _is_shown(error, path, tree)):
+    value = tree.values.get(path)  # a caret is put below the text of an expression that the line has as it is
+    as_it_is = isinstance(error, ExpressionError) and value is not None and value.inner is not None
+    if error.where.path and (error.excerpt is None or as_it_is):
         error.excerpt = surroundings(tree.line(place.line), place.column)
     return error
 
 
-def _is_shown(error: MultibodyError, path: tuple[str, ...], tree: Tree) -> bool:
-    """Return whether a line of the file has the text of an expression as it is, so that a caret can be put below it."""
-    value = tree.values.get(path)
-    return isinstance(error, ExpressionError) and value is not None and value.inner is not None
-
-
-def _within(path: tuple[str, ...], tree: Tree) -> tuple[str, ...]:
-    """Return the path, ended where the file holds a text that was read as a whole record (`k: 3` for a parameter)."""
-    ends = (path[:length] for length in range(len(path)))
-    return next((end for end in ends if end in tree.values and tree.values[end].is_text), path)
-
-
-def _place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
+def _find_place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
+    """Return where in the file a mistake is: at the column of a wrong word in a text, else at a value or its key."""
     path = wanted
     while path not in tree.values:
         path = path[:-1]
@@ -351,19 +338,15 @@ def _place(error: MultibodyError, wanted: tuple[str, ...], tree: Tree) -> Place:
     key = tree.keys.get(path, value)
     if path != wanted or not value.is_text or tree.at(path) == "" or path[-1:] == (error.word,):
         return key
-    column = error.where.column if isinstance(error, ExpressionError) else _column_of(error.word, tree.at(path))
+    column = error.where.column
+    if not isinstance(error, ExpressionError):
+        found = re.search(rf"(?<![\w.]){re.escape(error.word)}(?!\w)", tree.at(path)) if error.word else None
+        column = None if found is None else found.start() + 1
     return value if column is None or value.inner is None else Place(value.line, value.inner + column - 1)
 
 
-def _column_of(word: str | None, text: str) -> int | None:
-    """Return where a word stands in a text, from 1."""
-    found = re.search(rf"(?<![\w.]){re.escape(word)}(?!\w)", text) if word else None
-    return found and found.start() + 1
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# A System back to YAML text: what the reader reads back is equal.
-
+# A System back to YAML text, of which the reader makes an equal System.
 
 _WIDTH: Final = 120
 _PLAIN: Final = re.compile(r"[A-Za-z0-9_.+/(-](?:[A-Za-z0-9_.+*/^()<>=' -]*[A-Za-z0-9_.+*/^()<>='-])?")
@@ -392,16 +375,12 @@ def _entry(key: str, value: Any, indent: int, blocks: int) -> list[str]:
     line = f"{head} {_flow(value)}"
     if not isinstance(value, (Mapping, list, tuple)) or not value:
         return [line]
-    if len(line) <= _WIDTH and (blocks <= 0 or not _holds_collections(value)):
+    deep = isinstance(value, Mapping) and any(isinstance(x, (Mapping, list, tuple)) for x in value.values())
+    if len(line) <= _WIDTH and (blocks <= 0 or not deep):
         return [line]
     if isinstance(value, Mapping):
         return [head, *(x for k, v in value.items() for x in _entry(k, v, indent + 2, blocks - 1))]
     return [head, *(f"{' ' * (indent + 2)}- {_flow(item)}" for item in value)]
-
-
-def _holds_collections(value: Any) -> bool:
-    items = value.values() if isinstance(value, Mapping) else value
-    return isinstance(value, Mapping) and any(isinstance(x, (Mapping, list, tuple)) for x in items)
 
 
 def _flow(value: Any) -> str:
@@ -417,10 +396,10 @@ def _scalar(value: Any) -> str:
     text = str(value)
     if _PLAIN.fullmatch(text) and not _NOT_PLAIN.match(text) and text.count("(") <= text.count(")"):
         return text
-    return '"' + "".join(_escaped(c) for c in text) + '"'
+    return '"' + "".join(map(_escape, text)) + '"'
 
 
-def _escaped(character: str) -> str:
+def _escape(character: str) -> str:
     if character in '"\\':
         return "\\" + character
     if character.isprintable():

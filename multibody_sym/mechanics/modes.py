@@ -1,4 +1,4 @@
-"""A mechanism in a mode: what holds one way only becomes ordinary rows, as far as it holds there."""
+"""What is a mechanism in a mode: which elements with laws act as ordinary rows, how do they rub, what is it called?"""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from multibody_sym.mechanics.law_elements import (
     FrictionPart,
     LawElement,
     Mode,
+    sided_normals,
 )
-from multibody_sym.mechanics.limits import sided_normals
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source, once
-from multibody_sym.mechanics.row_records import Edge, PlaneSurface, Row, Sliding, SlidingRow, Vertex
+from multibody_sym.mechanics.row_records import Edge, PlaneSurface, RopeRow, Row, Sliding, SlidingRow, Vertex
+from multibody_sym.model.states import STRIKES, VERBS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.least_norm import PLAIN
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
@@ -32,7 +33,8 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
 
     `held` are the places of speeds that stay zero there. Rows keep the order of the elements, after the mechanism's.
     """
-    parameters = _with_chosen(mechanism.parameters, mode)
+    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen_parameters(mode).items())
+    parameters = ParameterVector((*mechanism.parameters.entries, *added))
     rows = list(mechanism.rows)
     for element in mechanism.one_way:
         rows += rows_in_mode(element, mode, parameters)
@@ -43,12 +45,6 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
         mode=mode,
         held=tuple(sorted(held)),
     )
-
-
-def _with_chosen(parameters: ParameterVector, mode: Mode) -> ParameterVector:
-    """Return the vector with what a run chooses in a mode."""
-    added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen_parameters(mode).items())
-    return ParameterVector((*parameters.entries, *added))
 
 
 def chosen_parameters(mode: Mode) -> dict[str, float]:
@@ -116,14 +112,14 @@ def rows_in_mode(element: LawElement, mode: Mode, parameters: ParameterVector) -
     sliding = [part for part in element.frictions if _slides(part, mode)]
     for place, normal in enumerate(element.normals):
         pressed = mode.side(element, normal)
-        frictions = tuple(
-            _by_length(element, part, normal, _sliding(part, mode, parameters, ACTIVE))
-            if part.norm
-            else _sliding(part, mode, parameters, pressed)
-            for part in sliding
-            if place in part.normals and (part.norm or pressed != INACTIVE)
-        )
-        yield SlidingRow(normal.name, normal, frictions) if frictions else normal
+        frictions = []
+        for part in (part for part in sliding if place in part.normals):
+            if part.norm:  # the length of a vector presses, of which this normal is a component
+                beside = tuple(row.name for row in element.normals_of(part) if row is not normal)
+                frictions.append(replace(_slide(part, mode, parameters, ACTIVE), beside=beside))
+            elif pressed != INACTIVE:
+                frictions.append(_slide(part, mode, parameters, pressed))
+        yield SlidingRow(normal.name, normal, tuple(frictions)) if frictions else normal
     for part in element.frictions if acts else ():
         sticks = not _slides(part, mode) and part.name not in mode.carried
         if sticks and (part.enough or part.static is not ZERO):
@@ -150,12 +146,7 @@ def slip_of(part: FrictionPart, mode: Mode) -> int:
     return mode.slip(part) or mode.carried.get(part.name, STICKS)
 
 
-def _by_length(element: LawElement, part: FrictionPart, normal: Row, sliding: Sliding) -> Sliding:
-    """Return friction that the length of a vector presses, of which one of its normals is a component."""
-    return replace(sliding, beside=tuple(row.name for row in element.normals_of(part) if row is not normal))
-
-
-def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
+def _slide(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: int) -> Sliding:
     """Return how a part slides; a reaction that presses on the negative side rubs by its size."""
     limit = part.static if part.name in mode.carried else part.kinetic
     coefficient: Node = limit if side > 0 else negate(limit)
@@ -171,10 +162,8 @@ def _sliding(part: FrictionPart, mode: Mode, parameters: ParameterVector, side: 
 # ----------------------------------------------------------------------------------------------------------------------
 # A mechanism in all its modes: every row that may act is there, and numbers say which do and how they rub.
 #
-# What a mode says becomes data of the Programs: 1 for each row that acts, the side on which each reaction presses, the
-# way in which each friction part slides, the direction in which slip in space starts, what rows share, and which
-# speeds stand still.
-
+# A mode becomes data of the Programs: 1 for each row that acts, the side on which each reaction presses, the way in
+# which each friction part slides, the direction in which slip in space starts, shares of rows, speeds that stand still.
 
 MODES: Final = "modes"
 """The array of these numbers."""
@@ -219,24 +208,17 @@ def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
 @once
 def functions(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the switching functions that a mode may have."""
-    return tuple(_functions(mechanism))
-
-
-def _functions(mechanism: Mechanism) -> Iterator[str]:
+    names: list[str] = []
     for element in mechanism.one_way:
         if not element.unilateral:
-            yield from (f"turns {element.normals[k].name}" for k in sided_normals(element))
+            names += [f"turns {element.normals[k].name}" for k in sided_normals(element)]
             continue
-        yield f"normal {element.name}"
-        if has_end(element):
-            yield f"edge {element.name}"
-        if has_rim(element):
-            yield f"flat {element.name}"
+        names.append(f"normal {element.name}")
+        names += [f"edge {element.name}"] * has_end(element) + [f"flat {element.name}"] * has_rim(element)
     for _, part in friction_parts(mechanism):
-        yield f"slip {part.name}"
-        if len(part.rows) > 1:
-            yield f"onward {part.name}"
-            yield f"back {part.name}"
+        names.append(f"slip {part.name}")
+        names += [f"onward {part.name}", f"back {part.name}"] if len(part.rows) > 1 else []
+    return tuple(names)
 
 
 def may_share(mechanism: Mechanism) -> bool:
@@ -341,7 +323,7 @@ class ModeNodes:
         rows = self.mechanism.rows
         found: list[list[tuple[int, Node]]] = [[] for _ in rows]
         places = {row.name: k for k, row in enumerate(rows)}
-        own = replace(self.mechanism, rows=rows[: _declared(self.mechanism)])
+        own = replace(self.mechanism, rows=rows[: _declared_count(self.mechanism)])
         for row, other in (pair for group in _groups(own) for pair in _pairs(group)):
             found[places[row.name]].append((places[other.name], self._node(way_name(row.name, other.name))))
         return found
@@ -380,13 +362,13 @@ def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watche
 
     What a run chooses in a mode, as the shares of rows, is another matter (`chosen`).
     """
-    entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared(mechanism)]), mode)
+    entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared_count(mechanism)]), mode)
     acts = 1.0 if mode.shares is None else PLAIN
     found = {_acts(row.name): acts for row in entered.rows}
     for element in mechanism.one_way:
         found |= {_side(row.name): float(mode.side(element, row)) for row in element.normals}
     parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
-    for sliding in _every_mode_sliding(entered.rows):
+    for sliding in (sliding for row in entered.rows for sliding in row.sliding):
         part = parts[tuple(row.name for row in sliding.rows)]
         found[_slip(part.name)] = float(sliding.sense)
         found[_at_limit(part.name)] = float(part.name in mode.carried)
@@ -398,11 +380,67 @@ def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watche
     return [found.get(name, 0.0) for name in mechanism.mode_numbers]
 
 
-def _declared(mechanism: Mechanism) -> int:
+def _declared_count(mechanism: Mechanism) -> int:
     """Return how many rows of a mechanism `in_every_mode` act in all modes, which come first."""
     return len(mechanism.rows) - sum(1 for element in mechanism.one_way for _ in element.rows)
 
 
-def _every_mode_sliding(rows: Iterable[Row]) -> Iterator[Sliding]:
-    for row in rows:
-        yield from row.sliding
+# ----------------------------------------------------------------------------------------------------------------------
+# Ropes that hold both ways, and the words for a mode: one for each element, and for friction parts beside it.
+
+
+def taut_ropes(mechanism: Mechanism) -> Iterator[tuple[int, RopeRow]]:
+    """Yield by number the rows of ropes that hold both ways, as declared: they must not push."""
+    own = {row.name for element in mechanism.one_way for row in element.rows}
+    for k, row in enumerate(mechanism.rows):
+        if isinstance(row, RopeRow) and row.name not in own:
+            yield k, row
+
+
+SEVERAL: Final = "several states"
+"""The word for the event of an element of which the laws leave several states."""
+_ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
+
+
+def mode_words(elements: Iterable[LawElement], mode: Mode) -> dict[str, str]:
+    """Return the state of each element by name, and of friction parts that have a name of their own.
+
+    Contacts `stick`, `slide+`, `slide-`, `slide` (in space), `closed` where nothing rubs, `open`; ropes and stops
+    the words they have; friction in joints as contacts; rolling `roll`, `slip+`, `slip-`; wheels `grip`.
+    """
+    found: dict[str, str] = {}
+    for element in elements:
+        active = not element.unilateral or mode.acts(element)
+        rubbing = [part for part in element.frictions if part.rubs]
+        if not active or all(part.name != element.name for part in rubbing):
+            found[element.name] = element.words[0 if active else 1]
+        for part in rubbing if active else ():
+            rests, moves = _friction_words(element, part)
+            slip = mode.slip(part)
+            found[part.name] = rests if slip == STICKS else moves + _ENDINGS[slip]
+    return found
+
+
+def possible_words(elements: Iterable[LawElement]) -> dict[str, set[str]]:
+    """Return the words of all states in which elements, and friction parts with a name of their own, may be.
+
+    What may close may strike too.
+    """
+    found: dict[str, set[str]] = {}
+    for element in elements:
+        rubbing = [part for part in element.frictions if part.rubs]
+        acts = () if any(part.name == element.name for part in rubbing) else element.words[:1]
+        words = (*acts, *element.words[1:], *VERBS[STRIKES]) if element.unilateral else acts
+        found.setdefault(element.name, set()).update(words)
+        for part in rubbing:
+            rests, moves = _friction_words(element, part)
+            ways = [_ENDINGS[ALONG_VELOCITY]] if len(part.rows) > 1 else [_ENDINGS[1], _ENDINGS[-1]]
+            found.setdefault(part.name, set()).update((rests, *(moves + way for way in ways)))
+    return found
+
+
+def _friction_words(element: LawElement, part: FrictionPart) -> tuple[str, str]:
+    """Return the words for friction that holds, and for what moves against it."""
+    if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
+        return "roll", "slip"
+    return ("grip", "slip") if element.kind == "rope" else ("stick", "slide")

@@ -1,4 +1,4 @@
-"""Motion: positions and velocities of all bodies, and the accelerations that given udot produce."""
+"""How do bodies move: poses and velocities at a state, and accelerations for given udot, over any scalar?"""
 
 from __future__ import annotations
 
@@ -71,10 +71,10 @@ class JointMotion:
 
 def translated(before: JointMotion, axis: Vec, q: S, u: S) -> JointMotion:
     """Return the motion when M has moved on by q along a unit axis: the velocity of M gains u a + omega x q a."""
-    return _moved(before, scale(q, axis), axis, scale(u, axis))
+    return _moved_on(before, scale(q, axis), axis, scale(u, axis))
 
 
-def _moved(before: JointMotion, arm: Vec, way: Vec, along: Vec) -> JointMotion:
+def _moved_on(before: JointMotion, arm: Vec, way: Vec, along: Vec) -> JointMotion:
     """Return the motion when M has moved on by an arm that changes by `way` a unit speed, and now at the rate `along`.
 
     What the arm's rate changes by itself is left out.
@@ -110,27 +110,6 @@ class CurveDerivatives:
         return add(scale(u, add(scale(u, self.ss), scale(2, self.st))), self.tt)
 
 
-def followed(before: JointMotion, place: Vec, way: CurveDerivatives, u: S) -> JointMotion:
-    """Return the motion when M has moved on to a place on a curve, by its parameter, whose rate is u."""
-    moved = _moved(before, place, way.s, way.rate(u))
-    return replace(
-        moved, given_linear=add(moved.given_linear, way.t), linear_bias=add(moved.linear_bias, way.bias(u))
-    )
-
-
-def turned_along(moved: JointMotion, rotation: Mat, axis: Vec, angle: CurveDerivatives, u: S) -> JointMotion:
-    """Return the motion when M, which its last step has moved by the speed u, has turned about an axis by an angle."""
-    found = rotated(moved, rotation, (axis,), (angle.rate(u)[2],))
-    given, bias = scale(angle.t[2], axis), scale(angle.bias(u)[2], axis)
-    return replace(
-        found,
-        linear=found.linear[:-1],
-        angular=(*found.angular[:-2], scale(angle.s[2], axis)),
-        given_angular=add(found.given_angular, given),
-        angular_bias=add(found.angular_bias, bias),
-    )
-
-
 def rotated(before: JointMotion, rotation: Mat, axes: Sequence[Vec], u: Sequence[S]) -> JointMotion:
     """Return the motion when M has turned: angular velocity sum u_k a_k, with the axes a_k constant in the new M."""
     carried = apply_transposed(rotation, before.turning)
@@ -147,17 +126,6 @@ def rotated(before: JointMotion, rotation: Mat, axes: Sequence[Vec], u: Sequence
         turning=add(carried, own),
         linear_bias=apply_transposed(rotation, before.linear_bias),
         angular_bias=add(apply_transposed(rotation, before.angular_bias), cross(carried, own)),
-    )
-
-
-def screwed(before: JointMotion, axis: Vec, lead: S, q: S, u: S) -> JointMotion:
-    """Return the motion when M has turned by q about a unit axis and advanced by lead q along it."""
-    moved = translated(before, axis, lead * q, lead * u)
-    turned_too = rotated(moved, turned(axis, q), (axis,), (u,))
-    return replace(
-        turned_too,
-        linear=(*turned_too.linear[:-2], scale(lead, axis)),
-        angular=(*turned_too.angular[:-2], axis),
     )
 
 
@@ -202,15 +170,11 @@ def seen_from(joint: JointMotion, R_BM: Mat, p_BM: Vec) -> JointMotion:
 # ----------------------------------------------------------------------------------------------------------------------
 # How each kind of step moves a body, over floats, Nodes and sympy: pose, velocity, rates, and what it leaves alone.
 #
-# What a kind is, and what the model asks of it, is said in `model/steps.py`; a new kind registers here how
-# it moves. Steps of one coordinate whose rate is their speed have the rest in common.
-
+# The kinds stand in `model/steps.py`; a new one registers here how it moves. Steps of one coordinate whose rate is
+# their speed have the rest in common.
 
 _UP: Final[Vec] = (0, 0, 1)
 _UNITS: Final[tuple[Point, ...]] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
-
-
-# --- motion --------------------------------------------------------------------------------------------------------
 
 
 @singledispatch
@@ -232,7 +196,15 @@ def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
 
 @stepped.register
 def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
-    return screwed(before, _axis(step.axis, state), state.values([step.lead])[0], q[0], u[0])
+    """M turns by q about a unit axis and advances by lead q along it."""
+    axis, lead = _axis(step.axis, state), state.values([step.lead])[0]
+    moved = translated(before, axis, lead * q[0], lead * u[0])
+    turned_too = rotated(moved, turned(axis, q[0]), (axis,), (u[0],))
+    return replace(
+        turned_too,
+        linear=(*turned_too.linear[:-2], scale(lead, axis)),
+        angular=(*turned_too.angular[:-2], axis),
+    )
 
 
 @stepped.register
@@ -245,15 +217,27 @@ def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
     """Derivatives are taken of the expressions, so that all scalars have the same exact ones."""
     at = {step.leaf: q[0]}
     axes = [_axis(axis, state) for axis in step.axes]
-    place = combination(axes, state.values(step.place, at))
-    moved = followed(before, place, _way(step.rates, axes, state, at), u[0])
+    place, way = combination(axes, state.values(step.place, at)), _curve_derivatives(step.rates, axes, state, at)
+    moved = _moved_on(before, place, way.s, way.rate(u[0]))
+    moved = replace(
+        moved, given_linear=add(moved.given_linear, way.t), linear_bias=add(moved.linear_bias, way.bias(u[0]))
+    )
     if not step.turns_along:
         return moved
     cosine, sine = state.values(step.tangent, at)
-    return turned_along(moved, turned_by(axes[2], cosine, sine), axes[2], _way(step.turning, (_UP,), state, at), u[0])
+    axis, angle = axes[2], _curve_derivatives(step.turning, (_UP,), state, at)
+    turned_too = rotated(moved, turned_by(axis, cosine, sine), (axis,), (angle.rate(u[0])[2],))
+    given, bias = scale(angle.t[2], axis), scale(angle.bias(u[0])[2], axis)
+    return replace(
+        turned_too,
+        linear=turned_too.linear[:-1],
+        angular=(*turned_too.angular[:-2], scale(angle.s[2], axis)),
+        given_angular=add(turned_too.given_angular, given),
+        angular_bias=add(turned_too.angular_bias, bias),
+    )
 
 
-def _way(rates: CurveRates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
+def _curve_derivatives(rates: CurveRates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
     """Return derivatives with their components along axes."""
     return CurveDerivatives(*(combination(axes, state.values(nodes, at)) for nodes in rates))
 
@@ -277,9 +261,6 @@ def _(step: OneCoordinate, q: Sequence[S], u: Sequence[S]) -> Sequence[S]:
 @step_rates.register
 def _(step: Ball, q: Sequence[S], u: Sequence[S]) -> Sequence[S]:
     return quaternion_rates(q, u)
-
-
-# --- what it leaves alone ------------------------------------------------------------------------------------------
 
 
 @singledispatch
@@ -307,9 +288,6 @@ def _(step: Follow) -> tuple[Point, ...]:
 @invariant_directions.register
 def _(step: Ball) -> tuple[Point, ...]:
     return ()
-
-
-# --- deviations ----------------------------------------------------------------------------------------------------
 
 
 @singledispatch
@@ -367,9 +345,6 @@ def _(step: Ball, u: Sequence[float]) -> Floats:
     return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
 
 
-# --- Lagrange's equations ------------------------------------------------------------------------------------------
-
-
 @singledispatch
 def turning_momenta(step: Step, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
     """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
@@ -394,6 +369,8 @@ def _(step: Ball, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# The motion of all bodies of a mechanism, by a forward recursion from the world.
+
 
 @dataclass(frozen=True)
 class BodyMotion:
@@ -487,10 +464,16 @@ def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
 def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     """Return the motion of one body, given that of its parent."""
     u = [state.u[k] for k in body.u]
-    R_PB, p_PB, joint = _relative(body, state)
+    R_PF, p_PF = pose(state, body.frame_on_parent)
+    R_BM, p_BM = pose(state, body.frame_on_body)
+    joint = _joint_motion(body, state)
+    R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
+    p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
+    joint = seen_from(joint, R_BM, p_BM)  # the motion of B's origin, in B's axes, as the joint's own is in M's
     w_rel, v_rel = joint.turning, add(combination(joint.linear, u), joint.given_linear)
     w_parent = apply_transposed(R_PB, parent.w_WB)
     v_point = add(parent.v_WB, cross(parent.w_WB, p_PB))
+    coriolis = cross(w_parent, v_rel)
     return BodyMotion(
         R_PB=R_PB,
         p_PB=p_PB,
@@ -500,20 +483,10 @@ def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
         angular=joint.angular,
         given_linear=joint.given_linear,
         given_angular=joint.given_angular,
-        linear_bias=add(_twice(cross(w_parent, v_rel)), joint.linear_bias),
+        linear_bias=add(add(coriolis, coriolis), joint.linear_bias),
         angular_bias=add(cross(w_parent, w_rel), joint.angular_bias),
         gravity=apply_transposed(R_PB, parent.gravity),
     )
-
-
-def _relative(body: TreeBody, state: State) -> tuple[Mat, Vec, JointMotion]:
-    """Return R_PB, p_PB, and the motion of B's origin relative to P in B's axes, as the joint's own is in M's."""
-    R_PF, p_PF = pose(state, body.frame_on_parent)
-    R_BM, p_BM = pose(state, body.frame_on_body)
-    joint = _joint_motion(body, state)
-    R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
-    p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
-    return R_PB, p_PB, seen_from(joint, R_BM, p_BM)
 
 
 def _joint_motion(body: TreeBody, state: State) -> JointMotion:
@@ -613,16 +586,11 @@ def body_mass(body: TreeBody, state: State) -> BodyMass:
     return BodyMass(state.values([body.mass.mass])[0], _triple(state, body.mass.com), inertia)
 
 
-def _twice(a: Vec) -> Vec:
-    return add(a, a)
-
-
 _WORLD = BodyMotion(UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), *(ZERO_VECTOR,) * 5)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Partial velocities: how each body moves at unit speed of one freedom and, just so, accelerates at unit udot.
-
 
 PartialVelocities = Mapping[int, tuple[Vec, Vec]]
 """For each speed that moves a body: velocity of its origin and angular velocity at unit speed, in its axes."""
@@ -643,7 +611,7 @@ def partial_velocities(motion: Motion) -> list[PartialVelocities]:
 
 
 def why_locked(motion: Motion, place: int) -> str | None:
-    """Return that the first and the third of a body's three successive turns have one axis, over floats; else None."""
+    """Return the text that a body's first and third of three successive turns have one axis, over floats; else None."""
     body, moved = motion.mechanism.bodies[place], motion.bodies[place]
     turns = [free for free in body.free_steps if free.step.is_hinge]
     axes = [moved.angular[body.u.index(free.u[0])] for free in turns]

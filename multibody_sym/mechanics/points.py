@@ -22,7 +22,6 @@ from multibody_sym.scalars.vectors import (
     cross,
     dot,
     negate,
-    scale,
     subtract,
 )
 
@@ -101,29 +100,10 @@ class UnitVector:
         return UnitVector(cross(self.vector, other.vector), rate)
 
 
-@dataclass(frozen=True)
-class RelativeMotion:
-    """A point as a body sees it: how far it is from a frame's origin, its velocity and acceleration (world axes)."""
-
-    distance: Vec
-    velocity: Vec
-    acceleration: Vec
-
-
 def separation(motion: Motion, first: Marker, second: Marker) -> tuple[Vec, Vec]:
     """Return how far one marker is from another one (m), and the rate of that, in world axes."""
     away = subtract(position(motion, first), position(motion, second))
     return away, subtract(velocity(motion, first), velocity(motion, second))
-
-
-def relative_motion(motion: Motion, frame: Marker, point: Marker, bodies: Accelerations) -> RelativeMotion:
-    """Return the motion of a marker relative to the body of a frame: v' = v - v_F - w x d, a' = a - a_F - ...."""
-    w, alpha = angular_velocity(motion, frame.body), angular_acceleration(motion, frame.body, bodies)
-    d = subtract(position(motion, point), position(motion, frame))
-    v = subtract(subtract(velocity(motion, point), velocity(motion, frame)), cross(w, d))
-    carried = add(cross(alpha, d), cross(w, add(cross(w, d), scale(2, v))))
-    a = subtract(acceleration(motion, point, bodies), acceleration(motion, frame, bodies))
-    return RelativeMotion(d, v, subtract(a, carried))
 
 
 def slip_velocity(sliding: Sliding, velocity: Sequence[S], motion: Motion) -> list[S]:

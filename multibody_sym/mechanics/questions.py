@@ -1,4 +1,4 @@
-"""Questions under `ask`: the names in them and their order, by the mechanism that they are about."""
+"""Do questions under `ask` name what there is, and in which order are they answered?"""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.mode_words import possible_words
+from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.vocabulary import Dimensions
 from multibody_sym.model.bodies import OWN_POINTS
 from multibody_sym.model.fields import fields_of
@@ -37,16 +37,18 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
     dimensions = Dimensions(system)
     for name, question in system.ask.items():
         with at("ask", name):
-            for key, known in _named(system, mechanism, question):
+            for key, known in _names_by_key(system, mechanism, question):
                 word = getattr(question, key)
                 if word not in known:
                     with at(key):
                         raise ModelError(
                             f"no {_KINDS[key]} is called {word!r}", number="M106", word=word, known=[*known]
                         )
-            for key, moment in _moments(question):
-                with at(key):
-                    _verify_moment(mechanism, moment)
+            for key in ("when", "at", "until"):
+                moment = getattr(question, key)
+                if moment is not None:
+                    with at(key):
+                        _verify_moment(mechanism, moment)
             if question.so is not None:
                 with at("so"):
                     dimensions.verify_sides(question.so)
@@ -68,7 +70,7 @@ _KINDS: Final = {
 """What the keys of questions name."""
 
 
-def _named(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
+def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
     """Yield the keys under which a question names something, and the names that exist."""
     moving = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     if question.of is not None and question.of not in mechanism.markers:
@@ -82,14 +84,6 @@ def _named(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tupl
         yield "period_of", [mechanism.coordinates[q].name for body in mechanism.bodies for q, _ in body.rate_pairs]
 
 
-def _moments(question: Ask) -> Iterator[tuple[str, Moment]]:
-    """Yield the moments that a question names, by their keys."""
-    for key in ("when", "at", "until"):
-        moment = getattr(question, key)
-        if moment is not None:
-            yield key, moment
-
-
 def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
     if isinstance(moment, StateCondition):
         moment.verify(possible_words(mechanism.one_way))
@@ -98,18 +92,12 @@ def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
         names = [c.name for k, c in enumerate(mechanism.coordinates) if k not in quaternions]
         for coordinate in moment:
             if coordinate not in names:
-                key = _key_meant(coordinate)
-                told = f"no coordinate is called {coordinate!r}{key}"
-                raise ModelError(told, number="M106", word=coordinate, known=() if key else names)
-
-
-def _key_meant(word: str) -> str:
-    """Return the key of a question that a word, which is no coordinate, may stand for."""
-    keys = list(fields_of(Ask))
-    if word == "t":
-        return "; a time stands under after: 2 s, and the start needs no moment"
-    meant = _MEANT.get(word) or next(iter(get_close_matches(word, keys, n=1)), None)
-    return f"; of what questions begin with, did you mean {meant}?" if meant else ""
+                meant = _MEANT.get(coordinate) or next(iter(get_close_matches(coordinate, fields_of(Ask), n=1)), None)
+                hint = f"; of what questions begin with, did you mean {meant}?" if meant else ""
+                if coordinate == "t":
+                    hint = "; a time stands under after: 2 s, and the start needs no moment"
+                message = f"no coordinate is called {coordinate!r}{hint}"
+                raise ModelError(message, number="M106", word=coordinate, known=() if hint else names)
 
 
 def _verify_at_impact(question: Ask) -> None:

@@ -1,4 +1,4 @@
-"""References: what the names of bodies, points, frames, surfaces and joints stand for in a resolved system."""
+"""What do the names of bodies, points, frames and joints stand for in a system, and does it stay in a plane?"""
 
 from __future__ import annotations
 
@@ -31,9 +31,8 @@ from multibody_sym.model.steps import is_flat, is_upright
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
-from multibody_sym.scalars.functions import cos, sin
 from multibody_sym.scalars.node import ONE, ZERO, Node, symbol
-from multibody_sym.scalars.vectors import add, apply, cross, scale
+from multibody_sym.scalars.vectors import apply, cross
 
 BARE: Final = Body()
 
@@ -52,21 +51,6 @@ def no_part(name: str, part: str, body: Body) -> ModelError:
     declare = "" if known else f"; declare it: {name}: {{points: {{{part}: [x, y, z]}}}}"
     told = f"{name!r} has no point or frame {part!r}{declare}"
     return ModelError(told, number="M106", word=f"{name}.{part}", known=known)
-
-
-def no_own_part(name: str, part: str, bodies: Mapping[str, Body], *, chosen: bool) -> ModelError:
-    """Return the error for a point or frame that a body does not have, where it stands by itself beside the body.
-
-    `chosen`: the body stands under `on`, where another one may stand too.
-    """
-    own, (other, _, last) = bodies.get(name, BARE), part.rpartition(".")
-    if other in bodies and last in (*bodies[other].points, *bodies[other].frames):
-        cure = f"write on: {other}, at: {last}" if chosen else f"name one of {name}"
-        told = f"{name!r} has no point or frame {part!r}, which is one of {other}: {cure}"
-        return ModelError(told, number="M106", word=part)
-    plain, known = part.removeprefix(f"{name}."), [*own.points, *own.frames]
-    declare = "" if known else f"; declare it: {name}: {{points: {{{plain}: [x, y, z]}}}}"
-    return ModelError(f"{name!r} has no point or frame {plain!r}{declare}", number="M106", word=plain, known=known)
 
 
 @dataclass(frozen=True)
@@ -129,13 +113,21 @@ class References:
     def own_marker(self, name: str, part: str, *, chosen: bool = True) -> Marker:
         """Return the marker of a body's point or frame, which stands beside the body: `point`, or `body.point`.
 
-        `chosen` as for `no_own_part`.
+        `chosen`: the body stands under `on`, where another one may stand too.
         """
         bodies = self.system.bodies
         body, plain = bodies.get(name, BARE), part.removeprefix(f"{name}.")
         own = (*body.points, *body.frames, *OWN_POINTS)
         if (name in bodies or name == GROUND) and part not in own and plain not in own:
-            raise no_own_part(name, part, bodies, chosen=chosen)
+            other, _, last = part.rpartition(".")
+            if other in bodies and last in (*bodies[other].points, *bodies[other].frames):
+                cure = f"write on: {other}, at: {last}" if chosen else f"name one of {name}"
+                message = f"{name!r} has no point or frame {part!r}, which is one of {other}: {cure}"
+                raise ModelError(message, number="M106", word=part)
+            known = [*body.points, *body.frames]
+            declare = "" if known else f"; declare it: {name}: {{points: {{{plain}: [x, y, z]}}}}"
+            message = f"{name!r} has no point or frame {plain!r}{declare}"
+            raise ModelError(message, number="M106", word=plain, known=known)
         return self.marker(f"{name}.{part if part in own else plain}")
 
     def markers(self) -> dict[str, Marker]:
@@ -213,27 +205,26 @@ class References:
             placed = isinstance(joint, PointJoint) or (isinstance(joint, CurveJoint) and joint.turns is None)
             particle = body_part(joint.child, self.system.bodies)[0]
             on_ground = body_part(joint.parent, self.system.bodies)[0] == GROUND
-            if placed and on_ground and self.numbers[particle] == body and self._is_point(particle):
+            if not (placed and on_ground and self.numbers[particle] == body):
+                continue
+            declared = self.system.bodies[particle]
+            if declared.inertia is None and declared.shape is None:
                 raise ModelError(
                     f"{particle!r} is a particle, which joint {name!r} never turns, so a couple does nothing to it; "
                     "leave it out, or give the body an inertia and a joint that lets it turn, such as planar",
                     number="M110",
                 )
 
-    def _is_point(self, body: str) -> bool:
-        declared = self.system.bodies[body]
-        return declared.inertia is None and declared.shape is None
-
     def freedoms(self, joint: str) -> dict[str, JointFreedom]:
         """Return the freedoms of a joint by the names of their speeds."""
         self.verify_joint(joint)
         speeds = speed_names(joint, self.system.joints[joint])
-        found = {u: JointFreedom(joint, None, self._named(u)) for u in speeds}
+        found = {u: JointFreedom(joint, None, self._slot_or_symbol(u)) for u in speeds}
         for q, u in rate_pairs(joint, self.system.joints[joint]):
-            found[u] = JointFreedom(joint, self._named(q), self._named(u))
+            found[u] = JointFreedom(joint, self._slot_or_symbol(q), self._slot_or_symbol(u))
         return found
 
-    def _named(self, name: str) -> Node:
+    def _slot_or_symbol(self, name: str) -> Node:
         """Return the slot of a name, or its symbol where it is yet to be measured."""
         return self.slots.get(symbol(name), symbol(name))
 
@@ -252,7 +243,6 @@ class References:
 # ----------------------------------------------------------------------------------------------------------------------
 # The two directions across the normal of a plane in which friction and rolling have components.
 
-
 _PARALLEL: Final = 1e-9
 _X: Final[Point] = (ONE, ZERO, ZERO)
 
@@ -264,17 +254,8 @@ def surface_tangents(normal: Point, *, flat: bool) -> tuple[Point, Point]:
     space t1 is x as far as it lies in the plane, or y where the normal is x. Both vary continuously with the normal and
     do not depend on how it is written. In space these are the tangents of planes whose body's axes are ground's.
     """
-    t1 = (normal[1], -normal[0], ZERO) if flat else _projected(normal)
+    t1 = (normal[1], -normal[0], ZERO) if flat else _axis_on_plane(normal)
     return t1, cross(normal, t1)
-
-
-def turned_tangents(normal: Point, across: Point, angle: Node) -> tuple[Point, Point]:
-    """Return t1, which leads the unit vector `across` by an angle about a unit `normal`, and t2 = normal x t1."""
-    ahead = cross(normal, across)
-    return (
-        add(scale(cos(angle), across), scale(sin(angle), ahead)),
-        add(scale(cos(angle), ahead), scale(-sin(angle), across)),
-    )
 
 
 def across(normal: Point) -> Point:
@@ -289,10 +270,10 @@ def across(normal: Point) -> Point:
         return (z, ZERO, -x)
     if z is ZERO:
         return (y, -x, ZERO)
-    return _projected(normal)
+    return _axis_on_plane(normal)
 
 
-def _projected(normal: Point) -> Point:
+def _axis_on_plane(normal: Point) -> Point:
     """Return normal x (x x normal) / |..|, or the same with y: a coordinate axis on the plane."""
     if all(c.shadow is not None and abs(c.shadow) < _PARALLEL for c in normal[1:]):
         return unit_vector(cross(normal, cross((ZERO, ONE, ZERO), normal)))

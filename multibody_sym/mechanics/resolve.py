@@ -1,4 +1,4 @@
-"""From a System to its Mechanism: references, names, tree order, slots. A pure function; every error has a path."""
+"""Which Mechanism follows from a System: references, names, tree order, slots? A pure function; errors have paths."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from multibody_sym.mechanics.declared_rows import (
 )
 from multibody_sym.mechanics.forces import loads, with_own_names
 from multibody_sym.mechanics.gears import with_withheld
-from multibody_sym.mechanics.impact_records import StruckImpacts
 from multibody_sym.mechanics.impacts import struck_impacts
 from multibody_sym.mechanics.joint_friction import joint_frictions, stops
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
@@ -35,11 +34,11 @@ from multibody_sym.mechanics.mechanism import (
     TreeBody,
     double_name,
 )
-from multibody_sym.mechanics.mode_words import possible_words
+from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.questions import verify_questions
 from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.ropes import rope_slips
-from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, RopeSlipRow, Row
+from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, Row
 from multibody_sym.mechanics.spanning_tree import (
     SpanningTree,
     body_part,
@@ -53,7 +52,7 @@ from multibody_sym.mechanics.spanning_tree import (
 )
 from multibody_sym.mechanics.vocabulary import meanings, verify_curves, verify_expressions, verify_forces
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
-from multibody_sym.model.constraints import Rope, Roughness
+from multibody_sym.model.constraints import Rope
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Table, input_dimensions
 from multibody_sym.model.states import StateCondition
@@ -70,7 +69,7 @@ from multibody_sym.text.parser import of_run
 # The bodies of the tree with the joints that carry them, a moving ground first.
 
 
-def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterable[str]) -> tuple[TreeBody, ...]:
+def _tree_bodies(references: References, carrying: Iterable[str], doubled: Iterable[str]) -> tuple[TreeBody, ...]:
     """Return the bodies in tree order, then the massless doubles that cut joints carry, named by their joints."""
     system = references.system
     carried = [(name, body_part(system.joints[name].child, system.bodies)[0]) for name in carrying]
@@ -86,10 +85,10 @@ def tree_bodies(references: References, carrying: Iterable[str], doubled: Iterab
         foot = isinstance(joint, Foot)
         made.append(TreeBody(name, on_parent.body, joint_name, steps, *ends, mass, *numbers, double, foot))
         q, u = q + nq, u + nu
-    return (*_ground(references), *made)
+    return (*_moving_ground(references), *made)
 
 
-def _ground(references: References) -> tuple[TreeBody, ...]:
+def _moving_ground(references: References) -> tuple[TreeBody, ...]:
     """Return a ground that moves as a body on prescribed steps."""
     body = references.system.bodies.get(GROUND, BARE)
     if body.motion is None:
@@ -107,13 +106,12 @@ def _ground(references: References) -> tuple[TreeBody, ...]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The one-way elements of a system, in the order in which all that follows tells them.
-
+# The elements with laws, in their order in all results.
 
 ROPE_WORDS = ("taut", "slack")
 
 
-def slack_ropes(references: References) -> frozenset[str]:
+def _slack_ropes(references: References) -> frozenset[str]:
     """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels.
 
     Raises ModelError for a rope that is always taut and is to rebound.
@@ -130,59 +128,50 @@ def slack_ropes(references: References) -> frozenset[str]:
     return found
 
 
-def one_way_elements(references: References, slack: Sequence[Row]) -> tuple[LawElement, ...]:
-    """Return all one-way elements; `slack` are the rows of the ropes that may slacken."""
-    found = (*contacts(references), *_ropes(references, slack), *stops(references), *joint_frictions(references))
+def _law_elements(references: References, slack: Sequence[Row]) -> tuple[LawElement, ...]:
+    """Return all elements with laws; `slack` are the rows of the ropes that may slacken."""
+    found = [*contacts(references), *_rope_elements(references, slack), *stops(references)]
+    found += joint_frictions(references)
     smooth = references.system.simulation.friction
-    return found if smooth is None else tuple(_smoothed(element, smooth.regularised) for element in found)
+    if smooth is None:
+        return tuple(found)
+    for k, element in enumerate(found):
+        parts = list(element.frictions)
+        for i, part in enumerate(parts):
+            if not part.enough and part.regularised is None:  # it may slip, and has no smooth friction of its own
+                parts[i] = replace(part, regularised=smooth.regularised / part.arm)
+        found[k] = replace(element, frictions=tuple(parts))
+    return tuple(found)
 
 
-def _smoothed(element: LawElement, speed: Node) -> LawElement:
-    """Return an element whose friction is smooth below a speed, if it has none of its own and may slip at all."""
-    exact = (x.enough or x.regularised is not None for x in element.frictions)
-    parts = zip(element.frictions, exact, strict=True)
-    smooth = (x if keeps else replace(x, regularised=speed / x.arm) for x, keeps in parts)
-    return replace(element, frictions=tuple(smooth))
-
-
-def _ropes(references: References, rows: Sequence[Row]) -> Iterator[LawElement]:
+def _rope_elements(references: References, rows: Sequence[Row]) -> Iterator[LawElement]:
     for row in rows:
         name = row.name.partition(".")[0]
         with at("constraints", name):
             slips = list(rope_slips(references, row)) if isinstance(row, RopeRow) else []
-        means = _means(row, [slip.name for _, slip, _ in slips])
-        parts = tuple(
-            FrictionPart(part, (slip,), *_limits(rough, slip), normals=(k if means else 0,), wrap=0)
-            for k, (part, slip, rough) in enumerate(slips, 1)
-        )
-        path, rope = ("constraints", name), references.system.constraints[name]
+        # On several rough wheels presses the mean of both tensions there, on a single one the rope's own multiplier.
+        names = [slip.name for _, slip, _ in slips]
+        means = [
+            MeanTensionRow(f"{name}.mean", row.name, tuple(names[:k]), tuple(names[k + 1 :]))
+            for k, name in enumerate(names if len(names) > 1 else ())
+        ]
+        parts = []
+        for k, (part, slip, rough) in enumerate(slips, 1):
+            limits = _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
+            parts.append(FrictionPart(part, (slip,), *limits, normals=(k if means else 0,), wrap=0))
+        rope = references.system.constraints[name]
         given = rope.restitution if isinstance(rope, Rope) else None
         yield LawElement(
             row.name,
             "rope",
-            path,
+            ("constraints", name),
             (row, *means),
-            frictions=parts,
+            frictions=tuple(parts),
             restitution=given or ZERO,
             collides=given is not None,
             words=ROPE_WORDS,
             group=name,
         )
-
-
-def _means(row: Row, slips: Sequence[str]) -> list[Row]:
-    """Return rows of what presses on each of several rough wheels; on a single one it is the rope's own multiplier."""
-    if len(slips) < 2:
-        return []
-    parts = [(tuple(slips[:k]), tuple(slips[k + 1 :])) for k in range(len(slips))]
-    return [
-        MeanTensionRow(f"{slip}.mean", row.name, passed, ahead)
-        for slip, (passed, ahead) in zip(slips, parts, strict=True)
-    ]
-
-
-def _limits(rough: Roughness, slip: RopeSlipRow) -> tuple[Node, Node]:
-    return _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
 
 
 def _capstan(coefficient: Node, wrap: Node) -> Node:
@@ -193,6 +182,8 @@ def _capstan(coefficient: Node, wrap: Node) -> Node:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# The order of work.
+
 
 def mechanism(system: System) -> Mechanism:
     """Return the mechanism that a system declares.
@@ -202,35 +193,44 @@ def mechanism(system: System) -> Mechanism:
     """
     verify_system(system)
     system = with_feet(system)
-    relative = with_withheld(_resolved(system), system)
+    relative = with_withheld(_resolve(system), system)
     verify_questions(system, relative)
     if system.simulation.coordinates == "relative":
         return relative
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
-    return with_withheld(replace(_resolved(freed.system, freed), relative=relative), system)
+    return with_withheld(replace(_resolve(freed.system, freed), relative=relative), system)
 
 
-def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
+def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     """Return the mechanism of a system as declared, or with its bodies freed.
 
     The coordinates of joints that are cut there are measured, as far as poses tell them.
     """
     tree = spanning_tree(system)
-    doubled, measuring = _uncarried(system, tree, freed)
+    doubled, measuring = _uncarried_joints(system, tree, freed)
     named = (*tree.carrying, *doubled)
     coordinates, speeds = _coordinates(system, named), _speeds(system, named)
     names = meanings(system, (*coordinates, *_coordinates(system, measuring)), (*speeds, *_speeds(system, measuring)))
     slots = _slots(system, coordinates, speeds)
     references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
-    bodies = tree_bodies(references, tree.carrying, doubled)
+    bodies = _tree_bodies(references, tree.carrying, doubled)
     told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = with_constants(replace(references, measured=told), bodies)
-    declared, slack = declared_rows(references), slack_ropes(references)
+    declared, slack = declared_rows(references), _slack_ropes(references)
     loose = [row for row in declared if row.name.partition(".")[0] in slack]
     rows = [row for row in declared if row not in loose]
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
-    one_way = _in_slots(told, one_way_elements(references, loose))
+    one_way = _in_slots(told, _law_elements(references, loose))
+    loaded = _in_slots(told, tuple(loads(references)))
+    state_stops = _state_stops(resolved, one_way)
+    struck = _in_slots(told, struck_impacts(references, one_way, rows, cuts))
+    with_forces = [*one_way, *(() if struck is None else struck.meetings)]
+    verify_forces(system, with_forces, [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut])
+    adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
+    others = {name: node for name, node in resolved.outputs.items() if name not in adding}
+    laws = _declared_laws(resolved, slots)
+    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Table)]
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,
@@ -240,33 +240,34 @@ def _resolved(system: System, freed: Freed | None = None) -> Mechanism:
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
-        **_outputs(resolved, told),
-        stops={**_stops(resolved, _in_slots(told, bodies)), **_wheels_left([*rows, *loose])},
-        kinks=_kinks(resolved, slots),
-        fades=tuple(filter(_changes, fading_functions(_declared_laws(resolved, slots)))),
-        loads=_in_slots(told, tuple(loads(references))),
+        outputs={**{name.data: node for name, node in told.items()}, **others},
+        run_outputs=adding,
+        stops=_stops(resolved, _in_slots(told, bodies), [*rows, *loose]),
+        kinks=tuple(filter(_changes, switching_functions([*laws, *tables]))),
+        fades=tuple(filter(_changes, fading_functions(laws))),
+        loads=loaded,
         rows=_in_slots(told, tuple(rows)),
-        limits=tuple(_resolve_limits(resolved, {**slots, **told})),
+        limits=tuple(_joint_limits(resolved, {**slots, **told})),
         cuts=_in_slots(told, tuple(cuts)),
         symbols={**_rates(told, rate_names(system)), **slots, **told},
         driving_inputs=driving_inputs(system),
         input_dimensions=input_dimensions(system.inputs),
         minimum_norm=system.simulation.multipliers == "minimum_norm",
         one_way=one_way,
-        state_stops=_state_stops(resolved, one_way),
-        impact=_verified(
-            system,
-            one_way,
-            _in_slots(told, struck_impacts(references, one_way, rows, cuts)),
-            [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut],
-        ),
+        state_stops=state_stops,
+        impact=struck,
     )
 
 
-def _uncarried(system: System, tree: SpanningTree, freed: Freed | None) -> tuple[list[str], list[str]]:
-    """Return the cut joints that carry a double of their child, and those whose coordinates are measured."""
+def _uncarried_joints(system: System, tree: SpanningTree, freed: Freed | None) -> tuple[list[str], list[str]]:
+    """Return the cut joints that carry a double of their child, and those whose coordinates are measured.
+
+    A joint carries a massless double, which rows hold to the child itself, where its coordinates are used or no rows
+    can stand for it.
+    """
     if freed is None:
-        return _doubled(system, tree), []
+        used = used_joints(system) if tree.cut else set()
+        return [name for name in tree.cut if name in used or not has_rows(system.joints[name])], []
     return [x for x in tree.cut if x in freed.doubled], [x for x in tree.cut if x in freed.measured]
 
 
@@ -283,23 +284,22 @@ def _references(
     spanned = with_own_names(system, names)
     verify_expressions(spanned, names)
     verify_curves(spanned, names)
-    numbers = _body_numbers(tree, system)
+    carried = [body_part(system.joints[name].child, system.bodies)[0] for name in tree.carrying]
+    first = 0 if ground_moves(system.bodies) else -1  # a moving ground is the first body of the tree
+    numbers = {name: number for number, name in enumerate([GROUND, *carried], first)}
+    entries = (
+        ParameterEntry(name, _in(slots, parameter.value), parameter.positive, dimension=parameter.dimension)
+        for name, parameter in system.parameters.items()
+    )
     return References(
         _in_slots(slots, with_named_outputs(with_driving_inputs(spanned), names)),
         numbers,
         slots,
-        _parameter_vector(system, slots),
+        ParameterVector(tuple(entries)),
         plane,
         carrying=frozenset(tree.carrying),
         doubles={name: number for number, name in enumerate(doubled, max(numbers.values()) + 1)},
     )
-
-
-def _outputs(resolved: System, told: Mapping[Node, Node]) -> dict[str, Any]:
-    """Return the outputs that follow from the state alone, measured coordinates too, and those that add up in a run."""
-    adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
-    others = {name: node for name, node in resolved.outputs.items() if name not in adding}
-    return {"outputs": {**{name.data: node for name, node in told.items()}, **others}, "run_outputs": adding}
 
 
 def _changes(node: Node) -> bool:
@@ -307,21 +307,21 @@ def _changes(node: Node) -> bool:
     return bool(leaves([node], "quantity")) or any(leaf.data[0] != "parameters" for leaf in leaves([node], "slot"))
 
 
-def _stops(system: System, bodies: Sequence[TreeBody]) -> dict[str, Node]:
-    """Return the functions that become positive where a run ends: as declared, and where a mass is used up."""
+def _stops(system: System, bodies: Sequence[TreeBody], rows: Sequence[Row]) -> dict[str, Node]:
+    """Return the functions that become positive where a run ends.
+
+    As declared, where a mass is used up, and where a rope lies around none of a wheel any more.
+    """
     declared = {name: switching_function(x) for name, x in system.stop.items() if isinstance(x, Node)}
     varying = (body for body in bodies if body.name in system.bodies and system.bodies[body.name].varying)
-    return {**declared, **{used_up(body.name): -body.mass.mass for body in varying}}
-
-
-def _wheels_left(rows: Sequence[Row]) -> dict[str, Node]:
-    """Return the functions that become positive where a rope lies around none of a wheel any more."""
+    masses = {used_up(body.name): -body.mass.mass for body in varying}
     ropes = [row for row in rows if isinstance(row, RopeRow)]
     passed = [(row.name, bend) for row in ropes for bend in row.path[1:-1]]
     behind = {(row.rope, row.path[0].pulley) for row in ropes if row.path[0].pulley}
     passed += [(row.name, row.path[-1]) for row in ropes if (row.rope, row.path[-1].pulley) in behind]
     names = ((row, x.pulley) for row, x in passed if x.pulley and not x.turns and x.radius.shadow != 0)
-    return {f"{row} leaves {pulley}": negate(quantity("wrap", (row, pulley))) for row, pulley in names}
+    wheels = {f"{row} leaves {pulley}": negate(quantity("wrap", (row, pulley))) for row, pulley in names}
+    return {**declared, **masses, **wheels}
 
 
 def _state_stops(system: System, elements: Sequence[LawElement]) -> dict[str, StateCondition]:
@@ -334,16 +334,7 @@ def _state_stops(system: System, elements: Sequence[LawElement]) -> dict[str, St
     return found
 
 
-def _verified(
-    system: System, elements: Sequence[LawElement], struck: StruckImpacts | None, cut: Sequence[str]
-) -> StruckImpacts | None:
-    """Return impacts. Raises ModelError where expressions ask forces of what has none, nor impulses."""
-    verify_forces(system, [*elements, *(() if struck is None else struck.meetings)], cut)
-    return struck
-
-
 def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
-    """Return a system, or parts of a mechanism, with names replaced by slots or what they measure."""
     return with_expressions(part, lambda node: _in(slots, node)) if slots else part
 
 
@@ -353,14 +344,8 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
     return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
 
 
-def _kinks(resolved: System, slots: Mapping[Node, Node]) -> tuple[Node, ...]:
-    """Return the switching functions of forces, constraints, motions and inputs that change with time or motion."""
-    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Table)]
-    return tuple(g for g in switching_functions([*_declared_laws(resolved, slots), *tables]) if _changes(g))
-
-
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
-    """Return what is declared of forces, constraints and motions, curves at the coordinates of their joints."""
+    """Return the expressions of forces, constraints and motions, curves at the coordinates of their joints."""
     written = expressions_in(resolved, ("forces", "constraints", "inputs", "joints", "bodies"))
     nodes = [each.node for each in written if each.node.shadow is None]
     found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
@@ -371,61 +356,38 @@ def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
     return found
 
 
-def _doubled(system: System, tree: SpanningTree) -> list[str]:
-    """Return the cut joints that keep their coordinates, because these are used or no rows can stand for the joint.
-
-    Such a joint carries a massless double of its child, which rows hold to the child itself.
-    """
-    used = used_joints(system) if tree.cut else set()
-    return [name for name in tree.cut if name in used or not has_rows(system.joints[name])]
-
-
-def _body_numbers(tree: SpanningTree, system: System) -> dict[str, int]:
-    """Return the places of the bodies in tree order; a moving ground comes first."""
-    carried = [body_part(system.joints[name].child, system.bodies)[0] for name in tree.carrying]
-    return {name: number for number, name in enumerate([GROUND, *carried], 0 if ground_moves(system.bodies) else -1)}
-
-
-# --- names ---------------------------------------------------------------------------------------------------------
+# ----------------------------------------------------------------------------------------------------------------------
+# Names and the slots that stand for them.
 
 
 def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...]:
-    return tuple(c for name in joints for c in _coordinates_of(name, system.joints[name]))
+    found = []
+    for name in joints:
+        joint = system.joints[name]
+        initial, units, names = _initial(joint), joint.coordinate_units, coordinate_names(name, joint)
+        values, marks = initial.values("q", len(units)), initial.marks(len(units))
+        for q, unit, value, zero, marked in zip(names, units, values, joint.zero_coordinates, marks, strict=True):
+            given = value is not None
+            found.append(Coordinate(q, name, unit, as_node(zero) if value is None else value, given, marked and given))
+    return tuple(found)
 
 
 def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
-    return tuple(s for name in joints for s in _speeds_of(name, system.joints[name]))
-
-
-def _coordinates_of(name: str, joint: Joint) -> list[Coordinate]:
-    initial, units, zeros = _initial(joint), joint.coordinate_units, joint.zero_coordinates
-    each = zip(
-        coordinate_names(name, joint), units, initial.values("q", len(units)), zeros, initial.marks(len(units)),
-        strict=True,
-    )
-    return [
-        Coordinate(
-            q, name, unit, as_node(zero) if value is None else value, value is not None, marked and value is not None
-        )
-        for q, unit, value, zero, marked in each
-    ]
-
-
-def _speeds_of(name: str, joint: Joint) -> list[Speed]:
-    initial, units = _initial(joint), joint.speed_units
-    marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion's are alike, of which three speeds
-    each = zip(speed_names(name, joint), units, initial.values("u", len(units)), marks, strict=True)
-    return [
-        Speed(u, name, unit, ZERO if value is None else value, value is not None, marked and value is not None)
-        for u, unit, value, marked in each
-    ]
+    found = []
+    for name in joints:
+        joint = system.joints[name]
+        initial, units, names = _initial(joint), joint.speed_units, speed_names(name, joint)
+        marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion has one mark, and three speeds
+        for u, unit, value, marked in zip(names, units, initial.values("u", len(units)), marks, strict=True):
+            given = value is not None
+            found.append(Speed(u, name, unit, ZERO if value is None else value, given, marked and given))
+    return tuple(found)
 
 
 _NOTHING_GIVEN: Final = Initial()
 
 
 def _initial(joint: Joint) -> Initial:
-    """Return what is given of a joint's start."""
     return (joint.initial if isinstance(joint, MovingJoint) else None) or _NOTHING_GIVEN
 
 
@@ -445,16 +407,7 @@ def _rates(known: Mapping[Node, Node], pairs: Iterable[tuple[str, str]]) -> dict
     return {quantity("'", (q,)): known[symbol(u)] for q, u in pairs if symbol(u) in known}
 
 
-def _parameter_vector(system: System, slots: Mapping[Node, Node]) -> ParameterVector:
-    """Return the declared parameters."""
-    entries = [
-        ParameterEntry(name, _in(slots, parameter.value), parameter.positive, dimension=parameter.dimension)
-        for name, parameter in system.parameters.items()
-    ]
-    return ParameterVector(tuple(entries))
-
-
-def _resolve_limits(system: System, slots: Mapping[Node, Node]) -> list[JointLimit]:
+def _joint_limits(system: System, slots: Mapping[Node, Node]) -> list[JointLimit]:
     made = []
     for name, joint in system.joints.items():
         found = getattr(joint, "limits", None)

@@ -1,4 +1,4 @@
-"""The rows of ropes: one for each run between wheels that turn with the rope."""
+"""Which rows are ropes, one for each run between wheels that turn with it, and how long are they at an instant?"""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Final, NoReturn
+from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Measure, RopeLength, RopeSide, TangentDirection, TreeBody, WrapAngle
@@ -55,22 +55,30 @@ def tension_names(system: System, name: str) -> list[str]:
 def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tuple[str, Measure]]:
     """Yield what the start measures of a rope, by the names under which rows ask for it."""
     runs = _runs(references, name, rope)
-    for place in (place for run in runs for place in run if _bends(rope, place)):
-        yield _of_side(name, place.step), RopeSide(name, place.step)
+    for place in (place for run in runs for place in run):
+        # where the model does not say on which side of a wheel the rope runs, the bend alone tells it
+        if place.bend.radius.shadow != 0 and place.bend.beside is not None and _wrap_word(rope, place.step) is None:
+            yield _side_name(name, place.step), RopeSide(name, place.step)
     for row, run in zip(run_names(references.system, name), runs, strict=True):
         grips = [end for end, place in ((0, run[0]), (1, run[-1])) if place.pulley and place.pulley.turns]
         if grips or rope.length is None:
             yield row, RopeLength(row, winds=bool(grips))
         for end in grips:
-            yield _of_end(row, end), TangentDirection(row, end)
-        for place in _rough(run):
+            yield _end_name(row, end), TangentDirection(row, end)
+        for place in _rough_places(run):
             yield f"{row}.{place.step}", WrapAngle(f"{row}.{place.step}")
 
 
 def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
     """Return the rows of a rope. Raises ModelError for paths that no rope can take, with the place."""
     names, runs = run_names(references.system, name), _runs(references, name, rope)
-    _verify_length(rope, len(runs), [*runs[0], *runs[-1]])
+    ends = [*runs[0], *runs[-1]]
+    if rope.length is not None and (len(runs) > 1 or any(p.pulley and p.pulley.turns for p in ends)):
+        raise ModelError(
+            "what lies on wheels that turn counts to no length that could be given: leave length out, and place the "
+            "bodies by their initial positions",
+            number="M110",
+        ).under("length")
     made = []
     number = 1
     for row, run in zip(names, runs, strict=True):
@@ -80,11 +88,11 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
             if pulley is not None and pulley.turns:
                 grip = run[k].bend.grip
                 assert grip is not None
-                path[k] = replace(path[k], grip=replace(grip, start=references.constants[_of_end(row, end)].slot))
+                path[k] = replace(path[k], grip=replace(grip, start=references.constants[_end_name(row, end)].slot))
         length = references.constants[row].slot if row in references.constants else rope.length
         assert length is not None
         several = len(tension_names(references.system, name)) > 1
-        rough = _rough(run)
+        rough = _rough_places(run)
         rubs = tuple(f"{row}.{place.step}" for place in rough)
         run_number, label = number if several else 0, rope.label or ""
         made.append(RopeRow(row, tuple(path), length, name, run_number, rubs=rubs, label=label))
@@ -105,37 +113,20 @@ def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, Rope
         yield (pulley if alone else slip), RopeSlipRow(slip, row, k, wrap), roughness
 
 
-def _rough(run: Sequence[_Place]) -> list[_Place]:
+def _rough_places(run: Sequence[_Place]) -> list[_Place]:
     return [place for place in run[1:-1] if place.pulley is not None and place.pulley.rough is not None]
 
 
-def _bends(rope: Rope, place: _Place) -> bool:
-    """Return whether the bend alone tells on which side of a wheel the rope runs."""
-    return place.bend.radius.shadow != 0 and place.bend.beside is not None and _word(rope, place.step) is None
-
-
-def _word(rope: Rope, step: str) -> str | None:
+def _wrap_word(rope: Rope, step: str) -> str | None:
     return rope.wrap.get(step, rope.wrap.get(""))
 
 
-def _of_end(row: str, end: int) -> str:
+def _end_name(row: str, end: int) -> str:
     return f"{row} at end {end + 1}"
 
 
-def _of_side(rope: str, step: str) -> str:
+def _side_name(rope: str, step: str) -> str:
     return f"{rope} at {step}"
-
-
-def _verify_length(rope: Rope, runs: int, ends: Sequence[_Place]) -> None:
-    if rope.length is not None and (runs > 1 or any(p.pulley and p.pulley.turns for p in ends)):
-        raise ModelError(
-            "what lies on wheels that turn counts to no length that could be given: leave length out, and place the "
-            "bodies by their initial positions",
-            number="M110",
-        ).under("length")
-
-
-# --- the path -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -167,26 +158,22 @@ def _places(references: References, name: str, rope: Rope) -> list[_Place]:
         end = k in (0, len(route) - 1)
         near = (bends[k - 1], bends[(k + 1) % len(bends)]) if not end else (bends[-2], bends[1])
         beside = (near[0].at, near[1].at) if pulley is not None and (belt or not end) else None
-        word = _word(rope, step) if pulley is not None else None
+        word = _wrap_word(rope, step) if pulley is not None else None
         if pulley is not None and end and not belt and word is None:
-            raise _which_side(step, route[1] if k == 0 else route[-2], first=k == 0).under("path")
-        constant = references.constants.get(_of_side(name, step))
+            near_drum = route[1] if k == 0 else route[-2]
+            right, left = ('"-"', '"+"') if k == 0 else ('"+"', '"-"')
+            raise ModelError(
+                f"on which side the rope leaves drum {step} is not told. Seen against the drum's axis with {near_drum} "
+                f"straight below it, a rope with wrap: {right} hangs down on the right, with wrap: {left} on the left "
+                "(+ runs counter-clockwise in the order of the path)",
+                number="M115",
+            ).under("path")
+        constant = references.constants.get(_side_name(name, step))
         measured = ZERO if constant is None else constant.slot
         side = measured if word is None else ONE if word == "+" else negate(ONE)
         turns = rope.turns.get(step, rope.turns.get("", 0)) if pulley is not None else 0
         made.append(_Place(step, pulley, replace(bend, side=side, beside=beside, turns=turns)))
     return made
-
-
-def _which_side(drum: str, near: str, *, first: bool) -> ModelError:
-    """Return the error that shows both readings of a drum at the first or last end of a path."""
-    right, left = ('"-"', '"+"') if first else ('"+"', '"-"')
-    return ModelError(
-        f"on which side the rope leaves drum {drum} is not told. Seen against the drum's axis with {near} straight "
-        f"below it, a rope with wrap: {right} hangs down on the right, with wrap: {left} on the left (+ runs "
-        "counter-clockwise in the order of the path)",
-        number="M115",
-    )
 
 
 def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
@@ -246,7 +233,6 @@ def _bend(index: int, step: str, references: References) -> RopeBend:
 # ----------------------------------------------------------------------------------------------------------------------
 # Wheels that turn with their ropes: by which coordinates they turn about their axes, and relative to what.
 
-
 _PARALLEL: Final = 1e-12
 
 
@@ -258,11 +244,11 @@ def pulley_bends(references: References) -> dict[str, RopeBend]:
             centre = references.marker(pulley.at or pulley.body or "")
             bend = RopeBend(centre, pulley.radius, unit_vector(pulley.axis), name)
             bend = replace(bend, massless=pulley.is_held, rough=pulley.rough is not None)
-            made[name] = bend if pulley.body is None else replace(bend, grip=grip_of(references.bodies, bend))
+            made[name] = bend if pulley.body is None else replace(bend, grip=_turning_wheel(references.bodies, bend))
     return made
 
 
-def grip_of(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
+def _turning_wheel(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
     """Return how a wheel turns: the sum of the angles of all hinges about its axis between it and a body that keeps it.
 
     Raises ModelError where its own joint turns it otherwise, so that no coordinate tells whole turns.
@@ -271,7 +257,7 @@ def grip_of(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
     if index < 0 or bodies[index].name == GROUND:
         raise ModelError("ground turns with no rope; a pulley that stands still is {at: ..}", number="M115")
     while index >= 0:
-        turned = _turned(bodies[index], axis)
+        turned = _turn_about(bodies[index], axis)
         if turned is None:
             break
         own, axis = turned
@@ -284,10 +270,16 @@ def grip_of(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
             "counts its turns; join it by a revolute or planar joint about that axis",
             number="M115",
         )
-    return RoughWheel(Marker(wheel.at.name, index, Pose()), axis, _across(axis), angle, ZERO)
+    # a unit vector normal to the axis: x where that is normal to it, else what is left of x, y or z
+    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+    sizes = [x.shadow if x.shadow is not None else 0.5 for x in axis]
+    k = min(range(3), key=lambda i: (round(abs(sizes[i]), 6), i))
+    part = dot(axis, units[k])
+    across = unit_vector(_nodes([u - part * x for u, x in zip(units[k], axis, strict=True)]))
+    return RoughWheel(Marker(wheel.at.name, index, Pose()), axis, across, angle, ZERO)
 
 
-def _turned(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
+def _turn_about(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
     """Return by what angle a joint turns its body about an axis of it, and that axis in the parent's; else None."""
     here: Point = _nodes(apply_transposed(body.frame_on_body.rotation, axis))
     angle, free = ZERO, iter(body.free_steps)
@@ -314,16 +306,6 @@ def _parallel(a: Point, b: Point) -> int | None:
     if along is None or any(x is None or abs(x) > _PARALLEL for x in across):
         return 1 if a == b else None
     return 1 if along > 0 else -1
-
-
-def _across(axis: Point) -> Point:
-    """Return a unit vector that is normal to an axis: x where that is, else what is left of x, y or z."""
-    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
-    sizes = [x.shadow if x.shadow is not None else 0.5 for x in axis]
-    k = min(range(3), key=lambda i: (round(abs(sizes[i]), 6), i))
-    part = dot(axis, units[k])
-    rest = [u - part * x for u, x in zip(units[k], axis, strict=True)]
-    return unit_vector(_nodes(rest))
 
 
 def _nodes(vector: Sequence[object]) -> Point:
@@ -396,19 +378,18 @@ def segments(
         held = straight[k] if straight else None
         grips = tuple(wheels[j] if path[j].grip is not None else None for j in (k, k + 1))
         if held is None:
-            pieces.append(_tangent(ends, d, wheels[k], wheels[k + 1], (grips[0], grips[1])))
+            pieces.append(_tangent_piece(ends, d, wheels[k], wheels[k + 1], (grips[0], grips[1])))
         else:
             x, y, z = motion.state.values(held)
             pieces.append(Segment(ends, dot((x, y, z), d), (x, y, z), (grips[0], grips[1]), steady=True))
     length = sum((piece.length for piece in pieces), 0)
     for bend, wheel, before, after in zip(path[1:-1], wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
         if wheel is not None:
-            length = length + wheel.radius * _wrapped(motion, wheel, before, after)
+            length = length + wheel.radius * _wrap(motion, wheel, before, after)
             if bend.turns:
                 length = length + wheel.radius * (bend.turns * motion.state.values([2 * PI])[0])
-    return pieces, length + _wound(motion, path[-1], wheels[-1], pieces[-1]) - _wound(
-        motion, path[0], wheels[0], pieces[0]
-    )
+    first, last = ((path[k], wheels[k], pieces[k]) for k in (0, -1))
+    return pieces, length + _wound_length(motion, *last) - _wound_length(motion, *first)
 
 
 def sides(motion: Motion, path: Sequence[RopeBend]) -> list[S | None]:
@@ -438,7 +419,7 @@ def inner_side(motion: Motion, bend: RopeBend) -> S:
     return sign(dot(axis, cross(subtract(centre, before), subtract(behind, centre))))
 
 
-def _tangent(
+def _tangent_piece(
     ends: tuple[Marker, Marker],
     d: Vec,
     first: Wheel | None,
@@ -458,36 +439,29 @@ def _tangent(
             names = " and ".join(end.name for end in ends)
             raise NoDirectionError(f"{names} are at one place, and a rope between them has no direction: start apart")
         return Segment(ends, length, scale(1 / length, d))
-    step, axis = _step(first, second)
+    if first is None:
+        assert second is not None
+        step, axis = second.radius, second.axis
+    elif second is None:
+        step, axis = -first.radius, first.axis
+    else:
+        step, axis = second.radius * dot(first.axis, second.axis) - first.radius, first.axis
     rest = square - step * step
     if isinstance(rest, float) and rest <= 0.0:
-        _refuse(ends, math.sqrt(square), abs(step))
+        nearer, farther = (end.name for end in ends)
+        raise NoDirectionError(
+            f"{nearer} is {math.sqrt(square):g} m from {farther}, where no straight piece of rope leads from one to "
+            f"the other: their wheels ask for more than {abs(step):g} m; start elsewhere (initial: {{q: ..}}), or give "
+            "smaller radii",
+            number="M119",
+        )
     length = sqrt(rest)
     across = subtract(scale(length, d), scale(step, cross(axis, d)))
     rims = [scale(s * wheel.radius, wheel.axis) for s, wheel in ((-1, first), (1, second)) if wheel is not None]
     return Segment(ends, length, scale(1 / square, across), grips, rims=tuple(rims), plane=first or second)
 
 
-def _refuse(ends: tuple[Marker, Marker], apart: float, least: float) -> NoReturn:
-    first, second = (end.name for end in ends)
-    raise NoDirectionError(
-        f"{first} is {apart:g} m from {second}, where no straight piece of rope leads from one to the other: their "
-        f"wheels ask for more than {least:g} m; start elsewhere (initial: {{q: ..}}), or give smaller radii",
-        number="M119",
-    )
-
-
-def _step(first: Wheel | None, second: Wheel | None) -> tuple[S, Vec]:
-    """Return r2 - r1 and the axis."""
-    if first is None:
-        assert second is not None
-        return second.radius, second.axis
-    if second is None:
-        return -first.radius, first.axis
-    return second.radius * dot(first.axis, second.axis) - first.radius, first.axis
-
-
-def _wrapped(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S:
+def _wrap(motion: Motion, wheel: Wheel, before: Segment, after: Segment) -> S:
     """Return the angle between both tangents, so cut that it runs on past half a turn; of straight ones in full."""
     quarter, half = motion.state.values([PI / 2, PI])
     across, along = dot(wheel.axis, cross(before.direction, after.direction)), dot(before.direction, after.direction)
@@ -505,7 +479,7 @@ def wrap_angle(motion: Motion, row: RopeRow, k: int) -> S:
     if wheel is None:
         return 0
     (turns,) = motion.state.values([2 * row.path[k].turns * PI])
-    return _wrapped(motion, wheel, pieces[k - 1], pieces[k]) + turns
+    return _wrap(motion, wheel, pieces[k - 1], pieces[k]) + turns
 
 
 def wrap_between(motion: Motion, before: RopeRow, after: RopeRow) -> S:
@@ -513,10 +487,7 @@ def wrap_between(motion: Motion, before: RopeRow, after: RopeRow) -> S:
     wheel = wheel_at(motion, before.path, len(before.path) - 1)
     assert wheel is not None
     pieces = [segments(motion, row.path, row.straight)[0] for row in (before, after)]
-    return _wrapped(motion, wheel, pieces[0][-1], pieces[1][0])
-
-
-# --- tensions --------------------------------------------------------------------------------------------------------
+    return _wrap(motion, wheel, pieces[0][-1], pieces[1][0])
 
 
 @dataclass(frozen=True)
@@ -544,7 +515,7 @@ def pull(
         da = subtract(acceleration(motion, part.ends[1], bias), acceleration(motion, part.ends[0], bias))
         along = dot(part.direction, dv)
         rate, further = along, dot(part.direction, da)
-        further = further + _turning(motion, part, dv, along)
+        further = further + _direction_rate(motion, part, dv, along)
         for end, sense in enumerate((-1, 1)):
             wheel, marker, force = part.grips[end], part.ends[end], scale(-sense * tension, part.direction)
             if wheel is None:
@@ -559,7 +530,7 @@ def pull(
     return TensionForces(stretching, stretching_rate, wrenches.of_body)
 
 
-def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
+def _direction_rate(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
     """Return n' . dv. Between points l n' = dv - (n . dv) n; in the plane across an axis a, n' . a = -n . a'."""
     if part.steady:
         return 0
@@ -571,11 +542,8 @@ def _turning(motion: Motion, part: Segment, dv: Vec, along: S) -> S:
     return across * across / part.length - dot(axis, dv) * tilting
 
 
-# --- what is wound on a wheel ---------------------------------------------------------------------------------------
-
-
-def _wound(motion: Motion, bend: RopeBend, wheel: Wheel | None, piece: Segment) -> S:
-    """Return what a wheel that turns has wound up of the rope that comes to it along a piece, since it stood at zero.
+def _wound_length(motion: Motion, bend: RopeBend, wheel: Wheel | None, piece: Segment) -> S:
+    """Return the length of rope that a wheel which turns has wound up along a piece, since it stood at zero.
 
     A point of the rim runs away from the tangent point, which turns about the centre as the piece does.
     """
@@ -597,7 +565,6 @@ def tangent_direction(motion: Motion, row: RopeRow, end: int) -> S:
 
 
 def _tangent_components(motion: Motion, bend: RopeBend, direction: Vec) -> tuple[S, S]:
-    """Return a direction's components along `across` of a grip, and a quarter turn on about its axis."""
     assert bend.grip is not None
     along, axis = (world(motion, bend.grip.frame, v) for v in (bend.grip.across, bend.grip.axis))
     return dot(direction, along), dot(direction, cross(axis, along))

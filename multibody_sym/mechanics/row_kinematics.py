@@ -1,4 +1,4 @@
-"""Rows: every scalar constraint's phi, phidot, the wrenches of a unit multiplier, and gamma, over any scalar.
+"""How do rows move: phi, phidot, the wrenches of a unit multiplier, and gamma of every row, over any scalar?
 
     phi(q, t) = 0,   phidot = H u + phi_t = 0,   H udot = gamma
 
@@ -17,17 +17,17 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import InputError, at
-from multibody_sym.mechanics.contact_geometry import contact_direction, touch
-from multibody_sym.mechanics.flat_rims import steepness
+from multibody_sym.mechanics.contact_geometry import contact_direction, rim_across, touch
 from multibody_sym.mechanics.forces import span
 from multibody_sym.mechanics.impact_records import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.joint_friction import part_of_reaction
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import BodyMotion, Motion, accelerations, coordinate_rates
+from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
     Wrenches,
+    acceleration,
     add_force,
     add_force_at,
     add_moment,
@@ -36,8 +36,8 @@ from multibody_sym.mechanics.points import (
     direction,
     generalized_forces,
     position,
-    relative_motion,
     slip_velocity,
+    velocity,
 )
 from multibody_sym.mechanics.ropes import Segment, pull, segments, wheel_at, wrap_angle
 from multibody_sym.mechanics.row_records import (
@@ -99,7 +99,6 @@ class RowMotion:
 
     @property
     def kinematic(self) -> bool:
-        """Whether the row restricts motion; others define forces."""
         return not self.coupling
 
     @property
@@ -109,7 +108,6 @@ class RowMotion:
 
     @property
     def holonomic(self) -> bool:
-        """Whether the row restricts positions too."""
         return self.phi is not None
 
 
@@ -251,13 +249,17 @@ def _tension(
 @row_motion.register
 def _(row: PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     frame, point = row.frames
-    axis, found = direction(motion, frame, row.axis), relative_motion(motion, frame, point, bias)
+    axis, w = direction(motion, frame, row.axis), angular_velocity(motion, frame.body)
+    # the motion relative to the body of the frame: v' = v - v_F - w x d, a' = a - a_F - ..
+    d = subtract(position(motion, point), position(motion, frame))
+    v = subtract(subtract(velocity(motion, point), velocity(motion, frame)), cross(w, d))
+    alpha = angular_acceleration(motion, frame.body, bias)
+    carried = add(cross(alpha, d), cross(w, add(cross(w, d), scale(2, v))))
+    a = subtract(subtract(acceleration(motion, point, bias), acceleration(motion, frame, bias)), carried)
     wrenches = Wrenches(len(motion.bodies))
     add_force(wrenches, motion, point, axis)
     add_force_at(wrenches, motion, frame.body, position(motion, point), negate(axis))
-    return _of_wrenches(
-        motion, wrenches, dot(axis, found.distance), dot(axis, found.velocity), -dot(axis, found.acceleration)
-    )
+    return _of_wrenches(motion, wrenches, dot(axis, d), dot(axis, v), -dot(axis, a))
 
 
 @row_motion.register
@@ -362,15 +364,9 @@ def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> l
     return wrenches.of_body
 
 
-@row_motion.register
-def _(row: MeanTensionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    """Return a row that exerts nothing; what it defines follows from all rows together (`with_reactions`)."""
-    nothing: list[S] = [0] * len(motion.state.u)
-    return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
-
-
-@row_motion.register
-def _(row: ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+@row_motion.register(MeanTensionRow)
+@row_motion.register(ReactionRow)
+def _(row: MeanTensionRow | ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     """Return a row that exerts nothing; what it defines follows from all rows together (`with_reactions`)."""
     nothing: list[S] = [0] * len(motion.state.u)
     return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
@@ -382,7 +378,6 @@ def _(row: VelocityRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
 
 
 def _along_motion(motion: Motion, phi: Node) -> RowMotion:
-    """Return the row of an expression of q and t."""
     return _of_speeds(motion, phi, tangents([phi], _rates(motion.mechanism))[0])
 
 
@@ -474,20 +469,16 @@ def _bodies(motion: Motion) -> list[Terms]:
     bodies: list[Terms] = []
     for body, moved in zip(motion.mechanism.bodies, motion.bodies, strict=True):
         parent = bodies[body.parent] if body.parent >= 0 else Terms()
-        bodies.append(_carried(moved, parent.at(_length(moved.p_PB)), [motion.state.u[k] for k in body.u]))
+        parent = parent.at(_length(moved.p_PB))
+        rates = [absolute(motion.state.u[k]) for k in body.u]
+        linear = sum(_length(v) * x for v, x in zip(moved.linear, rates, strict=True)) + _length(moved.given_linear)
+        angular = sum(_length(w) * x for w, x in zip(moved.angular, rates, strict=True)) + _length(moved.given_angular)
+        bias = _length(moved.linear_bias), _length(moved.angular_bias)
+        bodies.append(Terms(parent.V + linear, parent.W + angular, parent.A + bias[0], parent.L + bias[1]))
     return bodies
 
 
-def _carried(moved: BodyMotion, parent: Terms, speeds: Sequence[S]) -> Terms:
-    rates = [absolute(x) for x in speeds]
-    linear = sum(_length(v) * x for v, x in zip(moved.linear, rates, strict=True)) + _length(moved.given_linear)
-    angular = sum(_length(w) * x for w, x in zip(moved.angular, rates, strict=True)) + _length(moved.given_angular)
-    bias = _length(moved.linear_bias), _length(moved.angular_bias)
-    return Terms(parent.V + linear, parent.W + angular, parent.A + bias[0], parent.L + bias[1])
-
-
 def _length(vector: Vec) -> S:
-    """Return |v|: of Nodes too, as `power_terms` are part of Programs."""
     if any(isinstance(x, Node) for x in vector):
         return sqrt(dot(vector, vector))
     return hypot(*vector)
@@ -530,13 +521,13 @@ def _(row: AngleRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 
 @_terms.register
 def _(row: DistanceRow, motion: Motion, bodies: Sequence[Terms]) -> float:
-    return _of_expression(motion, row.value, holonomic=True) + _stretching(motion, bodies, row.ends)
+    return _of_expression(motion, row.value, holonomic=True) + _stretch_terms(motion, bodies, row.ends)
 
 
 @_terms.register
 def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     markers = [bend.at for bend in row.path]
-    pieces = sum(_stretching(motion, bodies, ends) for ends in pairwise(markers))
+    pieces = sum(_stretch_terms(motion, bodies, ends) for ends in pairwise(markers))
     gripped = [bend for bend in row.path if bend.grip is not None and bend.at.body >= 0]
     radii = map(abs, motion.state.values([bend.radius for bend in gripped]))
     rims = [bodies[bend.at.body].turning * float(radius) for bend, radius in zip(gripped, radii, strict=True)]
@@ -551,7 +542,7 @@ def _(row: RopeSlipRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _terms(row.rope, motion, bodies) + rim
 
 
-def _stretching(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker]) -> float:
+def _stretch_terms(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marker]) -> float:
     first, second = (_of(motion, bodies, marker) for marker in ends)
     length = float(span(motion, (ends[0], ends[1]))[0])
     return first.A + second.A + (first.V + second.V) ** 2 / length
@@ -562,11 +553,12 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
     if all(isinstance(skin, Edge) for skin in row.skins):
         return _crossing_terms(row, motion, first, second)
-    sizes = [_size(skin, motion) for skin in row.skins]
+    radii = [skin.radius if isinstance(skin, (RoundSurface, Rim)) else ZERO for skin in row.skins]
+    sizes = [abs(float(radius)) for radius in motion.state.values(radii)]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
     pairs = zip(row.skins, sizes, strict=True)
     arms = [place if isinstance(skin, (PlaneSurface, Edge)) else size for skin, size in pairs]
-    tilting, turning = _turning(row, motion, first, second)
+    tilting, turning = _normal_rates(row, motion, first, second)
     speeds = first.V + second.V
     slip = speeds + first.W * arms[0] + second.W * arms[1]
     carried = first.A + second.A + first.L * arms[0] + second.L * arms[1]
@@ -576,7 +568,12 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 def _crossing_terms(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> float:
     """Return the same of two lines that cross: the place of contact goes along them as fast as they are parallel."""
     apart = hypot(*subtract(*(position(motion, skin.place) for skin in row.skins)))
-    steep = max(_sine(row, motion), _PARALLEL)
+    courses = []
+    for skin in row.skins:
+        assert isinstance(skin, Edge)
+        whole = subtract(position(motion, skin.tip), position(motion, skin.place))
+        courses.append(scale(1.0 / hypot(*whole), whole))
+    steep = max(hypot(*cross(*courses)), _PARALLEL)  # the sine of the angle between the lines
     turning, way = first.W + second.W, 2.0 * apart / steep**2
     passing = 8.0 * (first.V + second.V + turning * (apart + way)) / steep**4
     slip = first.V + second.V + turning * way
@@ -584,33 +581,20 @@ def _crossing_terms(row: ContactRow, motion: Motion, first: Terms, second: Terms
     return carried + turning * passing + 4.0 * turning / steep * (slip + passing)
 
 
-def _sine(row: ContactRow, motion: Motion) -> float:
-    """Return the sine of the angle between the lines of a row's segments."""
-    courses = []
-    for skin in row.skins:
-        assert isinstance(skin, Edge)
-        whole = subtract(position(motion, skin.tip), position(motion, skin.place))
-        courses.append(scale(1.0 / hypot(*whole), whole))
-    return hypot(*cross(*courses))
-
-
-def _size(skin: ContactSurface, motion: Motion) -> float:
-    radius = skin.radius if isinstance(skin, (RoundSurface, Rim)) else ZERO
-    return abs(float(motion.state.values([radius])[0]))
-
-
-def _turning(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
+def _normal_rates(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
     """Return how fast the normal turns, and the way from a centre to the place of contact, at most."""
     flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if isinstance(skin, PlaneSurface)]
     if flats:
-        return flats[0].W, (first.W + second.W) * max(_steepness(row, motion), 1.0)
+        # twice the inverse sine of the angle between a rim and a plane
+        steep = 0.0 if row.rim is None else 2.0 / max(hypot(*rim_across(row, motion).vector), _PARALLEL)
+        return flats[0].W, (first.W + second.W) * max(steep, 1.0)
     length = float(span(motion, (row.skins[0].place, row.skins[1].place))[0])
-    bending = max(1 / length, *(_bending(skin, motion, row) for skin in row.skins))
+    bending = max(1 / length, *(_level_curvature(skin, motion, row) for skin in row.skins))
     turning = first.W + second.W + (first.V + second.V + (first.W + second.W) * length) * bending
     return turning, turning
 
 
-def _bending(skin: ContactSurface, motion: Motion, row: ContactRow) -> float:
+def _level_curvature(skin: ContactSurface, motion: Motion, row: ContactRow) -> float:
     """Return how much the normal of a smooth surface turns along a metre, at most, where a row's point is."""
     if not isinstance(skin, Level):
         return 0.0
@@ -621,24 +605,14 @@ def _bending(skin: ContactSurface, motion: Motion, row: ContactRow) -> float:
     return 2.0 * hypot(*second) / hypot(gx, gy, gz)
 
 
-def _steepness(row: ContactRow, motion: Motion) -> float:
-    """Return twice the inverse sine of the angle between a rim and a plane, else 0."""
-    steep = steepness(row, motion)
-    return 0.0 if steep is None else 2.0 / max(steep, _PARALLEL)
-
-
 @_terms.register
 def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _terms(row.normal, motion, bodies)
 
 
-@_terms.register
-def _(row: MeanTensionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
-    return 0.0
-
-
-@_terms.register
-def _(row: ReactionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+@_terms.register(MeanTensionRow)
+@_terms.register(ReactionRow)
+def _(row: MeanTensionRow | ReactionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return 0.0
 
 

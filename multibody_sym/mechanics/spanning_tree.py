@@ -1,4 +1,4 @@
-"""The spanning tree of a system's joints: which joint carries each body, and which joints close loops and are cut."""
+"""Which joint carries each body, which joints close loops and are cut, and by which rows do cut joints hold?"""
 
 from __future__ import annotations
 
@@ -50,11 +50,24 @@ def spanning_tree(system: System) -> SpanningTree:
     if len(system.bodies) > MOST_BODIES:
         raise ModelError(f"more than {MOST_BODIES} bodies", number="M109").under("bodies")
     used = used_joints(system)
-    edges = [_edge(place, name, joint, system, used) for place, (name, joint) in enumerate(system.joints.items())]
+    edges = []
+    for place, (name, joint) in enumerate(system.joints.items()):
+        with at("joints", name, "parent"):
+            parent, _ = body_part(joint.parent, system.bodies)
+        with at("joints", name, "child"):
+            child, _ = body_part(joint.child, system.bodies)
+            if child == GROUND:
+                raise ModelError("ground cannot be a child; swap parent and child", number="M111")
+            if child == parent:
+                raise ModelError(f"the joint joins {child!r} to itself", number="M111")
+        edges.append(_Edge(name, parent, child, (name not in used, len(joint.speed_units)), place))
     kept = [edge for edge in edges if not system.joints[edge.name].cut]
-    carrying = _grown(_preferred(kept))
+    best: dict[str, tuple[bool, int]] = {}
+    for edge in kept:
+        best[edge.child] = min(best.get(edge.child, edge.preference), edge.preference)
+    carrying = _grow([edge for edge in kept if edge.preference == best[edge.child]])
     if len(carrying) < len({edge.child for edge in kept}):
-        carrying = _grown(kept)
+        carrying = _grow(kept)
     _verify_all_joined(system, kept, carrying)
     order = _depth_first(carrying)
     return SpanningTree(tuple(order), tuple(edge.name for edge in edges if edge.name not in set(order)))
@@ -67,11 +80,11 @@ def body_part(reference: str, bodies: Mapping[str, Body]) -> tuple[str, str]:
         body, dot, last = body.rpartition(".")
         point = f"{last}.{point}" if point else last
         if not dot:
-            raise _no_body(reference, bodies)
+            raise _unknown_body(reference, bodies)
     return body, point
 
 
-def _no_body(reference: str, bodies: Mapping[str, Body]) -> ModelError:
+def _unknown_body(reference: str, bodies: Mapping[str, Body]) -> ModelError:
     """Return the error for a name that begins with no body: maybe it is a body's point, without the body."""
     first = reference.partition(".")[0]
     owners = [name for name, body in bodies.items() if reference in (*body.points, *body.frames, *body.surfaces)]
@@ -120,27 +133,7 @@ def used_joints(system: System) -> set[str]:
     return used
 
 
-def _edge(place: int, name: str, joint: Joint, system: System, used: set[str]) -> _Edge:
-    with at("joints", name, "parent"):
-        parent, _ = body_part(joint.parent, system.bodies)
-    with at("joints", name, "child"):
-        child, _ = body_part(joint.child, system.bodies)
-        if child == GROUND:
-            raise ModelError("ground cannot be a child; swap parent and child", number="M111")
-        if child == parent:
-            raise ModelError(f"the joint joins {child!r} to itself", number="M111")
-    return _Edge(name, parent, child, (name not in used, len(joint.speed_units)), place)
-
-
-def _preferred(edges: Sequence[_Edge]) -> list[_Edge]:
-    """Return the edges without those whose child a more preferred one reaches."""
-    best: dict[str, tuple[bool, int]] = {}
-    for edge in edges:
-        best[edge.child] = min(best.get(edge.child, edge.preference), edge.preference)
-    return [edge for edge in edges if edge.preference == best[edge.child]]
-
-
-def _grown(edges: Iterable[_Edge]) -> dict[str, _Edge]:
+def _grow(edges: Iterable[_Edge]) -> dict[str, _Edge]:
     """Return for each body that can be reached the edge that carries it, grown from ground: near bodies first."""
     leaving: dict[str, list[_Edge]] = {}
     for edge in edges:
@@ -208,7 +201,6 @@ def ground_moves(bodies: Mapping[str, Body]) -> bool:
 # A joint that moves along straight directions first and then turns restricts what is left: its child's frame M keeps
 # its place along the normals of those directions in the parent's frame F, and M's axes their angles to F's.
 
-
 _X: Final[Point] = (ONE, ZERO, ZERO)
 _Y: Final[Point] = (ZERO, ONE, ZERO)
 _Z: Final[Point] = (ZERO, ZERO, ONE)
@@ -227,7 +219,10 @@ def has_rows(joint: Joint) -> bool:
     straight = not any(step.slides for step in joint.steps[first_turn:])
     turns = [axis for step in joint.steps for axis in step.turns]
     free = all(step.is_independent for step in joint.steps)
-    return straight and free and len(turns) <= 3 and not any(_parallel(a, b) for a, b in pairwise(turns))
+    if not straight or not free or len(turns) > 3:
+        return False
+    sines = [[x.shadow for x in cross(a, b)] for a, b in pairwise(turns)]
+    return not any(all(x is not None and abs(x) < _NOT_PARALLEL for x in each) for each in sines)
 
 
 def cut_rows(name: str, joint: Joint, frames: tuple[Marker, Marker]) -> list[Row]:
@@ -249,7 +244,6 @@ def welded_rows(name: str, frames: tuple[Marker, Marker]) -> list[Row]:
 
 
 def _angle_rows(name: str, axes: Sequence[Point], frames: tuple[Marker, Marker]) -> list[Row]:
-    """Return the rows under which M turns relative to F about these unit axes only."""
     if not axes:
         pairs = zip(AXES, ((_Z, _Y), (_X, _Z), (_Y, _X)), _UNITS, strict=True)
         return [AngleRow(f"{name}.r{letter}", frames, pair, shared=axis) for letter, pair, axis in pairs]
@@ -276,17 +270,9 @@ def _normals(axes: Sequence[Point], letters: tuple[str, str, str], other: str) -
     if len(axes) == 2:
         normals = [unit_vector(cross(*axes))]
     else:
-        first = _UNITS[plain[0]] if plain else unit_vector(cross(axes[0], _least_aligned(axes[0])))
+        sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in axes[0]]
+        least = _UNITS[sizes.index(min(sizes))]  # the coordinate axis along which the first has least
+        first = _UNITS[plain[0]] if plain else unit_vector(cross(axes[0], least))
         normals = [first, unit_vector(cross(axes[0], first))]
     return [f"{other}{k}" for k in range(1, len(normals) + 1)], normals
 
-
-def _least_aligned(axis: Point) -> Point:
-    """Return the coordinate axis along which a unit vector has its smallest known component."""
-    sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in axis]
-    return _UNITS[sizes.index(min(sizes))]
-
-
-def _parallel(a: Point, b: Point) -> bool:
-    shadows = [x.shadow for x in cross(a, b)]
-    return all(x is not None and abs(x) < _NOT_PARALLEL for x in shadows)

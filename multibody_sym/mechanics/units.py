@@ -1,4 +1,4 @@
-"""The SI units of all that a mechanism's results tell: the one place that knows them. Empty where one is not known.
+"""Which SI units have the results of a mechanism? Empty where one is not known.
 
 Coordinates and speeds have theirs by their joints; what expressions are worth follows from the units that parameters
 were declared with. A row's multiplier times the derivative of the row by a coordinate is a force on that coordinate.
@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.mechanics.law_elements import exerted_by
-from multibody_sym.mechanics.mechanism import NORMAL, Mechanism, ParameterEntry
+from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
 from multibody_sym.mechanics.row_records import ExpressionRow, Row, VelocityRow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import tangents
@@ -58,12 +58,10 @@ class MechanismUnits:
 
     @property
     def accelerations(self) -> dict[str, str]:
-        """Of the rate of each speed, by the speed's name."""
         return {speed.name: f"{speed.unit}^2" for speed in self.mechanism.speeds}
 
     @cached_property
     def inputs(self) -> dict[str, str]:
-        """Of each input."""
         return dict(zip(self._declared.mechanism.inputs, map(_unit, self._declared._inputs), strict=True))
 
     @cached_property
@@ -77,13 +75,11 @@ class MechanismUnits:
 
     @cached_property
     def parameters(self) -> dict[str, str]:
-        """Of each parameter."""
         entries = self.mechanism.parameters
         return {entry.name: _unit(x) for entry, x in zip(entries, self._parameters, strict=True)}
 
     @cached_property
     def multipliers(self) -> dict[str, str]:
-        """Of the multiplier of each row."""
         return {row.name: _unit(self._multiplier(row)) for row in self.mechanism.rows}
 
     def of(self, nodes: Iterable[Node]) -> list[str]:
@@ -122,7 +118,6 @@ class MechanismUnits:
 
     @cached_property
     def _moved(self) -> dict[str, list[Kind]]:
-        """The kinds of coordinates and speeds, by the array that holds them."""
         return {
             "q": [kind_of(coordinate.unit) for coordinate in self.mechanism.coordinates],
             "u": [kind_of(speed.unit) for speed in self.mechanism.speeds],
@@ -132,15 +127,27 @@ class MechanismUnits:
     def _parameters(self) -> list[Known | None]:
         """What is known of each parameter; one without a unit of its own that is an expression of others follows."""
         entries, found = self.mechanism.parameters, dict[int, Known | None]()
+
+        def of_slot(leaf: Node) -> Known | None:
+            return found.get(leaf.data[1]) if leaf.op == "slot" else None
+
         for k in range(len(entries)):
             stack = [k]
             while stack:
-                missing = [j for j in _named(entries[stack[-1]]) if j not in found and j not in stack]
+                value = entries[stack[-1]].value
+                named = [] if value is None else [leaf.data[1] for leaf in leaves([value], "slot")]
+                missing = [j for j in named if j not in found and j not in stack]
                 if missing:
                     stack.append(missing[0])
                 else:
                     place = stack.pop()
-                    found[place] = _of_entry(entries[place], found)
+                    entry = entries[place]
+                    if entry.dimension is not None:
+                        found[place] = _of_dimension(entry.dimension)
+                    elif entry.value is not None:
+                        (found[place],) = known([entry.value], of_slot)
+                    else:
+                        found[place] = None if entry.measure is None else Known(kind_of(entry.measure.unit))
         return [found[k] for k in range(len(entries))]
 
     @cached_property
@@ -198,19 +205,6 @@ class MechanismUnits:
             if dimension is not None and kind != PURE:
                 found.append((slope, work.times(kind.dimension, -1).times(dimension, -1)))
         return found
-
-
-def _named(entry: ParameterEntry) -> list[int]:
-    """Return the places of the parameters that a parameter's value names."""
-    return [] if entry.value is None else [leaf.data[1] for leaf in leaves([entry.value], "slot")]
-
-
-def _of_entry(entry: ParameterEntry, found: Mapping[int, Known | None]) -> Known | None:
-    if entry.dimension is not None:
-        return _of_dimension(entry.dimension)
-    if entry.value is None:
-        return None if entry.measure is None else Known(kind_of(entry.measure.unit))
-    return known([entry.value], lambda leaf: found.get(leaf.data[1]) if leaf.op == "slot" else None)[0]
 
 
 def _of_dimension(declared: Dimension) -> Known:

@@ -1,4 +1,4 @@
-"""What leaves or joins a body of variable mass exerts on it (Meshchersky), so that it moves like the rigid body it is.
+"""How does mass that leaves or joins a body act on it (Meshchersky)? The body moves like the rigid one of the instant.
 
     m a_C = F + Phi,    J omega' + omega x J omega = M_C + M_Phi
 
@@ -17,7 +17,7 @@ Source: Meshchersky 1897 for Phi; the control volume is Reynolds' transport theo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Final
 
@@ -45,8 +45,7 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# How fast a body's mass, centre of mass and inertia change, and what that makes of momentum and energy by itself.
-
+# How fast a body's mass, centre of mass and inertia change, and momentum and energy by that alone.
 
 Spatial = tuple[Vec, Vec]
 """(linear, angular) in body axes, about the body's origin."""
@@ -88,40 +87,21 @@ def mass_rates(motion: Motion, index: int) -> MassRates:
     """Return the rates of a body's mass at a state."""
     mechanism = motion.mechanism
     mass = mechanism.bodies[index].mass
-    m, sx, sy, sz, cx, cy, cz, *J = motion.state.values(_rates(mass, _along(mechanism, mass), _ONCE))
-    return MassRates(m, (sx, sy, sz), (cx, cy, cz), symmetric(J))
-
-
-def second_rates(motion: Motion, index: int) -> tuple[S, Vec]:
-    """Return the second time derivatives of m and of m c (body axes) of a mass that varies with the time alone."""
-    mass = motion.mechanism.bodies[index].mass
-    m, x, y, z, *_ = motion.state.values(_rates(mass, ((TIME, ONE),), _ONCE + 1))
-    return m, (x, y, z)
-
-
-def _along(mechanism: Mechanism, mass: Mass) -> tuple[tuple[Node, Node], ...]:
-    """Return the rates of the time and of the coordinates that a mass names, in slots."""
     named = mass.moving_leaves
-    found: dict[Node, Node] = {TIME: ONE} if TIME in named else {}
+    along: dict[Node, Node] = {TIME: ONE} if TIME in named else {}  # the rates of the time and of coordinates in slots
     if any(leaf.data[0] == "q" for leaf in named):
-        q, u = ([slot(x, k) for k in range(len(of))] for x, of in _sizes(mechanism).items())
+        q = [slot("q", k) for k in range(len(mechanism.coordinates))]
+        u = [slot("u", k) for k in range(len(mechanism.speeds))]
         rates = map(as_node, coordinate_rates(mechanism, q, u))
-        found.update((leaf, rate) for leaf, rate in zip(q, rates, strict=True) if leaf in named)
-    return tuple(found.items())
-
-
-def _sizes(mechanism: Mechanism) -> Mapping[str, tuple[object, ...]]:
-    return {"q": mechanism.coordinates, "u": mechanism.speeds}
-
-
-def _elements(mass: Mass) -> tuple[Node, ...]:
-    """Return m, m c, c and the inertia."""
-    return mass.mass, *(mass.mass * x for x in mass.com), *mass.com, *mass.inertia
+        along.update((leaf, rate) for leaf, rate in zip(q, rates, strict=True) if leaf in named)
+    m, sx, sy, sz, cx, cy, cz, *J = motion.state.values(_rates(mass, tuple(along.items()), _ONCE))
+    return MassRates(m, (sx, sy, sz), (cx, cy, cz), symmetric(J))
 
 
 @lru_cache(maxsize=1024)
 def _rates(mass: Mass, along: tuple[tuple[Node, Node], ...], times: int) -> tuple[Node, ...]:
-    found = list(_elements(mass))
+    """Return time derivatives of m, m c, c and the inertia, given the rates of the leaves that they name."""
+    found = [mass.mass, *(mass.mass * x for x in mass.com), *mass.com, *mass.inertia]
     for _ in range(times):
         found = tangents(found, dict(along))
     return tuple(found)
@@ -157,8 +137,6 @@ def carried_weight(motion: Motion, index: int) -> S:
     return -dot(motion.gravity, add(scale(rates.mass, p), apply(R, rates.static)))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 def flow_wrench(flow: MassFlow, motion: Motion) -> Spatial:
     """Return force and moment about the body's origin (body axes) that what leaves or joins exerts."""
     x, y, z = motion.state.values(flow.velocity)
@@ -167,7 +145,7 @@ def flow_wrench(flow: MassFlow, motion: Motion) -> Spatial:
         world = apply(motion.rotation(flow.axes), velocity)
         velocity = apply_transposed(motion.rotation(flow.body), world)
     if flow.at is not None:
-        return _through(flow.at, velocity, flow.relative, motion)
+        return _wrench_through(flow.at, velocity, flow.relative, motion)
     rates = mass_rates(motion, flow.body)
     force, moment = scale(rates.mass, velocity), cross(rates.static, velocity)
     if flow.relative:
@@ -176,22 +154,18 @@ def flow_wrench(flow: MassFlow, motion: Motion) -> Spatial:
     return subtract(force, carried[0]), subtract(moment, carried[1])
 
 
-def _through(at: Marker, velocity: Vec, relative: bool, motion: Motion) -> Spatial:
-    """Return the wrench of what passes a point of the body, with that of the flow inside."""
+def _wrench_through(at: Marker, velocity: Vec, relative: bool, motion: Motion) -> Spatial:
     rates, mass, moved = mass_rates(motion, at.body), motion.masses[at.body], motion.bodies[at.body]
     w, point = moved.w_WB, motion.point(at)
     u = velocity if relative else subtract(velocity, add(moved.v_WB, cross(w, point)))
     d = subtract(point, mass.com)
     inner = subtract(rates.static, scale(rates.mass, point))
-    mass_rate_2, static_2 = second_rates(motion, at.body)
-    growing = subtract(static_2, scale(mass_rate_2, point))
+    declared = motion.mechanism.bodies[at.body].mass  # it varies with the time alone
+    mass_rate_2, x, y, z, *_ = motion.state.values(_rates(declared, ((TIME, ONE),), _ONCE + 1))
+    growing = subtract((x, y, z), scale(mass_rate_2, point))
     thrust = scale(rates.mass, u)
-    force = subtract(subtract(thrust, _twice(cross(w, inner))), growing)
+    force = subtract(subtract(thrust, scale(2, cross(w, inner))), growing)
     damping = subtract(scale(rates.mass, cross(d, cross(w, d))), apply(rates.inertia, w))
     about_com = subtract(add(cross(d, thrust), damping), cross(rates.centre, inner))
     return force, add(about_com, cross(mass.com, force))
 
-
-def _twice(a: Vec) -> Vec:
-    two: S = 2
-    return scale(two, a)

@@ -1,4 +1,4 @@
-"""What the expressions of a system may say: which names, which quantities, in which dimensions."""
+"""What may the expressions of a system say: which names, which quantities, in which dimensions?"""
 
 from __future__ import annotations
 
@@ -39,14 +39,13 @@ from multibody_sym.text.printer import AT, COMPONENTS, FORCE_NAMES, text
 from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, measured
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The dimensions of a system's expressions: one check for each of them, with all that the model tells of units.
+# The dimensions of a system's expressions: one check for each of them, with all units of the model.
 #
 # Units are checked in models that give units to parameters or inputs. There coordinates and speeds have the units of
 # their joints and the time is in s; elsewhere a number may be in any unit.
 
-
 _ALONG: Final = {"m": dimension_of_unit("N"), "rad": dimension_of_unit("N*m")}
-"""What acts along a coordinate, by the coordinate's unit."""
+"""The dimension of a force along a coordinate, by the coordinate's unit."""
 _RATES: Final = {"'": 1, "''": 2}
 _OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH}
 """The dimensions of the names that a potential has of its own."""
@@ -165,7 +164,6 @@ class Dimensions:
 
     @cached_property
     def _given(self) -> dict[str, Dimension]:
-        """The dimensions of parameters and inputs that the model gives."""
         stated = {name: x.dimension for name, x in self.system.parameters.items()}
         found = {name: dimension for name, dimension in stated.items() if dimension is not None}
         return found | input_dimensions(self.system.inputs)
@@ -224,7 +222,6 @@ class Dimensions:
 
     @cached_property
     def _of_elements(self) -> dict[tuple[str, str], Mapping[str, str]]:
-        """The units of those fields of forces, constraints and questions that depend on others, by element."""
         system = self.system
         forces = {("forces", name): self._units_of_force(element) for name, element in system.forces.items()}
         driven = {
@@ -236,7 +233,6 @@ class Dimensions:
 
     @cached_property
     def _units_of_motion(self) -> dict[str, str]:
-        """The unit of each coordinate and speed of a joint."""
         found: dict[str, str] = {}
         for name, joint in self.system.joints.items():
             if isinstance(joint, MovingJoint):
@@ -291,13 +287,15 @@ class Dimensions:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# The names in expressions, and where they may stand.
+
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
     """Return what names in expressions stand for; raise where two things but outputs and what moves share one."""
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
-        *((c.name, "a coordinate", _named_at(c.joint, c.name, system)) for c in coordinates),
+        *((c.name, "a coordinate", _coordinate_path(c.joint, c.name, system)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
         *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
@@ -305,7 +303,11 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     for name, what, path in declared:
         with at(*path):
             if name not in RESERVED:
-                _verify_name(name, what)
+                try:
+                    verify_symbol(name)
+                except ModelError as error:
+                    hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
+                    raise ModelError(error.message + hint, number=error.number, word=name) from None
             if name in taken or name in RESERVED:
                 other = "one already" if taken.get(name) == what else taken.get(name, "reserved")
                 raise ModelError(
@@ -317,19 +319,11 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     return taken
 
 
-def _named_at(joint: str, name: str, system: System) -> tuple[str, ...]:
+def _coordinate_path(joint: str, name: str, system: System) -> tuple[str, ...]:
     """Return where a joint names a coordinate; the joint itself where it has a name by default."""
     given = getattr(system.joints.get(joint), "q", None) or ()
     place = ("q", str(given.index(name))) if name in given else ()
     return ("joints", joint, *place[: 1 + (len(given) > 1)])
-
-
-def _verify_name(name: str, what: str) -> None:
-    try:
-        verify_symbol(name)
-    except ModelError as error:
-        hint = "; name the joint's coordinates with q:" if what in ("a coordinate", "a speed") else ""
-        raise ModelError(error.message + hint, number=error.number, word=name) from None
 
 
 _MOTION: Final = "motion"
@@ -362,7 +356,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
     vocabulary, adds_up = _vocabulary(system), _adding_outputs(system).difference(names)
     dimensions.verify_elements()
     known_in: dict[str, dict[str, str]] = {}
-    for written in _declared(system):
+    for written in _declared_expressions(system):
         path, node, _ = written
         if node.shadow is not None:  # a number names nothing and fits everywhere
             continue
@@ -375,15 +369,15 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
             if path[0] == "constraints" or _is_driven(path):
                 _verify_driving(system, node, allowed, names)
-            for leaf in _asked(node):
+            for leaf in _asked_quantities(node):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_adding(system, path, node, adds_up)
             dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
-            raise joined([_placed(each, path) for each in (error, *error.others)]) from None
+            raise joined([_error_at(each, path) for each in (error, *error.others)]) from None
 
 
-def _placed(error: MultibodyError, path: Sequence[str]) -> ModelError:
+def _error_at(error: MultibodyError, path: Sequence[str]) -> ModelError:
     """Return an error of an expression as one of what stands at a path."""
     where = replace(error.where, path=tuple(path), column=None)
     placed = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
@@ -405,7 +399,7 @@ def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
 
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
     """Raise ModelError where the parameter of a curve has the name of something else than a coordinate."""
-    for path, node, _ in _declared(system):
+    for path, node, _ in _declared_expressions(system):
         if node.shadow is not None:
             continue
         for leaf in leaves([node], "quantity"):
@@ -419,7 +413,6 @@ def verify_curves(system: System, names: Mapping[str, str]) -> None:
 
 
 def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
-    """Return what an expression at a path may name."""
     if _is_of_mass(path) and system.bodies[path[1]].varying is not None:
         return _MAY_NAME["forces"] if path[-2].endswith("_velocity") else _VARIES_WITH
     allowed = _MAY_NAME.get(_MOTION if _is_driven(path) else path[0], _ONLY_PARAMETERS)
@@ -444,19 +437,13 @@ def _is_driven(path: Sequence[str]) -> bool:
     return path[2:3] == (_MOTION,) or (path[0] in ("joints", "constraints") and "curve" in path[2:])
 
 
-def _declared(system: System) -> Iterator[Written]:
+def _declared_expressions(system: System) -> Iterator[Written]:
     """Yield the expressions of a system where they are declared: those of feet stand with their curves too."""
     feet = {name for name, joint in system.joints.items() if isinstance(joint, Foot)}
     yield from (each for each in expressions(system) if each.path[0] != "joints" or each.path[1] not in feet)
 
 
 _CONSTANTS: Final = {"e": "exp(1)", "E": "exp(1)", "PI": "pi", "Pi": "pi"}
-
-
-def _speed_meant(name: str, known: Mapping[str, str]) -> str:
-    """Return the speed that a name such as phi_dot or dphi means, the empty text where it means none."""
-    means = (name.removesuffix("dot").removesuffix("_"), name.removeprefix("d"), name.removeprefix("v_"))
-    return next((f"u_{x}" for x in means if x != name and f"u_{x}" in known), "")
 
 
 def _verify_leaves(
@@ -466,18 +453,20 @@ def _verify_leaves(
     for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
             fitting = [name for name, what in names.items() if what in allowed and name != own]
-            none = f"; here an expression names {_listed(allowed)} only, and there is none that fits"
+            none = f"; here an expression names {_plurals(allowed)} only, and there is none that fits"
             told, word = f"{leaf.data!r} is not declared", leaf.data
             if meant := _CONSTANTS.get(word):
                 raise ModelError(f"{told}; did you mean {meant}?", number="M107", word=word, meant=meant)
             if word in QUANTITIES:
                 form = f"{word}({', '.join(QUANTITIES[word].arguments)})"
                 raise ModelError(f"{told}; did you mean {form}?", number="M107", word=word, meant=form)
-            if speed := _speed_meant(word, names):
+            # a name such as phi_dot or dphi means a speed
+            stems = (word.removesuffix("dot").removesuffix("_"), word.removeprefix("d"), word.removeprefix("v_"))
+            if speed := next((f"u_{x}" for x in stems if x != word and f"u_{x}" in names), ""):
                 raise ModelError(f"{told}; did you mean {speed}, the speed?", number="M107", word=word, meant=speed)
             raise ModelError(told if fitting else told + none, number="M107", word=word, known=fitting)
         if names[leaf.data] not in allowed:
-            may = f"here an expression names {_listed(allowed)} only"
+            may = f"here an expression names {_plurals(allowed)} only"
             varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
             raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}", number="M113")
 
@@ -491,13 +480,8 @@ def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names:
         for leaf in leaves(nodes, "symbol"):
             if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
                 what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
-                raise ModelError(
-                    f"{what}; here an input follows {_listed(_without_inputs(allowed))} only", number="M113"
-                )
-
-
-def _without_inputs(allowed: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(word for word in allowed if word != "an input")
+                others = _plurals(tuple(word for word in allowed if word != "an input"))
+                raise ModelError(f"{what}; here an input follows {others} only", number="M113")
 
 
 def _vocabulary(system: System) -> dict[str, list[str]]:
@@ -509,6 +493,11 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         name: tension_names(system, name) if isinstance(element, Rope) else row_names(name, element)
         for name, element in system.constraints.items()
     }
+    varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
+    declared = (system.forces, system.constraints, contact_names(system.contacts), system.joints, varying)
+    freedoms = [
+        x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
+    ]
     return {
         "point": points,
         "body": list(bodies),
@@ -519,18 +508,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
             *(q for q, _ in rate_names(system)),
             *(speed for name, joint in system.joints.items() for speed in speed_names(name, joint)),
         ],
-        **_of_theorems(system, points),
-    }
-
-
-def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
-    """Return what momenta, energies, powers and impulses may be asked of, momenta about `points`."""
-    varying = {name: body for name, body in system.bodies.items() if body.varying is not None}
-    declared = (system.forces, system.constraints, contact_names(system.contacts), system.joints, varying)
-    freedoms = [
-        x for name, joint in system.joints.items() for x in (*coordinate_names(name, joint), *speed_names(name, joint))
-    ]
-    return {
+        # of momenta, energies, powers and impulses
         "whole": [SYSTEM, *system.bodies],
         "about": [OWN_CENTRE, *points],
         "store": [SYSTEM, *system.bodies, *system.forces],
@@ -539,27 +517,25 @@ def _of_theorems(system: System, points: Sequence[str]) -> dict[str, list[str]]:
     }
 
 
-def _asked(node: Node) -> list[Node]:
-    """Return the quantities that an expression names, other than the spans of pulls."""
+def _asked_quantities(node: Node) -> list[Node]:
     return [leaf for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES]
-
-
-def _rows_of(system: System) -> Iterator[str]:
-    """Yield the names of the rows of all declared constraints."""
-    for name, element in system.constraints.items():
-        yield from run_names(system, name) if isinstance(element, Rope) else row_names(name, element)
 
 
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function = leaf.data[0]
     if section not in _MAY_ASK:
-        raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{_speed_of(leaf)}", number="M112")
+        speed = f"; here the speed is u_{leaf.data[1][0]}" if function == "'" else ""
+        raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{speed}", number="M112")
     if function in ("reaction", "multiplier"):  # see verify_forces
         return
-    if QUANTITIES[function].of_mode:
-        _verify_mode(leaf, section)
+    if not QUANTITIES[function].of_mode:
+        _verify_arguments(leaf, vocabulary)
         return
-    _verify_arguments(leaf, vocabulary)
+    if section != "ask":
+        raise ModelError(f"{text(leaf)} is one of small oscillations: it can be asked in ask only", number="M110")
+    if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
+        message = f"{text(leaf)}: name a mode by its number; 1 is the one with the lowest frequency"
+        raise ModelError(message, number="M112")
 
 
 def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> None:
@@ -578,10 +554,6 @@ def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> 
             raise ModelError(f"{text(leaf)}: {name!r} is {what}", number="M106", word=name, known=vocabulary[kind])
 
 
-def _speed_of(leaf: Node) -> str:
-    return f"; here the speed is u_{leaf.data[1][0]}" if leaf.data[0] == "'" else ""
-
-
 def _adding_outputs(system: System) -> set[str]:
     """Return the names of outputs that add up along a run, or name such."""
     found = {name for name, node in system.outputs.items() if of_run(node)}
@@ -598,7 +570,7 @@ def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Col
     """Raise ModelError where what adds up along a run, an output of that kind too, is asked otherwise than of a run."""
     others = system.ask.keys() - {path[1]} if path[0] == "ask" else ()
     of_outputs = [x for x in leaves([node], "symbol") if x.data in adds_up and x.data not in others]
-    adding = [*(x for x in _asked(node) if QUANTITIES[x.data[0]].of_run), *of_outputs]
+    adding = [*(x for x in _asked_quantities(node) if QUANTITIES[x.data[0]].of_run), *of_outputs]
     if path[0] == "outputs" or not adding:
         return
     if path[0] != "ask":
@@ -610,24 +582,20 @@ def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Col
         raise ModelError(f"{adding[0]} adds up along a run: ask for it at a later moment, {told}", number="M112")
 
 
-def _verify_mode(leaf: Node, section: str) -> None:
-    """Raise ModelError for a frequency or period that is not of a mode by its number, or not in ask."""
-    if section != "ask":
-        raise ModelError(f"{text(leaf)} is one of small oscillations: it can be asked in ask only", number="M110")
-    if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
-        message = f"{text(leaf)}: name a mode by its number; 1 is the one with the lowest frequency"
-        raise ModelError(message, number="M112")
-
-
 def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[str]) -> None:
     """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks.
 
     `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
     """
     known = _components(system, elements)
-    rows = {"constraint": [*_rows_of(system), *cut]}
+    of_constraints = [
+        row
+        for name, element in system.constraints.items()
+        for row in (run_names(system, name) if isinstance(element, Rope) else row_names(name, element))
+    ]
+    rows = {"constraint": [*of_constraints, *cut]}
     for written in expressions_in(system, _MAY_ASK):
-        for leaf in _asked(written.node) if written.node.shadow is None else ():
+        for leaf in _asked_quantities(written.node) if written.node.shadow is None else ():
             with at(*written.path):
                 if leaf.data[0] == "reaction":
                     _verify_component(leaf, known)
@@ -669,6 +637,6 @@ def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]
         raise ModelError(f"{text(leaf)}: {element!r} is {what}, which has {', '.join(components)}", number="M112")
 
 
-def _listed(words: tuple[str, ...]) -> str:
+def _plurals(words: tuple[str, ...]) -> str:
     plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
     return ", ".join("the time" if w == "the time" else w + "s" for w in plain)

@@ -14,8 +14,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
-from multibody_sym.mechanics.mode_words import mode_words
-from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.modes import in_mode, mode_words
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
 

@@ -1,7 +1,7 @@
 """The words for what holds one way only in a mode: contacts, ropes, stops, rolling."""
 
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
-from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.scalars.node import ONE, ZERO, slot
 

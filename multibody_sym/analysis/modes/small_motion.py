@@ -36,7 +36,7 @@ from multibody_sym.dynamics.start.initial_geometry import straightened
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.model.system import System, expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats

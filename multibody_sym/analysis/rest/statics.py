@@ -30,9 +30,8 @@ from multibody_sym.errors import MultibodyError, NoSolutionError, Where
 from multibody_sym.mechanics.contact_geometry import reach
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.law_elements import ElementKind, FrictionPart, LawElement
-from multibody_sym.mechanics.limits import taut_ropes
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.modes import every_row
+from multibody_sym.mechanics.modes import every_row, taut_ropes
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.ropes import wrap_angle

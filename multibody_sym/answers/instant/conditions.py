@@ -25,12 +25,12 @@ from multibody_sym.mechanics.law_elements import (
     STICKS,
     FrictionPart,
     LawElement,
+    Limit,
     component_names,
     components_of,
 )
-from multibody_sym.mechanics.limits import Limit, taut_ropes
 from multibody_sym.mechanics.mechanism import Mechanism, normal_forces
-from multibody_sym.mechanics.modes import with_coefficients
+from multibody_sym.mechanics.modes import taut_ropes, with_coefficients
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import direction
 from multibody_sym.mechanics.row_kinematics import coefficients

@@ -16,7 +16,7 @@ from multibody_sym.derivation.symbolic_start import ActingForces
 from multibody_sym.dynamics.programs.quantities import Instant
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, LawElement
-from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.row_records import BrakingRow, ReactionRow, RopeSlipRow, VelocityRow
 from multibody_sym.model.bodies import ORIGIN
 from multibody_sym.model.fields import Point

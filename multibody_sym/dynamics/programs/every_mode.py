@@ -35,8 +35,7 @@ from multibody_sym.dynamics.programs.quantities import Sources, forces_of, with_
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
-from multibody_sym.mechanics.law_elements import FrictionPart
-from multibody_sym.mechanics.limits import sided_normals
+from multibody_sym.mechanics.law_elements import FrictionPart, sided_normals
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import (
     ModeNodes,

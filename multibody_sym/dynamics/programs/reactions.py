@@ -11,8 +11,7 @@ from functools import cached_property, reduce
 from typing import Final, Literal
 
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
-from multibody_sym.mechanics.contact_geometry import gap, reach, touch
-from multibody_sym.mechanics.flat_rims import flattened
+from multibody_sym.mechanics.contact_geometry import gap, reach, rim_flatness, touch
 from multibody_sym.mechanics.forces import add_drive, applied_forces, force_across
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.law_elements import (
@@ -21,12 +20,13 @@ from multibody_sym.mechanics.law_elements import (
     PRESSING,
     FrictionPart,
     LawElement,
+    Limit,
     Mode,
     component_names,
     components_of,
     exerted_by,
+    limits_in,
 )
-from multibody_sym.mechanics.limits import Limit, limits_in
 from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
 from multibody_sym.mechanics.modes import ModeNodes, has_end, has_rim
 from multibody_sym.mechanics.motion import Motion, accelerations, pose
@@ -523,7 +523,7 @@ class SwitchingValues(LawForces):
 
     def lies_flat(self, row: Row) -> S:
         """Return the function that becomes positive where a rim that touches is nearest to lying flat."""
-        return flattened(row, self.motion)
+        return rim_flatness(row, self.motion)
 
     def _in_space(self, ends: Ends, part: FrictionPart) -> S:
         speeds = [self.row(row).phidot for row in part.rows]

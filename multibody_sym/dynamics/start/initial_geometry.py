@@ -16,8 +16,7 @@ import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.errors import ModelError, MultibodyError, at, gathered
-from multibody_sym.mechanics.contact_geometry import allowed_past_end, fits, reach, touch
-from multibody_sym.mechanics.flat_rims import ON_POINTS, flat_rims
+from multibody_sym.mechanics.contact_geometry import ON_POINTS, allowed_past_end, fits, flat_rims, reach, touch
 from multibody_sym.mechanics.forces import apart
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import Load, PointPull, PointSpring

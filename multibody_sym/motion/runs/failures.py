@@ -16,8 +16,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.reactions import ropes
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.contact_geometry import Fit, fits
-from multibody_sym.mechanics.flat_rims import ON_POINTS, flat_rims
+from multibody_sym.mechanics.contact_geometry import ON_POINTS, Fit, fits, flat_rims
 from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, why_locked

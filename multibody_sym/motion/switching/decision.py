@@ -15,9 +15,9 @@ from multibody_sym.contact_laws.problem import COLLIDE, Found, LawState
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
 from multibody_sym.dynamics.contact.indeterminate_forces import CLEAR
 from multibody_sym.errors import NoSolutionError
-from multibody_sym.mechanics.flat_rims import ON_POINTS
+from multibody_sym.mechanics.contact_geometry import ON_POINTS
 from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, LawElement, Mode
-from multibody_sym.mechanics.mode_words import mode_words
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.loop.problem import Reason
 from multibody_sym.motion.switching import impact

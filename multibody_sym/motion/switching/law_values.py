@@ -17,7 +17,7 @@ from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, solve_mode, sticking
 from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale
 from multibody_sym.dynamics.contact.indeterminate_forces import shared
-from multibody_sym.mechanics.flat_rims import flat_rims
+from multibody_sym.mechanics.contact_geometry import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.mechanics.law_elements import FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.mode_words import SEVERAL
+from multibody_sym.mechanics.modes import SEVERAL
 from multibody_sym.model.states import StateCondition
 from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import chain

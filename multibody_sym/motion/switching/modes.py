@@ -14,8 +14,14 @@ from multibody_sym.dynamics.contact.contact_problem import PosedLaws, Scale
 from multibody_sym.dynamics.programs.reactions import Switching, switchings
 from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
-from multibody_sym.mechanics.mode_words import mode_words
-from multibody_sym.mechanics.modes import chosen_parameters, direction_names, functions, in_mode, mode_numbers
+from multibody_sym.mechanics.modes import (
+    chosen_parameters,
+    direction_names,
+    functions,
+    in_mode,
+    mode_numbers,
+    mode_words,
+)
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.switching.decision import NextState

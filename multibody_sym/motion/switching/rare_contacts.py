@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.contact_geometry import corners_of
+from multibody_sym.mechanics.contact_solids import corners_of
 from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
 from multibody_sym.mechanics.motion import Motion
