@@ -171,7 +171,7 @@ class _Attached:
 
 @dataclass(frozen=True)
 class _Between:
-    """Frame M of a joint's child relative to frame F of its parent: what the joint's steps ask for."""
+    """Frame M of a joint's child relative to frame F of its parent; a joint's steps read their coordinates from it."""
 
     F: _Attached
     M: _Attached
@@ -225,8 +225,8 @@ _IN_SPACE: Final = ("x", "y", "z", "qw", "qx", "qy", "qz")
 class Freed:
     """A system whose bodies are carried by joints from ground that leave them free, all its own joints being cut.
 
-    Of these the `measured` ones have coordinates that follow from the poses of the bodies; `doubled` ones keep their
-    own, which poses do not tell or no rows can stand for.
+    The coordinates of `measured` joints follow from the poses of the bodies; `doubled` joints keep theirs, which do not
+    follow, or no rows can stand for them.
     """
 
     system: System

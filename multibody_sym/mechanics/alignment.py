@@ -16,6 +16,7 @@ from typing import Any, Final
 from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, invariant_directions, motion_of
+from multibody_sym.mechanics.points import as_point
 from multibody_sym.mechanics.row_records import ContactSurface, Face, Marker, RopeBend, RoughWheel, Row, Sliding
 from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
@@ -53,7 +54,7 @@ class AlignedAxes:
     origin: Vec = ZERO_VECTOR
 
     def vector(self, v: Sequence[Node]) -> Point:
-        return _nodes(apply(self.turn, v))
+        return as_point(apply(self.turn, v))
 
     def pose(self, declared: Pose) -> Pose:
         rotation = _round_rotation(product(self.turn, _matrix(declared.rotation)))
@@ -73,7 +74,7 @@ class AlignedAxes:
 def aligned(mechanism: Mechanism) -> Mechanism:
     """Return an equivalent mechanism whose bodies have axes and origins that suit their joints.
 
-    Bodies keep what was declared where the directions of their joints depend on parameters.
+    Bodies whose joints' directions depend on parameters keep their declared axes.
     """
     axes = {-1: AlignedAxes()}
     bodies = []
@@ -117,8 +118,8 @@ def _align_body(body: TreeBody, on_parent: Pose) -> tuple[AlignedAxes, TreeBody]
     shift = _shift(steps, apply_transposed(_matrix(rotation), on_parent.position))
     position, origin = on_parent.position, on_body.position
     if shift is not ZERO_VECTOR:
-        position = _nodes(add(position, apply(_matrix(rotation), shift)))
-        origin = _nodes(add(origin, apply(turn_M, apply_transposed(turn, shift))))
+        position = as_point(add(position, apply(_matrix(rotation), shift)))
+        origin = as_point(add(origin, apply(turn_M, apply_transposed(turn, shift))))
     to_new = _matrix(_round_rotation(product(turn, transpose(turn_M))))
     axes = AlignedAxes(to_new, ZERO_VECTOR if origin is ORIGIN else origin)
     return axes, replace(body, steps=steps, frame_on_parent=Pose(position, rotation), frame_on_body=Pose())
@@ -170,11 +171,6 @@ def _round_direction(direction: Sequence[Any]) -> Point:
             x = as_node(nearest) if abs(x.shadow - nearest) < _ROUNDING else real(x.shadow)
         found.append(x)
     return found[0], found[1], found[2]
-
-
-def _nodes(v: Vec) -> Point:
-    x, y, z = map(as_node, v)
-    return x, y, z
 
 
 @singledispatch

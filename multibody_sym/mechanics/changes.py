@@ -14,7 +14,7 @@ from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
 from multibody_sym.model.fields import Names, is_gap, scalar
-from multibody_sym.model.joints import Initial, Joint, MovingJoint
+from multibody_sym.model.joints import Initial, MovingJoint
 from multibody_sym.model.parameters import InputField
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
@@ -88,9 +88,6 @@ def with_inputs(system: System, inputs: Mapping[str, Any] | None) -> System:
     return replace(system, inputs=Names(changed)) if inputs else system
 
 
-# --- start values --------------------------------------------------------------------------------------------------
-
-
 class _Place(NamedTuple):
     """Where a start value stands: under `key` (q, u) of a joint's `initial`, at a `number`, in `unit`."""
 
@@ -122,27 +119,21 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     joints = dict(system.joints)
     for joint, new in found.items():
         with at(next(iter(new))):
-            joints[joint] = _with_start(joints[joint], {places[name]: value for name, value in new.items()})
+            moving = joints[joint]
+            assert isinstance(moving, MovingJoint)
+            initial, counts = moving.initial or Initial(), (len(moving.coordinate_units), len(moving.speed_units))
+            starts = {key: list(initial.values(key, count)) for key, count in zip("qu", counts, strict=True)}
+            for name, value in new.items():
+                starts[places[name].key][places[name].number] = value
+            keys = {places[name].key for name in new}
+            changed: dict[str, Any] = {key: values for key, values in starts.items() if key in keys}
+            joints[joint] = replace(moving, initial=replace(initial, **changed))
     return replace(system, joints=Names(joints)) if given else system
 
 
 def start_value(value: Any, unit: str) -> Node | None:
     """Return a start value in SI units, None where it is to be found; raises InputError for another dimension."""
     return None if is_gap(value) else scalar(value, unit)
-
-
-def _with_start(joint: Joint, new: Mapping[_Place, Node | None]) -> Joint:
-    assert isinstance(joint, MovingJoint)
-    initial = joint.initial or Initial()
-    q, u = list(initial.values("q", len(joint.coordinate_units))), list(initial.values("u", len(joint.speed_units)))
-    for place, value in new.items():
-        (q if place.key == "q" else u)[place.number] = value
-    keys = {place.key for place in new}
-    changed: dict[str, Any] = {key: values for key, values in (("q", q), ("u", u)) if key in keys}
-    return replace(joint, initial=replace(initial, **changed))
-
-
-# --- settings ------------------------------------------------------------------------------------------------------
 
 
 def with_settings(system: System, settings: Mapping[str, Any]) -> System:

@@ -78,7 +78,7 @@ def to_foot(skin: Bent, motion: Motion) -> tuple[Vec, Vec]:
 class Fit:
     """How a disc fits to a curve where it touches, or an outline into a hollow disc.
 
-    `ratio` is the radius of what is inside by that of what is around it, both radii of curvature: 1 at the limit.
+    `ratio` is the radius of curvature of the inner one by that of the outer one: 1 at the limit.
     """
 
     row: ContactRow
@@ -89,7 +89,7 @@ class Fit:
 
     @property
     def text(self) -> str:
-        """What does not fit there, and where."""
+        """The error: which does not fit into which, and where."""
         wheel, curve = sorted(self.row.skins, key=lambda skin: isinstance(skin, Bent))
         x, y, _ = self.place
         round_one, bend = f"{wheel.place.name} (radius {self.radius:.6g} m)", self.radius / self.ratio
@@ -146,11 +146,11 @@ _NEARLY_FLAT: Final = 1e-3
 ON_POINTS: Final = "name points of it (points: {p1: [r, 0, 0], ..}, three or more, and contacts with repeat)"
 """How a body stands on a rim that lies flat."""
 _PARALLEL_LINES: Final = 1e-18
-"""The same for two lines that cross: they are where they touch to what is left of their digits."""
+"""The same for two lines that cross: up to it rounding moves the place where they touch."""
 AT_END: Final = 1e-10
 """The part of the length of a face by which a corner may be beyond its end if its body is not, ..."""
 PAST_END: Final = 1e-8
-"""... and by which it has to be inside if its body is beyond: more than what counts as touching."""
+"""... and by which it has to be inside if its body is beyond: more than the gap that counts as touching."""
 _ALLOWED: Final = 0.25
 """The part of that by which anything may be beyond an end, however large the model is beside the face."""
 _CONTACTS_Z: Vec = (0, 0, 1)
@@ -268,9 +268,9 @@ def _(skin: PlaneSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: b
 
 @_facing.register
 def _(skin: RoundSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
-    """Of one in the other the normal leads from centre to centre the other way, along x where they are in one place.
+    """If one is in the other, the normal leads from centre to centre the other way, along x where both are one place.
 
-    There each direction is as near as any other: what is wide open is open, and what is inside is found to be.
+    There each direction is as near as any other, and the sign of the gap is right.
     """
     sense = -1 if skin.inside or hollow else 1
     length = sqrt(dot(apart, apart))
@@ -457,7 +457,7 @@ def _first_tangent(row: ContactRow, motion: Motion, normal: UnitVector) -> UnitV
 
 
 def reach(row: Row, motion: Motion) -> list[S]:
-    """Return functions that are >= 0 where a contact with a face that ends may hold; beyond it, it does not.
+    """Return functions that are >= 0 where a contact with a face that ends may hold.
 
     What is round is above the face, from end to end. A corner at the very end is there if its body is: a body beyond
     the end slides along the face that begins there. The body whose corner touches is above the face; a point is nearer
@@ -492,7 +492,7 @@ def reach(row: Row, motion: Motion) -> list[S]:
 
 
 def allowed_past_end(row: Row, motion: Motion) -> list[S]:
-    """Return how far (m) beyond each end of a face what touches it may be at most; nothing where no body ends there."""
+    """Return how far (m) beyond each end of a face a body that touches it may be; empty where no body ends there."""
     face = next((skin for skin in row.surfaces or () if isinstance(skin, PlaneSurface)), None)
     if face is None or not isinstance(row, ContactRow) or row.inner is None or row.tip is not None:
         return []
@@ -514,9 +514,9 @@ def _way(inward: Vec, length: S, end: Marker, marker: Marker, motion: Motion) ->
 
 
 def _nearest(face: PlaneSurface, other: ContactSurface, inner: Marker | None, motion: Motion) -> list[S]:
-    """Return functions >= 0 where what may touch a face is nearer to it than to those beside it that it may touch.
+    """Return functions >= 0 where a surface is nearer to a face than to the faces beside it that it may touch.
 
-    In space a face ends at the faces that it meets at its edges: what touches it is between them.
+    In space a face ends at the faces that it meets at its edges: the other surface is between them.
     """
     place = position(motion, other.place)
     if isinstance(other, Rim):
@@ -589,7 +589,7 @@ def _rim_and_face(row: Row) -> tuple[Rim, PlaneSurface]:
 
 
 def rim_flatness(row: Row, motion: Motion) -> S:
-    """Return what becomes positive where a rim has come as near to lying flat as it does, if that is near."""
+    """Return a function that becomes positive where a rim is flattest, if it then nearly lies flat."""
     across = rim_across(row, motion)
     return minimum(_NEARLY_FLAT * _NEARLY_FLAT - dot(across.vector, across.vector), dot(across.vector, across.rate))
 

@@ -81,11 +81,11 @@ class _Place:
 
 
 def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
-    """Return what `body`, `body.surface` or `body.point` touches with, in a `flat` model or in space.
+    """Return the surfaces of `body`, `body.surface` or `body.point`, in a `flat` model or in space.
 
-    A body by itself is what its shape is, or its only surface that is no plane, or its point; ground its only surface;
-    a box has the faces right, top, left, bottom, front and back, corner1, .., and in space edges by two of its faces,
-    such as bottom_front; a rod has end1, end2 and its side.
+    A body by itself touches with its shape, or its only surface that is no plane, or its point; ground with its only
+    surface. A box has the faces right, top, left, bottom, front and back, corner1, .., and in space edges by two of its
+    faces, such as bottom_front; a rod has end1, end2 and its side.
     """
     name, part = body_part(reference, references.system.bodies)
     body = references.system.bodies.get(name, BARE)
@@ -166,7 +166,7 @@ def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
 
 
 def _plane(place: _Place, through: Point, normal: Point, between: tuple[Point, ...] | None) -> Solid:
-    """Return a plane; where it ends its ends are corners, and what is below its middle is inside."""
+    """Return a plane; where it ends its ends are corners, and a place below its middle is inside."""
     if between is None:
         return Solid((("", PlaneSurface(place.at(through), normal)),))
     place.verify_flat()

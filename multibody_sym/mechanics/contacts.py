@@ -120,7 +120,7 @@ def _facing_frame(marker: Marker, normal: Point) -> Marker:
 
 
 def rows_on_curve(name: str, element: OnCurve, references: References) -> list[Row]:
-    """Return the rows that keep a point where its foot on the curve is, along the axes of what carries that."""
+    """Return the rows that keep a point at its foot on a curve, along the axes of the curve's body."""
     with at("point"):
         point = references.marker(element.point)
     (joint,) = feet_of(name, references)
@@ -142,7 +142,7 @@ _HOLLOW: Final = "name points, discs or spheres of the other one"
 
 @dataclass(frozen=True)
 class _Meeting:
-    """Two skins that may touch: the name of their contact, and what its rows have in common."""
+    """Two surfaces that may touch: the name of their contact, and a row from which all others follow."""
 
     name: str
     row: ContactRow
@@ -157,7 +157,7 @@ class _Meeting:
 
 
 def contacts(references: References) -> tuple[LawElement, ...]:
-    """Return the contacts of a system. Raises ModelError, with the place, for what cannot touch."""
+    """Return the contacts of a system. Raises ModelError, with the place, for surfaces that cannot touch."""
     system = references.system
     flat = references.plane or in_plane(system)
     found: list[LawElement] = []
@@ -202,7 +202,7 @@ def rolling_rows(name: str, element: Rolling, references: References) -> Iterato
 
 
 def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> SurfacePair:
-    """Return the skins of what rolls, and of what it rolls on. Raises ModelError for what does not roll there."""
+    """Return the surfaces of a wheel and of its track. Raises ModelError for a body that does not roll there."""
     wrong = gathered()
     with wrong, at("body"):
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
@@ -263,7 +263,7 @@ def _elements(
 def _meetings(
     first: Solid, second: Solid, between: tuple[str, ...]
 ) -> Iterator[tuple[tuple[str, str], SurfacePair, Marker | None]]:
-    """Yield which parts of two solids may touch: their names, skins, and a place inside what has the corner there."""
+    """Yield pairs of parts of two solids that may touch: names, surfaces, and a place inside the body of a corner."""
     pairs = list(product(first.skins, second.skins))
     if len(pairs) == 1 and all(is_point(skin) for _, skin in pairs[0]):
         (_, a), (_, b) = pairs[0]
@@ -300,7 +300,7 @@ def _facing_once(a: ContactSurface, b: ContactSurface) -> SurfacePair:
 
 
 def _verify_fields(contact: Contact, meeting: Sequence[SurfacePair]) -> None:
-    """Raise ModelError for what is declared of a contact that has no use for it."""
+    """Raise ModelError for a field that has no meaning for the surfaces of a contact."""
     if contact.tangent is not None and not any(isinstance(skin, PlaneSurface) for skins in meeting for skin in skins):
         raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
             "tangent"
@@ -361,7 +361,7 @@ def _across(name: str, contact: Contact, skins: SurfacePair, references: Referen
 
 
 def verify_bodies(between: tuple[str, ...], system: System) -> None:
-    """Raise ModelError for a body against itself, or against what it is welded to."""
+    """Raise ModelError for a body against itself, or against one that it is welded to."""
     names = []
     for k, reference in enumerate(between):
         with at(k):

@@ -296,7 +296,7 @@ def expression_of(name: str, given: Node | Table | Constant) -> Node:
 
 
 def _driven_parts(system: System) -> dict[str, Mapping[str, Any]]:
-    """Return what moves as prescribed, by its section of the system: nothing where there are no inputs to drive it."""
+    """Return the parts of a system that move as prescribed, by section; none where there are no inputs."""
     if not system.inputs:
         return {}
     joints = {

@@ -51,10 +51,10 @@ def springs_energy(motion: Motion) -> S:
 
 
 def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
-    """Return the loads that the potential energy holds, and those that do work instead.
+    """Return the loads that the potential energy V holds, and those that do work instead.
 
-    Springs belong to V where stiffness and rest are constant or given in time, and what has a potential where no input
-    stands in it; the springs' damping, and all else, does work.
+    V holds springs whose stiffness and rest are constant or given in time, and potentials without inputs; the springs'
+    damping, and all else, does work.
     """
     stored: list[Load] = []
     working: list[Load] = []
@@ -71,7 +71,7 @@ def split(loads: Sequence[Load]) -> tuple[tuple[Load, ...], tuple[Load, ...]]:
 
 
 def working_names(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the names of loads and rows that may change the total energy: what V does not hold, or what time moves."""
+    """Return the names of loads and rows that may change the total energy: they are not in V, or time moves them."""
     loads = [load.name for load in split(mechanism.loads)[1]]
     return tuple(dict.fromkeys((*loads, *_names_moved_by_time(mechanism))))
 
@@ -125,7 +125,7 @@ def _stored_by(load: Load) -> tuple[Node, ...]:
 
 @singledispatch
 def stored_energy(load: Load, motion: Motion) -> S:
-    """Return the energy that a load stores: k (length - l0)^2 / 2 for springs, V of what has a potential, else 0."""
+    """Return the energy that a load stores: k (length - l0)^2 / 2 for springs, V for potentials, else 0."""
     if not isinstance(load, Load) or load.spring is not None:
         raise TypeError(f"nothing says what energy {type(load).__name__} stores")
     if load.energy is None:
@@ -168,7 +168,18 @@ def dissipation(motion: Motion) -> S | None:
         squared = isinstance(load, PointDrag) and load.quadratic is not ZERO
         if squared or any(leaf.data[0] in ("u", "inputs") for leaf in leaves(coefficients, "slot")):
             return None
-        half = _half_power(load, motion)
+        (damping,) = motion.state.values(coefficients[:1])
+        if isinstance(load, JointSpring):
+            (rate,) = motion.state.values([load.rate])
+            half = damping * (rate * rate) / 2
+        elif isinstance(load, PointSpring):
+            rate = span_rate(motion, load.ends, span(motion, load.ends, load.straight)[1])
+            half = damping * (rate * rate) / 2
+        elif isinstance(load, PointDrag):
+            v = velocity(motion, load.at)
+            half = damping * dot(v, v) / 2
+        else:
+            raise TypeError(f"nothing says what power {type(load).__name__} takes")
         found = half if found is None else found + half
     return found
 
@@ -184,17 +195,3 @@ def _coefficients(load: Load) -> tuple[Node, ...]:
         return (load.damping,)
     return (load.linear, load.quadratic) if isinstance(load, PointDrag) else ()
 
-
-def _half_power(load: Load, motion: Motion) -> S:
-    """Return half the power that a linear damper takes."""
-    damping = motion.state.values([_coefficients(load)[0]])[0]
-    if isinstance(load, JointSpring):
-        (rate,) = motion.state.values([load.rate])
-        return damping * (rate * rate) / 2
-    if isinstance(load, PointSpring):
-        rate = span_rate(motion, load.ends, span(motion, load.ends, load.straight)[1])
-        return damping * (rate * rate) / 2
-    if isinstance(load, PointDrag):
-        v = velocity(motion, load.at)
-        return damping * dot(v, v) / 2
-    raise TypeError(f"nothing says what power {type(load).__name__} takes")

@@ -207,7 +207,7 @@ def _load(element: Element, name: str, references: References) -> Load | list[Lo
 
 @_load.register
 def _(element: Friction, name: str, references: References) -> None:
-    """Return nothing: its force follows from the laws of what holds one way only."""
+    """Return nothing: friction is an element with a law."""
 
 
 @_load.register
@@ -379,7 +379,7 @@ class AppliedForces:
 
 
 def applied_forces(motion: Motion, loads: Iterable[Load] | None = None, *, weight: bool = True) -> AppliedForces:
-    """Return what the loads (default: all) and, where asked for, gravity exert at a state."""
+    """Return the wrenches and forces of loads (default: all), and of weight if asked for, at a state."""
     wrenches = Wrenches(len(motion.bodies))
     of_speed: list[S] = [0] * len(motion.state.u)
     for load in motion.mechanism.loads if loads is None else loads:
@@ -405,12 +405,12 @@ def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> 
 
 @exert.register
 def _(load: PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), _three(motion, load.value)))
+    add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), motion.state.vector(load.value)))
 
 
 @exert.register
 def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    world = apply(motion.rotation(load.axes), _three(motion, load.value))
+    world = apply(motion.rotation(load.axes), motion.state.vector(load.value))
     wrenches.add(load.body, ZERO_VECTOR, apply_transposed(motion.rotation(load.body), world))
 
 
@@ -467,7 +467,7 @@ def _(load: PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S
 
 
 def own_leaves(load: Load, motion: Motion) -> dict[Node, S]:
-    """Return what the leaves of its own stand for in the potential of a load: a distance, a place."""
+    """Return the values of the leaves that a potential has of its own: a distance, a place."""
     if isinstance(load, PointPull):
         return {span_leaves(load.name)[0]: span(motion, load.ends, load.straight)[0]}
     if isinstance(load, PlacePotential):
@@ -514,7 +514,7 @@ def span(motion: Motion, ends: tuple[Marker, Marker], straight: Point | None = N
     """
     difference = apart(motion, ends)
     if straight is not None:
-        direction = _three(motion, straight)
+        direction = motion.state.vector(straight)
         return dot(direction, difference), direction
     length = sqrt(dot(difference, difference))
     return length, (difference[0] / length, difference[1] / length, difference[2] / length)
@@ -523,11 +523,6 @@ def span(motion: Motion, ends: tuple[Marker, Marker], straight: Point | None = N
 def apart(motion: Motion, ends: tuple[Marker, Marker]) -> Vec:
     """Return the vector from the first marker to the second (world axes)."""
     return subtract(position(motion, ends[1]), position(motion, ends[0]))
-
-
-def _three(motion: Motion, nodes: tuple[Node, Node, Node]) -> Vec:
-    x, y, z = motion.state.values(nodes)
-    return x, y, z
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, at
 from multibody_sym.mechanics.mechanism import Mechanism, Withheld
+from multibody_sym.mechanics.points import as_point
 from multibody_sym.mechanics.references import References, in_plane
 from multibody_sym.mechanics.row_records import ExpressionRow, GearRow, Marker, VelocityRow
 from multibody_sym.mechanics.spanning_tree import body_part
@@ -62,11 +63,11 @@ def gear_row(name: str, element: Gear, zero: Node, references: References) -> Ge
                 raise ModelError(f"name a point of {carrier}, on which both axes stay", number="M116")
         near = marker.pose.position
     place, force = _Mesh(element, wheels, _sample_values(references), near).met()
-    pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(_nodes(place)))
+    pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(as_point(place)))
     beside = {joint: side * wheel.side for joint, side, wheel in zip(element.joints, (1, -1), wheels, strict=True)}
     in_tree = all(joint in references.carrying for joint in element.joints)
     on = _loaded_bodies(wheels, beside, references)
-    return GearRow(name, zero, False, pitch, _nodes(force), on, tuple(beside.items()), in_tree)
+    return GearRow(name, zero, False, pitch, as_point(force), on, tuple(beside.items()), in_tree)
 
 
 def _loaded_bodies(
@@ -74,9 +75,8 @@ def _loaded_bodies(
 ) -> tuple[tuple[int, int], ...]:
     """Return the bodies on which the force at the teeth acts, each with its factor.
 
-    Those are the wheels. H is that of drives in the joints, so that the rows of a joint that does not carry its child
-    transmit such a drive: the difference is put between the child and what those rows hold it to, its parent or its
-    double.
+    These are the wheels. H is that of drives in the joints; the rows of a joint that does not carry its child transmit
+    such a drive. There the difference acts between the child and the body that the rows hold it to: parent or double.
     """
     on = dict.fromkeys((wheel.body for wheel in wheels), 0)
     for wheel, factor in zip(wheels, (1, -1), strict=True):
@@ -155,7 +155,7 @@ def _number(value: Node, sample: dict[Node, float]) -> float:
 
 @dataclass(frozen=True)
 class _Mesh:
-    """Two wheels in the axes of their carrier, with `sample` values of what their geometry names."""
+    """Two wheels in the axes of their carrier, with `sample` values of the parameters in their geometry."""
 
     element: Gear
     wheels: tuple[_Wheel, _Wheel]
@@ -272,10 +272,6 @@ class _Mesh:
         return 1 if along > 0.0 else -1
 
 
-def _nodes(v: Vec) -> Point:
-    return as_node(v[0]), as_node(v[1]), as_node(v[2])
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Where the forces of couplings act, as far as it is declared, and which reactions remain undetermined where it is not.
 #
@@ -301,7 +297,7 @@ _ELSE: Final = "declare a rope round the wheel, a rod, a gear with radii"
 
 
 def with_withheld(resolved: Mechanism, system: System) -> Mechanism:
-    """Return a mechanism that knows which reactions are undetermined; outputs that name such are left out.
+    """Return a mechanism that knows its undetermined reactions; outputs that name them are left out.
 
     Raises ModelError where a stop hangs on one.
     """
@@ -333,7 +329,7 @@ def undetermined_reactions(withheld: Mapping[str, Withheld], node: Node) -> list
 
 
 def reasons(withheld: Mapping[str, Withheld]) -> list[str]:
-    """Return for each constraint behind withheld reactions why they are, and what to declare instead."""
+    """Return the reason for each constraint behind withheld reactions, with the cure."""
     because = {name: kind for each in withheld.values() for name, kind in each.because}
     return [
         f"{name} ({kind}) says nothing of where its force acts; {_INSTEAD.get(kind, _ELSE)}, or acts: in_joints if it "

@@ -87,7 +87,7 @@ class SpeedJump:
 
 @dataclass(frozen=True)
 class StruckImpacts:
-    """What an `impact:` section says, resolved.
+    """An `impact:` section, resolved.
 
     `meetings` are its own pairs of points; `contacts` names declared elements that strike (None: all that close, if
     nothing else is declared). `loads` are given impulses and couples as forces. `begins` names the joints and

@@ -6,7 +6,8 @@ Points that meet, elements that close, impulses, constraints that begin; then th
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
+from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -45,6 +46,7 @@ from multibody_sym.model.contacts_and_impacts import ENOUGH, Impact, Impacts
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import with_expressions
+from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
@@ -58,53 +60,47 @@ def struck_impacts(
     declared = references.system.impact
     if declared is None:
         return None
-    found = _Resolved(references, declared, tuple(one_way), tuple(rows), tuple(cuts))
+    found = _Resolved(references, declared, one_way, rows, cuts)
     for name, impact in declared.strikes.items():
         with at(*declared.path(name)):
             found.add(name, impact)
-    return found.impacts()
+    return StruckImpacts(
+        tuple(found.meetings),
+        tuple(found.contacts) if declared.strikes else None,  # without any, everything that is declared and closes
+        tuple(found.loads),
+        found.begins,
+        tuple(found.jumps),
+        found.restitutions,
+        found.tangential,
+        declared.law,
+        declared.sequence,
+        found.paths,
+    )
 
 
+@dataclass
 class _Resolved:
     """The section as it is resolved, one impact after the other."""
 
-    def __init__(
-        self,
-        references: References,
-        declared: Impacts,
-        one_way: tuple[LawElement, ...],
-        rows: tuple[Row, ...],
-        cuts: tuple[CutJoint, ...],
-    ) -> None:
-        self.references, self.declared, self.one_way, self.rows, self.cuts = references, declared, one_way, rows, cuts
-        self.flat = references.plane or in_plane(references.system)
-        self.meetings: list[LawElement] = []
-        self.contacts: list[str] = []
-        self.loads: list[Load] = []
-        self.begins: dict[str, tuple[str, ...]] = {}
-        self.jumps: list[SpeedJump] = []
-        self.restitutions: dict[str, Node] = {}
-        self.tangential: dict[str, Node] = {}
-        self.paths: dict[str, tuple[str, ...]] = {}
+    references: References
+    declared: Impacts
+    one_way: Sequence[LawElement]
+    rows: Sequence[Row]
+    cuts: Sequence[CutJoint]
+    meetings: list[LawElement] = field(default_factory=list)
+    contacts: list[str] = field(default_factory=list)
+    loads: list[Load] = field(default_factory=list)
+    begins: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    jumps: list[SpeedJump] = field(default_factory=list)
+    restitutions: dict[str, Node] = field(default_factory=dict)
+    tangential: dict[str, Node] = field(default_factory=dict)
+    paths: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def impacts(self) -> StruckImpacts:
-        """Return all impacts; without any, everything that is declared and closes strikes."""
-        every = None if not self.declared.strikes else tuple(self.contacts)
-        return StruckImpacts(
-            tuple(self.meetings),
-            every,
-            tuple(self.loads),
-            self.begins,
-            tuple(self.jumps),
-            self.restitutions,
-            self.tangential,
-            self.declared.law,
-            self.declared.sequence,
-            self.paths,
-        )
+    @cached_property
+    def flat(self) -> bool:
+        return self.references.plane or in_plane(self.references.system)
 
     def add(self, name: str, impact: Impact) -> None:
-        """Take up one impact."""
         self.paths[name] = self.declared.path(name)
         if impact.between is not None:
             self.meetings.append(self._meeting(name, impact, impact.between))
@@ -120,8 +116,6 @@ class _Resolved:
     def _along(self, impact: Impact, components: Point) -> tuple[int, Point]:
         """Return the body whose axes carry those of the frame, and a vector along them."""
         return self.references.along(impact.frame or GROUND, components)
-
-    # --- points that meet -----------------------------------------------------------------------------------------
 
     def _meeting(self, name: str, impact: Impact, between: tuple[str, ...]) -> LawElement:
         with at("between"):
@@ -169,8 +163,6 @@ class _Resolved:
                 )
         return normal, self.flat and normal[2] is ZERO
 
-    # --- declared elements ----------------------------------------------------------------------------------------
-
     def _add_contacts(self, impact: Impact, names: tuple[str, ...]) -> None:
         unilateral = [element for element in self.one_way if element.unilateral]
         known = list(dict.fromkeys(x for each in unilateral for x in (each.name, each.group) if x))
@@ -204,16 +196,13 @@ class _Resolved:
                 self.begins[name] = tuple(rows[name])
             else:
                 with at("begins", k):
-                    raise self._not_begun(name, [*cut, *rows])
-
-    def _not_begun(self, name: str, known: Sequence[str]) -> ModelError:
-        """Return why something cannot begin."""
-        if name in self.references.system.joints:
-            told = f"joint {name!r} carries its child, which has no coordinates without it; mark it cut: true"
-            return ModelError(told, number="M121")
-        if any(name in (x.name, x.group) for x in self.one_way):
-            return ModelError(f"{name!r} holds one way only; write contacts: [{name}]", number="M121")
-        return ModelError(f"{name!r} is no joint that is cut and no constraint", number="M121", word=name, known=known)
+                    if name in self.references.system.joints:
+                        message = f"joint {name!r} carries its child, which has no coordinates without it"
+                        raise ModelError(f"{message}; mark it cut: true", number="M121")
+                    if any(name in (x.name, x.group) for x in self.one_way):
+                        raise ModelError(f"{name!r} holds one way only; write contacts: [{name}]", number="M121")
+                    message = f"{name!r} is no joint that is cut and no constraint"
+                    raise ModelError(message, number="M121", word=name, known=[*cut, *rows])
 
     def _jump(self, name: str, by: Node) -> SpeedJump:
         with at("motion"):
@@ -225,8 +214,6 @@ class _Resolved:
             known = [x for x, j in self.references.system.joints.items() if getattr(j, "motion", None) is not None]
             known += [row.name for row in self.rows]
             raise ModelError(f"{name!r} is no prescribed motion", number="M106", word=name, known=known)
-
-    # --- given impulses -------------------------------------------------------------------------------------------
 
     def _load(self, name: str, impact: Impact) -> Load:
         if impact.impulse is not None:
@@ -276,9 +263,9 @@ def impact_mechanism(
 ) -> Mechanism:
     """Return the mechanism of an impact: rows that `strike` after its own, given impulses as its only `loads`.
 
-    Each striking row, and each of its own that is named `jumping`, is to jump by its `jump_leaf`; those that define
-    what presses in a joint do not jump, and the impulses of those named `given` are their leaves. `drives`: by how much
-    the rates of prescribed motions of joints jump. `elements` are those of the impact beside its own.
+    Each striking row, and each own row named `jumping`, jumps by its `jump_leaf`; rows that define forces do not jump,
+    and the impulses of rows named `given` are their leaves. `drives` are the jumps of the rates of prescribed motions,
+    by joint, `elements` those of the impact beside its own.
     """
     rows = [with_expressions(row, _at_instant) for row in (*mechanism.rows, *striking)]
     first = len(mechanism.rows)
@@ -379,7 +366,7 @@ def _(row: MeetingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 
 @row_motion.register
 def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    """Return a row that tells its multiplier (`with_reactions` does) and exerts what its own row does."""
+    """Return a row whose multiplier is given (`with_reactions`) and that exerts the forces of its own row."""
     found = row_motion(row.row, motion, bias)
     nothing: list[S] = [0] * len(motion.state.u)
     impulse = motion.state.values([row.wanted])[0]
@@ -388,6 +375,6 @@ def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMoti
 
 @row_motion.register
 def _(row: JumpRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    """Return the row with the wanted jump beside what prescribed motions that jump contribute."""
+    """Return the row with its wanted jump, beside those of prescribed motions."""
     found = row_motion(row.row, motion, bias)
     return replace(found, gamma=found.gamma + motion.state.values([row.wanted])[0])

@@ -16,7 +16,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, spread
-from multibody_sym.mechanics.points import NO_WRENCH, Wrench, direction, generalized_forces
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, as_point, direction, generalized_forces
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
 from multibody_sym.mechanics.row_records import (
     NOWHERE,
@@ -70,14 +70,14 @@ _UP: Final[Point] = (ZERO, ZERO, ONE)
 
 
 def are_parallel(a: Vec, b: Vec) -> bool:
-    """Return whether two unit vectors are parallel, as far as parameters' values tell."""
+    """Return whether two unit vectors are parallel, as far as parameters have values."""
     shadows = [as_node(x).shadow for x in cross(a, b)]
     return all(x is not None and abs(x) < _PARALLEL for x in shadows)
 
 
 @dataclass(frozen=True)
 class Rubbing:
-    """Friction that is declared in a joint: the name, what is declared, the joint's freedoms, whether all is `flat`."""
+    """Friction declared in a joint, with the joint's freedoms; `flat`: nothing leaves the plane."""
 
     name: str
     element: Friction
@@ -126,7 +126,7 @@ class Rubbing:
         return self.element.radius
 
     def another(self) -> ModelError:
-        """Return the error of a joint in which nothing says what rubs."""
+        """Return the error of a joint whose friction has no model."""
         error = ModelError(_KINDS.format(self.element.joint), number="M114")
         error.under("joint")
         return error
@@ -148,7 +148,7 @@ class Rubbing:
 
 
 def plate_friction(asked: Rubbing) -> Made:
-    """Return the friction of what slides on a plane, and perhaps turns on it."""
+    """Return the friction of a plate that slides on a plane, and may turn on it."""
     if asked.flat:
         raise ModelError(
             f"nothing presses along the normal of {asked.element.joint!r} in a model that stays in its plane; let a "
@@ -160,7 +160,7 @@ def plate_friction(asked: Rubbing) -> Made:
     if len(moves) == 2:
         asked.without("radius", f"{asked.element.joint!r} does not turn, so that nothing rubs at a radius")
     first, second = (unit_vector(step.slides[0]) for step in moves[:2])
-    normal: Point = unit_vector(_nodes(cross(first, second)))
+    normal: Point = unit_vector(as_point(cross(first, second)))
     turns_on_normal = all(are_parallel(step.turns[0], normal) for step in moves[2:])
     if not (are_parallel(cross(normal, first), second) and turns_on_normal):
         return stacked_friction(asked)
@@ -182,7 +182,7 @@ def ball_friction(asked: Rubbing) -> Made:
             axis = unit_vector(step.turns[0])
             total = add(total, scale(freedom.rate, apply(R, axis)))
             R = product(R, turned(axis, freedom.coordinate))
-        speeds = list(_nodes(total))
+        speeds = list(as_point(total))
     rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
     return asked.reactions([(unit, ORIGIN) for unit in units]), [asked.part(rows, range(3), radius, norm=True)]
@@ -206,7 +206,7 @@ def stacked_friction(asked: Rubbing) -> Made:
         across = asked.across(axis, flat=asked.flat and not turns)
         name = f"{asked.name}.{'pin' if turns else 'slide'}{k}"
         own = range(len(normals), len(normals) + len(across))
-        normals += asked.reactions([(_nodes(apply(R, n)), ORIGIN) for n in across], name)
+        normals += asked.reactions([(as_point(apply(R, n)), ORIGIN) for n in across], name)
         row = (BrakingRow if turns else RubbingRow)(f"{name}.friction", freedom.rate)
         arm = asked.radius("what turns rubs on a pin: give its radius") if turns else ONE
         parts.append(asked.part((row,), own, arm, norm=len(across) > 1, name=name))
@@ -214,11 +214,6 @@ def stacked_friction(asked: Rubbing) -> Made:
             assert freedom.coordinate is not None
             R = product(R, turned(axis, freedom.coordinate))
     return normals, parts
-
-
-def _nodes(vector: Vec) -> Point:
-    x, y, z = (as_node(v) for v in vector)
-    return x, y, z
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -329,7 +324,7 @@ def _thread(asked: Rubbing) -> Made:
 
 
 def _wire(asked: Rubbing) -> Made:
-    """Return what presses across a curve: the one component in its plane, or the force less its part along the way."""
+    """Return the friction of a bead, pressed by the force across its wire: one component in a plane, else three."""
     for field in ("radius", "length"):
         asked.without(field, "a bead on a wire rubs with the force across the wire; leave it out")
     step, (coordinate, *_) = asked.joint.moves[0], asked.freedoms
@@ -464,7 +459,7 @@ def _power(twist: Twist, wrench: Wrench) -> S:
 def along_reactions(
     forces: Sequence[Sequence[S]], beside: Mapping[int, Sequence[int]], multipliers: Sequence[S]
 ) -> list[list[S]]:
-    """Return what rows exert (s x nu), those that go `beside` others times their part of the vectors' direction."""
+    """Return the forces of rows (s x nu); those `beside` others times their part of the vectors' direction."""
     found = [list(row) for row in forces]
     for k, others in beside.items():
         x = multipliers[k]

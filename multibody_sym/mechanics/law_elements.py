@@ -64,12 +64,11 @@ class LawElement:
     """An element that holds one way only, or rubs.
 
     `unilateral`: its first normal row has a multiplier >= 0 and restricts motion while it is active; a rope that rubs
-    on several wheels has others, which define what presses on each. Otherwise `normals` define components of a joint's
-    reaction, of either sign. `words` tell whether it is active or not; `path` is where
-    the model declares it; parts of one declared element share a `group`. `open`: it does not touch at
-    the start. `joint`: the one in which a stop holds, or friction rubs. `collides`: its `restitution` is declared, so
-    that there may be an impact without collision; `tangential_restitution` is the part of the tangential speed that an
-    impact returns.
+    on several wheels has a row more for the mean tension on each. Otherwise `normals` define components of a joint's
+    reaction, of either sign. `words` are those for active and inactive; `path` is where the model declares it; parts of
+    one declared element share a `group`. `open`: it does not touch at the start. `joint`: that in which a stop holds,
+    or friction rubs. `collides`: its `restitution` is declared, so that there may be an impact without collision;
+    `tangential_restitution` is the part of the tangential speed that an impact returns.
     """
 
     name: str
@@ -146,7 +145,7 @@ def _by_component(part: FrictionPart, word: str) -> dict[str, tuple[Row, ...]]:
 
 
 def exerted_by(element: LawElement) -> dict[str, dict[str, tuple[Row, ...]]]:
-    """Return what an element exerts by name and component, as expressions ask it, each with the rows along which it is.
+    """Return the forces of an element by name and component, as expressions ask for them, each with its rows.
 
     What acts along several rows is the length of its components, `friction` that of `friction_1` and `friction_2`.
     Corners are asked alone and by their contact's name, friction in joints by its parts, as two pads. Ropes have
@@ -164,7 +163,7 @@ def exerted_by(element: LawElement) -> dict[str, dict[str, tuple[Row, ...]]]:
 
 
 def row_forces(element: LawElement) -> Iterator[tuple[str, str, str]]:
-    """Yield for the rows of an element the name of what exerts their force, and of the component; not for ropes."""
+    """Yield each row of an element, but of ropes, with the names of what exerts its force and of the component."""
     if element.kind == "rope":
         return
     if element.unilateral:
@@ -178,7 +177,7 @@ def row_forces(element: LawElement) -> Iterator[tuple[str, str, str]]:
 
 @dataclass(frozen=True)
 class Share:
-    """What rows of one element carry where forces are not unique: `forces` at first (N, of turning N m), by its rows.
+    """The forces of one element's rows where they are not unique: `forces` at first (N, of turning N m), by its rows.
 
     They change by combinations of `ways`, of which the last has as many numbers as there are rows and each before it
     one less: as little as need be, measured by how many of each it takes.
@@ -203,13 +202,12 @@ class Mode:
 
     `sides`: by element, 0 inactive, 1 active; of a joint's friction the sign of the reaction that presses, by the names
     of the normal rows where there are several. `slips`: by friction part of active elements, 0 sticks, 1 and -1 slides
-    that way, 2 in space along its velocity. `directions`: of parts that start to slide in space from rest, where to
-    (unit vectors).
+    that way, 2 in space along the velocity. `directions`: unit vectors in which parts start to slide in space.
 
-    Where forces are not unique, as of a box that rests on two corners, a mode may say which of them a basic solution
-    has: `idle` elements touch and carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1
-    where they are at their static limit as if they slid that way; of parts along several rows it is 0 by the name of a
-    row that exerts nothing. Or all rows act, and `shares` says what of it each carries.
+    Where forces are not unique, as of a box on two corners, a mode may name a basic solution: `idle` elements touch and
+    carry nothing; of parts that rest, `carried` is 0 where they exert nothing, 1 or -1 where they are at their static
+    limit as if they slid that way; of parts along several rows it is 0 by the name of a row that exerts nothing. Or all
+    rows act, and `shares` holds the force of each.
     """
 
     sides: Mapping[str, int]
@@ -258,7 +256,7 @@ class Limit:
 
 
 def limits_in(mode: Mode, element: LawElement) -> Iterator[Limit]:
-    """Yield the limits of an element in a mode. What touches and carries nothing is limited by its distance alone."""
+    """Yield the limits of an element in a mode; one that touches and carries nothing is limited by its distance."""
     if element.unilateral:
         carries = mode.acts(element) and element.name not in mode.idle
         yield Limit("force" if carries else "gap", element)

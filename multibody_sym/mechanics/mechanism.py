@@ -56,7 +56,7 @@ class RopeLength:
 
 @dataclass(frozen=True)
 class TangentDirection:
-    """At what angle from its grip's `across` a run of rope leaves a wheel, at the end (0 or 1) of the row's path."""
+    """The angle from the grip's `across` at which a rope leaves a wheel, at the end (0 or 1) of the row's path."""
 
     row: str
     end: int
@@ -111,7 +111,7 @@ class Source(Enum):
 class ParameterEntry:
     """An entry of the parameter vector; `value` is an expression of entries before it, None if there is no default.
 
-    `measure` is what the start measures; `dimension` is None where no unit was given.
+    `measure` is that of the start; `dimension` is None where no unit was given.
     """
 
     name: str
@@ -155,7 +155,7 @@ class ParameterVector:
         return float(values[self.places[name]])
 
     def with_measured(self, measures: Mapping[str, Measure]) -> ParameterVector:
-        """Return the vector with what the start measures of the constraints of these names."""
+        """Return the vector with the constants that the start measures, by the names of their constraints."""
         added = []
         for name, what in measures.items():
             positive = isinstance(what, RopeLength) and not what.winds
@@ -173,7 +173,7 @@ class ParameterVector:
         return ParameterVector((*self.entries, *added))
 
     def with_rows(self, count: int) -> ParameterVector:
-        """Return the vector with what a run chooses for rows, if there are any."""
+        """Return the vector with the entries that a run chooses for rows, if there are any."""
         if not count:
             return self
         independent = ParameterEntry(INDEPENDENT, as_node(count), source=Source.CHOSEN)
@@ -195,7 +195,7 @@ class ParameterVector:
 
 
 def measured_name(name: str, measure: Measure) -> str:
-    """Return what the entry is called that holds what the start measures of a constraint, or of a part of one."""
+    """Return the name of the entry for a constant that the start measures of a constraint, or of a part of one."""
     if isinstance(measure, RopeLength):
         return f"length of {name}"
     if isinstance(measure, RopeSide):
@@ -207,7 +207,7 @@ def measured_name(name: str, measure: Measure) -> str:
 
 TIME: Final = slot("t", 0)
 NORMAL: Final = "normal"
-"""What else there is of the reaction of a joint that guides along a curve: the force across it."""
+"""One more component of the reaction of a joint that guides along a curve: the force across it."""
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Speed:
-    """A speed, as a coordinate; it is `known` where it is given and what it is the rate of is marked so."""
+    """A speed, as a coordinate; it is `known` where it is given and its coordinate is marked so."""
 
     name: str
     joint: str
@@ -293,7 +293,7 @@ class TreeBody:
 
     @cached_property
     def given(self) -> tuple[tuple[Node, Node, Node] | None, ...]:
-        """For each step, if it is prescribed, what its coordinate would be, its rate and the rate of that."""
+        """For each step, if it is prescribed, its place, rate and second derivative."""
         found: list[tuple[Node, Node, Node] | None] = []
         for step in self.steps:
             if step.motion is None:
@@ -305,12 +305,12 @@ class TreeBody:
 
     @property
     def driven(self) -> bool:
-        """Whether a prescribed step moves, or what guides it does, so that its drive does work."""
+        """Whether a prescribed step, or its guide, moves, so that its drive does work."""
         return any(step.drifts for step in self.steps) or any(g is not None and g[1] is not ZERO for g in self.given)
 
 
 def double_name(child: str, joint: str) -> str:
-    """Return what the massless double of a joint's child is called."""
+    """Return the name of the massless double of a joint's child."""
     return f"double of {child} at {joint}"
 
 
@@ -326,19 +326,17 @@ class Withheld:
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
-    `symbols` gives the slot of each name that expressions may use, or what it measures, first of rates such as `phi'`,
-    which have a name of their own, too; `markers` every named point and frame. `stops` are functions that become
+    `symbols` gives the slot or the measured expression of each name in expressions, first of rates such as `phi'`;
+    `markers` every named point and frame. `stops` are functions that become
     positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump, `fades` those at whose
     zeros they become as good as constant. In absolute coordinates `relative` is the same system in those of its
     joints, in which its start is declared. `minimum_norm`: where rows are redundant, multipliers of least norm are
-    asked for. `withheld`: by joint, reactions that are not determined; `untold` outputs name such and are not among
-    `outputs`. `run_outputs` name what adds up along a run, work and impulses, and are not among `outputs` either.
+    asked for. `withheld`: by joint, reactions that are not determined; `untold` outputs name one of them and are not
+    among `outputs`. `run_outputs` name work or impulses, which add up along a run, and are not among `outputs` either.
     `driving_inputs` are those that motions and constraints name, where their expressions stand; `input_dimensions` are
-    stated ones.
-    Of `one_way` elements none is among `rows` until a `mode` says which hold (`in_mode`); in a mode the speeds at the
+    stated ones. Rows of `one_way` elements are among `rows` only in a `mode` (`in_mode`), in which the speeds at the
     places `held` stay zero. With `mode_numbers` all rows are there, and numbers of these names say which act
-    (`in_every_mode`). `state_stops` end the run where an element begins to be in a state. `impact` is what
-    strikes at the start, which no motion asks for.
+    (`in_every_mode`). `state_stops` end the run where an element enters a state. `impact` strikes at the start.
     """
 
     name: str
@@ -388,7 +386,7 @@ class Mechanism:
         return tuple(body.joint_name for body in self.bodies if body.driven)
 
     def speed_place(self, name: str) -> int | None:
-        """Return the place of a speed, or of the speed that is the rate of a coordinate; None of what is measured."""
+        """Return the place of a speed, or of a coordinate's rate; None for those that are measured."""
         leaf = self.symbols.get(symbol(name))
         if leaf is None or leaf.op != "slot":
             return None
@@ -404,7 +402,7 @@ class Mechanism:
 
     @cached_property
     def _one_way_paths(self) -> Mapping[str, tuple[str, str]]:
-        """Where each row of what holds one way only is declared, by the row's name."""
+        """Where each row of an element with a law is declared, by the row's name."""
         return {row.name: element.path for element in self.one_way for row in element.rows}
 
     def _doubled(self, row: Row) -> str | None:
@@ -425,7 +423,7 @@ class Mechanism:
 
 
 def normal_forces(mechanism: Mechanism) -> dict[str, Row]:
-    """Return the rows that keep rolling wheels on what they roll on, by name: a negative multiplier pulls."""
+    """Return the rows that keep rolling wheels on their track, by name: a negative multiplier pulls."""
     rows = [row for row in mechanism.rows if row.surfaces and row.is_holonomic]
     return {row.name: row for row in rows if row.name not in mechanism._one_way_paths}
 
@@ -437,7 +435,7 @@ Found = TypeVar("Found")
 
 
 def once(find: Callable[[Mechanism], Found]) -> Callable[[Mechanism], Found]:
-    """Return a function that keeps what it finds for each mechanism, by identity; nothing may change what it found."""
+    """Return a function that keeps its result for each mechanism, by identity; nothing may change the result."""
     known: dict[int, Found] = {}
 
     @wraps(find)

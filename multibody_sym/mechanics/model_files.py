@@ -47,8 +47,8 @@ _OPENED: Final = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLO
 def with_rows(data: Any, folder: str | None) -> tuple[Any, tuple[str, ...]]:
     """Return a model file's content with the rows of its table files in their place, and the names of these files.
 
-    Raises InputError: with the file, line and column of what is wrong in a table, with the path in the model of a name
-    that no table has, or where there is no `folder` to look in.
+    Raises InputError with the file, line and column of a mistake in a table, or with the path in the model of a name
+    that no table has, or where there is no `folder`.
     """
     inputs = data.get("inputs") if isinstance(data, Mapping) else None
     if not isinstance(inputs, Mapping):
@@ -253,7 +253,7 @@ def load_with_places(
     content: bytes | None = None,
     verify: Callable[[System], object] | None = None,
 ) -> tuple[System, ModelPlaces]:
-    """Return what `load` returns, and the places for errors that come up later, as in `with places.shown(): ...`.
+    """Return the System, and the places for errors that come up later, as in `with places.shown(): ...`.
 
     `content` is that of the file, if it is read already. `verify` finds the mistakes beside the first one (it raises
     InputError); by default `mechanism` does.
@@ -287,14 +287,14 @@ def _with_places(
 
 
 def _verify_mechanism(system: System) -> None:
-    """Raise InputError for what is wrong in a system."""
+    """Raise InputError for the mistakes of a system."""
     from multibody_sym.mechanics.resolve import mechanism
 
     mechanism(system)
 
 
 def _verify_beside_others(system: System, verify: Callable[[System], object]) -> None:
-    """Raise InputError for what is wrong in a system, and nothing else: its file is wrong anyway."""
+    """Raise InputError for the mistakes of a system, and nothing else: its file is wrong anyway."""
     try:
         verify(system)
     except InputError:

@@ -1,11 +1,11 @@
-"""What is a mechanism in a mode: which elements with laws act as ordinary rows, how do they rub, what is it called?"""
+"""What is a mechanism in a mode: which elements act as ordinary rows, how do they rub, and in which words?"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Final
+from typing import Final, Literal
 
 from multibody_sym.mechanics.law_elements import (
     ACTIVE,
@@ -48,9 +48,9 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
 
 
 def chosen_parameters(mode: Mode) -> dict[str, float]:
-    """Return what a run chooses in a mode, by the names of parameters.
+    """Return the values that a run chooses in a mode, by the names of parameters.
 
-    Directions in which slip in space starts from rest, and what rows carry whose forces are not unique.
+    Directions in which slip in space starts from rest, and shares of forces that are not unique.
     """
     found = {
         _direction_name(name, k): x for name, direction in mode.directions.items() for k, x in enumerate(direction)
@@ -63,7 +63,7 @@ def chosen_parameters(mode: Mode) -> dict[str, float]:
 
 
 def shared_forces(mechanism: Mechanism) -> tuple[list[Node], list[list[tuple[int, Node]]]] | None:
-    """Return by row of a mechanism in a mode what it carries at first, and the ways in which that changes.
+    """Return the force that each row of a mechanism in a mode carries at first, and the ways in which forces change.
 
     A way is some rows by number, each with its part. None where forces are unique or zero for dependent rows.
     """
@@ -81,7 +81,7 @@ def shared_forces(mechanism: Mechanism) -> tuple[list[Node], list[list[tuple[int
 
 
 def share_name(row: str) -> str:
-    """Return the name of what a row carries at first whose force is not unique."""
+    """Return the name of the force that a row carries at first, where forces are not unique."""
     return _SHARE + row
 
 
@@ -127,7 +127,7 @@ def rows_in_mode(element: LawElement, mode: Mode, parameters: ParameterVector) -
 
 
 def with_coefficients(mechanism: Mechanism, coefficient: Callable[[Sliding], Node]) -> Mechanism:
-    """Return a mechanism in a mode in which what slides has other coefficients of friction."""
+    """Return a mechanism in a mode with other coefficients of sliding friction."""
 
     def changed(row: Row) -> Row:
         if not isinstance(row, SlidingRow):
@@ -187,16 +187,18 @@ def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
     It has those of shares where forces may be shared, or as one contact of several has them.
     """
     rows = every_row(mechanism)
-    names = [_acts(row.name) for row in rows]
-    names += [_side(row.name) for element in mechanism.one_way for row in element.normals if not element.unilateral]
+    names = [_entry("acts", row.name) for row in rows]
+    for element in mechanism.one_way:
+        names += [] if element.unilateral else [_entry("side", row.name) for row in element.normals]
     for _, part in friction_parts(mechanism):
-        names += [_slip(part.name), _at_limit(part.name), *(direction_names(part) if len(part.rows) > 1 else ())]
+        names += [_entry("slip", part.name), _entry("at limit", part.name)]
+        names += direction_names(part) if len(part.rows) > 1 else []
     if shares or may_share(mechanism):
         names += [share_name(row.name) for row in rows]
         names += [way_name(row.name, other.name) for group in _groups(mechanism) for row, other in _pairs(group)]
-    names += [_held(speed.name) for speed in mechanism.speeds]
+    names += [_entry("held", speed.name) for speed in mechanism.speeds]
     names += [_ACTS, _STANDS, _LENGTHS, _SHARES]
-    names += [_watched(function) for function in functions(mechanism)]
+    names += [_entry("watched", function) for function in functions(mechanism)]
     return replace(
         mechanism,
         rows=rows,
@@ -222,14 +224,14 @@ def functions(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def may_share(mechanism: Mechanism) -> bool:
-    """Return whether forces may have shares where they are not unique: not where rows define what presses."""
+    """Return whether forces may have shares where they are not unique: not where rows define forces."""
     elements = [element for element in mechanism.one_way if element.unilateral]
     several = len(elements) > 1 or any(len(part.rows) > 1 for x in elements for part in x.frictions)
     return several and all(row.restricts for row in every_row(mechanism))
 
 
 def _groups(mechanism: Mechanism) -> Iterator[tuple[Row, ...]]:
-    """Yield the rows that may change what they carry together: those of each element, and the model's own alone."""
+    """Yield the rows whose forces may change together: those of each element, and the model's own alone."""
     yield from ((row,) for row in mechanism.rows)
     yield from (tuple(element.rows) for element in mechanism.one_way)
 
@@ -239,7 +241,7 @@ def _pairs(group: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
 
 
 def has_end(element: LawElement) -> bool:
-    """Return whether what touches may get past the end of a face."""
+    """Return whether a contact may get past the end of a face."""
     return any(
         isinstance(skin, Edge | Vertex) or (isinstance(skin, PlaneSurface) and bool(skin.ends or skin.beside))
         for skin in element.surfaces or ()
@@ -247,7 +249,7 @@ def has_end(element: LawElement) -> bool:
 
 
 def has_rim(element: LawElement) -> bool:
-    """Return whether what touches is the rim of a disc in space, which may come to lie flat."""
+    """Return whether a contact is of the rim of a disc in space, which may come to lie flat."""
     return bool(element.normals) and element.normals[0].rim is not None
 
 
@@ -257,28 +259,9 @@ _LENGTHS: Final = "some length presses"
 _SHARES: Final = "some force is shared"
 
 
-def _acts(row: str) -> str:
-    return f"acts {row}"
-
-
-def _side(row: str) -> str:
-    return f"side {row}"
-
-
-def _slip(part: str) -> str:
-    return f"slip {part}"
-
-
-def _at_limit(part: str) -> str:
-    return f"at limit {part}"
-
-
-def _held(speed: str) -> str:
-    return f"held {speed}"
-
-
-def _watched(function: str) -> str:
-    return f"watched {function}"
+def _entry(kind: Literal["acts", "side", "slip", "at limit", "held", "watched"], name: str) -> str:
+    """Return the name of a number that says something of a row, a friction part, a speed or a switching function."""
+    return f"{kind} {name}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,19 +279,19 @@ class ModeNodes:
 
     def acts(self, row: Row) -> Node:
         """Return 1 where a row acts, else 0."""
-        return self._node(_acts(row.name))
+        return self._node(_entry("acts", row.name))
 
     def side(self, element: LawElement, row: Row) -> Node:
         """Return the sign of the force of a normal row, 0 where it does not press."""
-        return ONE if element.unilateral else self._node(_side(row.name))
+        return ONE if element.unilateral else self._node(_entry("side", row.name))
 
     def slip(self, part: FrictionPart) -> Node:
         """Return the way in which a part slides, 0 where it does not; in space 2."""
-        return self._node(_slip(part.name))
+        return self._node(_entry("slip", part.name))
 
     def at_limit(self, part: FrictionPart) -> Node:
         """Return 1 where a part that does not slide exerts its static limit as if it did."""
-        return self._node(_at_limit(part.name))
+        return self._node(_entry("at limit", part.name))
 
     def direction(self, part: FrictionPart) -> list[Node]:
         """Return the direction in which slip in space starts, zeros where it does not start."""
@@ -335,7 +318,7 @@ class ModeNodes:
 
     def held(self) -> list[Node]:
         """Return of each speed 1 where it stays zero."""
-        return [self._node(_held(speed.name)) for speed in self.mechanism.speeds]
+        return [self._node(_entry("held", speed.name)) for speed in self.mechanism.speeds]
 
     @property
     def any_shares(self) -> Node:
@@ -354,7 +337,7 @@ class ModeNodes:
 
     def watched(self, function: str) -> Node:
         """Return 1 where a mode may end at a switching function."""
-        return self._node(_watched(function))
+        return self._node(_entry("watched", function))
 
 
 def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watched: Iterable[str]) -> list[float]:
@@ -364,19 +347,19 @@ def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watche
     """
     entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared_count(mechanism)]), mode)
     acts = 1.0 if mode.shares is None else PLAIN
-    found = {_acts(row.name): acts for row in entered.rows}
+    found = {_entry("acts", row.name): acts for row in entered.rows}
     for element in mechanism.one_way:
-        found |= {_side(row.name): float(mode.side(element, row)) for row in element.normals}
+        found |= {_entry("side", row.name): float(mode.side(element, row)) for row in element.normals}
     parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
     for sliding in (sliding for row in entered.rows for sliding in row.sliding):
         part = parts[tuple(row.name for row in sliding.rows)]
-        found[_slip(part.name)] = float(sliding.sense)
-        found[_at_limit(part.name)] = float(part.name in mode.carried)
+        found[_entry("slip", part.name)] = float(sliding.sense)
+        found[_entry("at limit", part.name)] = float(part.name in mode.carried)
         found[_LENGTHS] = max(found.get(_LENGTHS, 0.0), float(part.norm))
     found |= {way_name(row.name, row.name): 1.0 for row in mechanism.rows}
-    found |= {_held(mechanism.speeds[k].name): 1.0 for k in held}
+    found |= {_entry("held", mechanism.speeds[k].name): 1.0 for k in held}
     found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held)), _SHARES: float(mode.shares is not None)}
-    found |= {_watched(function): 1.0 for function in watched}
+    found |= {_entry("watched", function): 1.0 for function in watched}
     return [found.get(name, 0.0) for name in mechanism.mode_numbers]
 
 
@@ -440,7 +423,7 @@ def possible_words(elements: Iterable[LawElement]) -> dict[str, set[str]]:
 
 
 def _friction_words(element: LawElement, part: FrictionPart) -> tuple[str, str]:
-    """Return the words for friction that holds, and for what moves against it."""
+    """Return the words for friction that holds, and for a part that slides."""
     if part.name.endswith(".rolling") or (element.kind == "contact" and element.path[0] == "constraints"):
         return "roll", "slip"
     return ("grip", "slip") if element.kind == "rope" else ("stick", "slide")

@@ -53,8 +53,8 @@ class JointMotion:
     """The motion of M relative to F.
 
     `rotation` R_FM, `position` of M in F's axes; `linear[k]`, `angular[k]`: velocity and angular velocity of M for a
-    unit speed u[k], in M's axes; `given_linear`, `given_angular`: what prescribed steps add to them; `turning`: its
-    whole angular velocity; `linear_bias`, `angular_bias`: its acceleration and angular acceleration relative to F
+    unit speed u[k], in M's axes; `given_linear`, `given_angular`: those of prescribed steps; `turning`: its whole
+    angular velocity; `linear_bias`, `angular_bias`: its acceleration and angular acceleration relative to F
     without udot.
     """
 
@@ -185,19 +185,19 @@ def stepped(step: Step, before: JointMotion, q: Sequence[S], u: Sequence[S], sta
 
 @stepped.register
 def _(step: Translate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
-    return translated(before, _axis(step.axis, state), q[0], u[0])
+    return translated(before, state.vector(step.axis), q[0], u[0])
 
 
 @stepped.register
 def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
-    axis = _axis(step.axis, state)
+    axis = state.vector(step.axis)
     return rotated(before, turned(axis, q[0]), (axis,), u)
 
 
 @stepped.register
 def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     """M turns by q about a unit axis and advances by lead q along it."""
-    axis, lead = _axis(step.axis, state), state.values([step.lead])[0]
+    axis, lead = state.vector(step.axis), state.values([step.lead])[0]
     moved = translated(before, axis, lead * q[0], lead * u[0])
     turned_too = rotated(moved, turned(axis, q[0]), (axis,), (u[0],))
     return replace(
@@ -216,7 +216,7 @@ def _(step: Ball, before: JointMotion, q: Sequence[S], u: Sequence[S], state: St
 def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     """Derivatives are taken of the expressions, so that all scalars have the same exact ones."""
     at = {step.leaf: q[0]}
-    axes = [_axis(axis, state) for axis in step.axes]
+    axes = [state.vector(axis) for axis in step.axes]
     place, way = combination(axes, state.values(step.place, at)), _curve_derivatives(step.rates, axes, state, at)
     moved = _moved_on(before, place, way.s, way.rate(u[0]))
     moved = replace(
@@ -240,11 +240,6 @@ def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: 
 def _curve_derivatives(rates: CurveRates, axes: Sequence[Vec], state: State, at: Mapping[Node, S]) -> CurveDerivatives:
     """Return derivatives with their components along axes."""
     return CurveDerivatives(*(combination(axes, state.values(nodes, at)) for nodes in rates))
-
-
-def _axis(declared: Point, state: State) -> Vec:
-    x, y, z = state.values(declared)
-    return x, y, z
 
 
 @singledispatch
@@ -313,7 +308,7 @@ def _(step: Ball, q: Floats, sigma: Floats) -> Floats:
 
 @singledispatch
 def deviation_suffixes(step: Step) -> tuple[str | None, ...]:
-    """Return what follows the joint's name in those of deviations; None where one is that of a coordinate."""
+    """Return the endings of the names of deviations, after the joint's; None where one is that of a coordinate."""
     raise TypeError(f"nothing says what the deviations of {type(step).__name__} are called")
 
 
@@ -329,7 +324,7 @@ def _(step: Ball) -> tuple[str | None, ...]:
 
 @singledispatch
 def carried_deviations(step: Step, u: Sequence[float]) -> Floats:
-    """Return the matrix D of sigma' = D sigma + ..., what the motion itself makes of deviations."""
+    """Return the matrix D of sigma' = D sigma + ..., the change of deviations by the motion itself."""
     raise TypeError(f"nothing says what motion makes of the deviations of {type(step).__name__}")
 
 
@@ -347,7 +342,7 @@ def _(step: Ball, u: Sequence[float]) -> Floats:
 
 @singledispatch
 def turning_momenta(step: Step, u: Sequence[Any], momenta: Sequence[Any]) -> Sequence[Any]:
-    """Return what N^T (d/dt dT/dqdot - dT/dq) holds besides d/dt dT/du - N^T dT/dq: nothing where u = qdot."""
+    """Return N^T (d/dt dT/dqdot - dT/dq) less d/dt dT/du - N^T dT/dq: zero where u = qdot."""
     raise TypeError(f"nothing says how Lagrange's equations hold in the speeds of {type(step).__name__}")
 
 
@@ -378,8 +373,8 @@ class BodyMotion:
     `gravity` the acceleration of free fall.
 
     `linear[k]`, `angular[k]`: partial velocities of the joint's speeds relative to the parent; `given_linear`,
-    `given_angular`: what its prescribed motion adds. `linear_bias`, `angular_bias`: what the joint adds to the
-    accelerations besides udot (Coriolis terms, relative accelerations). All in body axes, except `p_PB` (in the
+    `given_angular`: velocities of its prescribed motion. `linear_bias`, `angular_bias`: accelerations by the joint
+    besides udot (Coriolis terms, relative accelerations). All in body axes, except `p_PB` (in the
     parent's).
     """
 
@@ -429,7 +424,7 @@ class Motion:
 
     def point(self, marker: Marker) -> Vec:
         """Return a marker's position in its body's axes."""
-        return _triple(self.state, marker.pose.position)
+        return self.state.vector(marker.pose.position)
 
 
 @dataclass(frozen=True)
@@ -448,7 +443,7 @@ def motion_of(mechanism: Mechanism, state: State) -> Motion:
     """Return the motion of all bodies at a state (forward recursion from the world)."""
     moved: list[BodyMotion] = []
     masses = []
-    world = moving_parent(ZERO_VECTOR, ZERO_VECTOR, _triple(state, mechanism.gravity))
+    world = moving_parent(ZERO_VECTOR, ZERO_VECTOR, state.vector(mechanism.gravity))
     for body in mechanism.bodies:
         parent = moved[body.parent] if body.parent >= 0 else world
         moved.append(body_motion(body, parent, state))
@@ -457,7 +452,7 @@ def motion_of(mechanism: Mechanism, state: State) -> Motion:
 
 
 def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
-    """Return what the motion of a child depends on: its parent's velocities and gravity, in the parent's axes."""
+    """Return a parent for a child's motion: its velocities and gravity, in its own axes."""
     return replace(_WORLD, w_WB=w_WB, v_WB=v_WB, gravity=gravity)
 
 
@@ -466,7 +461,14 @@ def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     u = [state.u[k] for k in body.u]
     R_PF, p_PF = pose(state, body.frame_on_parent)
     R_BM, p_BM = pose(state, body.frame_on_body)
-    joint = _joint_motion(body, state)
+    joint, free_steps = JointMotion(), iter(body.free_steps)
+    for step, given in zip(body.steps, body.given, strict=True):
+        if given is None:
+            free = next(free_steps)
+            joint = stepped(step, joint, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
+        else:
+            q, rate, acceleration = state.values(given)
+            joint = prescribed(stepped(step, joint, [q], [rate], state), rate, acceleration)
     R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
     p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
     joint = seen_from(joint, R_BM, p_BM)  # the motion of B's origin, in B's axes, as the joint's own is in M's
@@ -487,18 +489,6 @@ def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
         angular_bias=add(cross(w_parent, w_rel), joint.angular_bias),
         gravity=apply_transposed(R_PB, parent.gravity),
     )
-
-
-def _joint_motion(body: TreeBody, state: State) -> JointMotion:
-    moved, free_steps = JointMotion(), iter(body.free_steps)
-    for step, given in zip(body.steps, body.given, strict=True):
-        if given is None:
-            free = next(free_steps)
-            moved = stepped(step, moved, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
-        else:
-            q, rate, acceleration = state.values(given)
-            moved = prescribed(stepped(step, moved, [q], [rate], state), rate, acceleration)
-    return moved
 
 
 def accelerations(motion: Motion, udot: Sequence[S], base: Vec = ZERO_VECTOR) -> list[tuple[Vec, Vec]]:
@@ -561,16 +551,11 @@ def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
 
 def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:
     """Return a declared pose (rotation, position) over the state's scalar."""
-    position = _triple(state, declared.position) if declared.position is not ORIGIN else ZERO_VECTOR
+    position = state.vector(declared.position) if declared.position is not ORIGIN else ZERO_VECTOR
     if declared.rotation is IDENTITY:
         return UNIT_MATRIX, position
-    rows = [_triple(state, row) for row in declared.rotation]
+    rows = [state.vector(row) for row in declared.rotation]
     return (rows[0], rows[1], rows[2]), position
-
-
-def _triple(state: State, nodes: Sequence[Node]) -> Vec:
-    x, y, z = state.values(nodes)
-    return x, y, z
 
 
 def body_pose(moved: BodyMotion, parent: tuple[Mat, Vec]) -> tuple[Mat, Vec]:
@@ -583,7 +568,7 @@ def body_mass(body: TreeBody, state: State) -> BodyMass:
     """Return the mass of one body."""
     xx, yy, zz, xy, xz, yz = state.values(body.mass.inertia)
     inertia: Mat = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    return BodyMass(state.values([body.mass.mass])[0], _triple(state, body.mass.com), inertia)
+    return BodyMass(state.values([body.mass.mass])[0], state.vector(body.mass.com), inertia)
 
 
 _WORLD = BodyMotion(UNIT_MATRIX, ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, (), (), *(ZERO_VECTOR,) * 5)

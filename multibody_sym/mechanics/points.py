@@ -12,6 +12,7 @@ from multibody_sym.model.bodies import GROUND, Pose
 from multibody_sym.model.fields import Point
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import atan2
+from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     S,
@@ -24,6 +25,12 @@ from multibody_sym.scalars.vectors import (
     negate,
     subtract,
 )
+
+
+def as_point(vector: Sequence[object]) -> Point:
+    """Return the components of a vector as Nodes."""
+    x, y, z = map(as_node, vector)
+    return x, y, z
 
 
 def position(motion: Motion, marker: Marker) -> Vec:
@@ -69,8 +76,7 @@ Slower slip turns faster, at mu g over its speed: a load that turns as it grows 
 def direction(motion: Motion, frame: Marker, components: Point) -> Vec:
     """Return the vector with these components along a frame's axes, in world axes."""
     rotation, _ = pose(motion.state, frame.pose)
-    x, y, z = motion.state.values(components)
-    return apply(motion.rotation(frame.body), apply(rotation, (x, y, z)))
+    return apply(motion.rotation(frame.body), apply(rotation, motion.state.vector(components)))
 
 
 def angular_velocity(motion: Motion, body: int) -> Vec:
@@ -107,7 +113,7 @@ def separation(motion: Motion, first: Marker, second: Marker) -> tuple[Vec, Vec]
 
 
 def slip_velocity(sliding: Sliding, velocity: Sequence[S], motion: Motion) -> list[S]:
-    """Return what has the direction against which friction acts, by the velocity (m/s) along each row.
+    """Return a vector against which friction acts, by the velocity (m/s) along each row.
 
     What started from rest stops where this is zero, and not where the velocity is: there friction has no direction.
     """

@@ -20,9 +20,9 @@ from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.parser import QUANTITIES
 
 _MEANT: Final = {"maximum": "max", "largest": "max", "minimum": "min", "least": "min", "period": "period_of"}
-"""Words that are no keys of questions, and the keys for what they say."""
+"""Words that are no keys of questions, and the keys that they mean."""
 _RATES: Final = ("acceleration", "angular_acceleration", "power")
-"""What has no value while speeds jump."""
+"""Quantities without a value while speeds jump."""
 _TIME: Final = symbol("t")
 _VALUE: Final = ("value",)
 _MOVING: Final = (_VALUE, ("max",), ("min",), ("when",), ("at",), ("until",))
@@ -30,7 +30,7 @@ _MOVING: Final = (_VALUE, ("max",), ("min",), ("when",), ("at",), ("until",))
 
 
 def verify_questions(system: System, mechanism: Mechanism) -> None:
-    """Raise ModelError, with its path, at the first question that names what a mechanism does not have.
+    """Raise ModelError, with its path, at the first question that names nothing in a mechanism.
 
     So for questions that name each other in a circle, and those of an impact that have no answer at its instant.
     """
@@ -58,7 +58,14 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
                     raise ModelError("t is the time, which is 0 at the start; write which: 2 s", number="M112")
             if system.impact is not None:
                 _verify_at_impact(question)
-    _verify_found(system.ask, {*mechanism.symbols, *map(symbol, system.outputs)})
+    taken = {*mechanism.symbols, *map(symbol, system.outputs)}
+    needed: dict[str, set[str]] = {}
+    for name in in_order(system.ask, taken):
+        named = named_by(system.ask[name], system.ask, taken)
+        needed[name] = named.union(*(needed[x] for x in named))
+        if system.ask[name].find is not None and any(system.ask[x].find is not None for x in needed[name]):
+            with at("ask", name), at("so"):
+                raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
 
 
 _KINDS: Final = {
@@ -67,7 +74,7 @@ _KINDS: Final = {
     "formula": "coordinate or speed",
     "period_of": "coordinate",
 }
-"""What the keys of questions name."""
+"""The kinds of names under the keys of questions."""
 
 
 def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
@@ -112,17 +119,6 @@ def _verify_at_impact(question: Ask) -> None:
             raise ModelError(f"{leaf} is one of small oscillations; ask it without `impact`", number="M110")
         if leaf.data[0] in _RATES:
             raise ModelError(f"{leaf.data[0]}(..) has no value in an impact, in which speeds jump", number="M121")
-
-
-def _verify_found(questions: Mapping[str, Ask], taken: Collection[Node]) -> None:
-    """Raise ModelError where what is looked for hangs on itself, or on something else that is looked for."""
-    needed: dict[str, set[str]] = {}
-    for name in in_order(questions, taken):
-        named = named_by(questions[name], questions, taken)
-        needed[name] = named.union(*(needed[x] for x in named))
-        if questions[name].find is not None and any(questions[x].find is not None for x in needed[name]):
-            with at("ask", name), at("so"):
-                raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
 
 
 def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]:

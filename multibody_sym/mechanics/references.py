@@ -38,7 +38,7 @@ BARE: Final = Body()
 
 
 def moving_centre(body: str) -> ModelError:
-    """Return the error for what would be fixed to a centre of mass that moves in its body."""
+    """Return the error for something fixed to a centre of mass that moves in its body."""
     return ModelError(
         f"the centre of mass of {body} moves in it as its mass varies, and nothing is fixed there: name a point of the "
         "body (a force without at: acts at the centre of mass)"
@@ -64,7 +64,7 @@ class JointFreedom:
 
 @dataclass(frozen=True)
 class StartConstant:
-    """A constant that is measured at the start: the slot that stands for it, and what is measured."""
+    """A constant that is measured at the start: the slot that stands for it, and its measure."""
 
     slot: Node
     measure: Measure
@@ -75,10 +75,9 @@ class References:
     """A system whose expressions are written in slots, the numbers of its bodies, the joints `carrying` them, the
     numbers of the doubles that cut joints carry, and the `parameters` that rows may take.
 
-    In the `plane` rows that restrict what never leaves it are left out. What is `measured` of joints without
-    coordinates of their own still stands as symbols, so that one sees on which joint something acts. `constants` of
-    the start stand by the constraints that have them; from then on the `bodies` of the tree and
-    the `pulleys` are known.
+    In the `plane` rows that restrict motion out of it are left out. `measured` coordinates of joints without their own
+    stay symbols, which show on which joint something acts. `constants` of the start stand by the constraints that have
+    them; from then on the `bodies` of the tree and the `pulleys` are known.
     """
 
     system: System
@@ -147,7 +146,7 @@ class References:
             return on_parent, self.marker(joint.child)
 
     def carried_frames(self, name: str) -> tuple[Marker, Marker]:
-        """Return frame F on a joint's parent and M on what it carries: its child, or the child's massless double."""
+        """Return frame F on a joint's parent and M on the child that it carries, or the child's massless double."""
         on_parent, on_child = self.frames(name)
         return on_parent, replace(on_child, body=self.doubles.get(name, on_child.body))
 
@@ -229,7 +228,7 @@ class References:
         return self.slots.get(symbol(name), symbol(name))
 
     def drives(self, joint: str, rows: Sequence[Row]) -> tuple[Drive, ...]:
-        """Return what rows with expressions exert on the freedoms of a joint that is cut, as far as these are named."""
+        """Return the drives by which rows of expressions act on the freedoms of a cut joint that they name."""
         found = []
         for freedom in self.freedoms(joint).values():
             for k, row in enumerate(rows):
@@ -310,7 +309,7 @@ def moves_in_plane(system: System) -> bool:
 
 @singledispatch
 def _vectors_and_axes(element: Element) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return what lies in the plane and what is normal to it where a force or constraint keeps bodies there."""
+    """Return the vectors in the plane and those normal to it where a force or constraint keeps bodies there."""
     if not isinstance(element, Element) or holds_vectors(type(element)):
         raise TypeError(f"nothing says which vectors of {type(element).__name__} lie in the plane")
     return (), ()
@@ -343,7 +342,7 @@ def _(element: PointInPlane) -> tuple[Sequence[Point], Sequence[Point]]:
 
 
 def _vectors(body: Body) -> Iterator[Point]:
-    """Yield what lies in the plane where a body stays in it; (0, 0, product of inertia) stands for the latter."""
+    """Yield the vectors of a body that lie in the plane where it stays there, (0, 0, product of inertia) among them."""
     mass = mass_of(body)
     yield mass.com
     yield from ((0 * mass.mass, 0 * mass.mass, product) for product in mass.inertia[4:])
@@ -363,7 +362,7 @@ def _vectors(body: Body) -> Iterator[Point]:
 
 
 def _axes(body: Body) -> Iterator[Point]:
-    """Yield what is normal to the plane where a body stays in it."""
+    """Yield the axes of a body that are normal to the plane where it stays there."""
     turns = [turn for frame in body.frames.values() for turn in frame.rotate]
     turns += body.motion.turn if body.motion is not None else ()
     yield from (turn.axis for turn in turns)
@@ -371,9 +370,9 @@ def _axes(body: Body) -> Iterator[Point]:
 
 
 def rows_in_plane(rows: Iterable[Row]) -> list[Row]:
-    """Return the rows that restrict motion in the plane; the others restrict what never moves.
+    """Return the rows that restrict motion in the plane; others restrict motion that never happens.
 
-    Turned over, which rows of angles do not tell from upright, is turned by pi about the normal here.
+    Rows of angles do not distinguish a body turned over, which in the plane is one turned by pi about the normal.
     """
     kept = [row for row in rows if row.acts_in_plane]
     return [replace(row, shared=row.directions[1]) if isinstance(row, AngleRow) else row for row in kept]

@@ -204,7 +204,7 @@ def mechanism(system: System) -> Mechanism:
 def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     """Return the mechanism of a system as declared, or with its bodies freed.
 
-    The coordinates of joints that are cut there are measured, as far as poses tell them.
+    The coordinates of joints cut there are measured, as far as they follow from poses.
     """
     tree = spanning_tree(system)
     doubled, measuring = _uncarried_joints(system, tree, freed)
@@ -280,7 +280,7 @@ def _references(
     *,
     plane: bool,
 ) -> References:
-    """Return what names stand for in a system whose expressions are verified, and written in slots."""
+    """Return the references of a system whose expressions are verified, and written in slots."""
     spanned = with_own_names(system, names)
     verify_expressions(spanned, names)
     verify_curves(spanned, names)
@@ -403,7 +403,7 @@ def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[S
 
 
 def _rates(known: Mapping[Node, Node], pairs: Iterable[tuple[str, str]]) -> dict[Node, Node]:
-    """Return the rates of coordinates, as `phi'` names them, that are among what is known."""
+    """Return the known rates of coordinates, as `phi'` names them."""
     return {quantity("'", (q,)): known[symbol(u)] for q, u in pairs if symbol(u) in known}
 
 

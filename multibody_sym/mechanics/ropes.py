@@ -19,6 +19,7 @@ from multibody_sym.mechanics.points import (
     add_force_at,
     angular_acceleration,
     angular_velocity,
+    as_point,
     position,
     velocity,
 )
@@ -44,7 +45,7 @@ def run_names(system: System, name: str) -> list[str]:
 
 
 def tension_names(system: System, name: str) -> list[str]:
-    """Return what each tension of a rope is asked by: its name, or with numbers between wheels on which it rubs too."""
+    """Return the name of each tension of a rope: the rope's, with numbers where it grips wheels or rubs on them."""
     rope = system.constraints[name]
     assert isinstance(rope, Rope)
     over = [system.pulleys[step] for step in rope.route[1:-1] if step in system.pulleys]
@@ -53,7 +54,7 @@ def tension_names(system: System, name: str) -> list[str]:
 
 
 def rope_measures(references: References, name: str, rope: Rope) -> Iterator[tuple[str, Measure]]:
-    """Yield what the start measures of a rope, by the names under which rows ask for it."""
+    """Yield the measures that the start takes of a rope, by the names under which rows ask for them."""
     runs = _runs(references, name, rope)
     for place in (place for run in runs for place in run):
         # where the model does not say on which side of a wheel the rope runs, the bend alone tells it
@@ -101,7 +102,7 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
 
 
 def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, RopeSlipRow, Roughness]]:
-    """Yield the wheels on which a run of rope rubs: what their friction is called, the row of the slip, how rough."""
+    """Yield each wheel on which a run of rope rubs: the name of its friction, the row of the slip, how rough it is."""
     pulleys = references.system.pulleys
     for k in (k for k, bend in enumerate(row.path[1:-1], 1) if bend.rough):
         pulley = row.path[k].pulley
@@ -131,7 +132,7 @@ def _side_name(rope: str, step: str) -> str:
 
 @dataclass(frozen=True)
 class _Place:
-    """A place on a path: what the file calls it, the pulley that it is (None: a point), and the bend there."""
+    """A place on a path: its name in the file, its pulley (None: a point), and the bend there."""
 
     step: str
     pulley: Pulley | None
@@ -150,7 +151,16 @@ def _places(references: References, name: str, rope: Rope) -> list[_Place]:
     """Return the places of a path, with sides as the file gives them, or as the start measures them."""
     route, pulleys = rope.route, references.system.pulleys
     _verify_route(rope, pulleys)
-    bends = [_bend(index, step, references) for index, step in enumerate(route)]
+    bends = []
+    for index, step in enumerate(route):
+        with at("path", index):
+            try:
+                bends.append(references.pulleys.get(step) or RopeBend(references.marker(step), ZERO, (ZERO, ZERO, ONE)))
+            except ModelError as error:
+                if not references.pulleys or not error.known or "." in step:
+                    raise
+                message, known = f"no body or pulley is called {step!r}", [*references.pulleys, *error.known]
+                raise ModelError(message, number="M106", word=step, known=known) from error
     belt = route[0] == route[-1] and route[0] in pulleys
     made = []
     for k, (step, bend) in enumerate(zip(route, bends, strict=True)):
@@ -217,19 +227,6 @@ def _verify_route(rope: Rope, pulleys: Mapping[str, Pulley]) -> None:
                     )
 
 
-def _bend(index: int, step: str, references: References) -> RopeBend:
-    if step in references.pulleys:
-        return references.pulleys[step]
-    with at("path", index):
-        try:
-            return RopeBend(references.marker(step), ZERO, (ZERO, ZERO, ONE))
-        except ModelError as error:
-            if not references.pulleys or not error.known or "." in step:
-                raise
-            told = f"no body or pulley is called {step!r}"
-            raise ModelError(told, number="M106", word=step, known=[*references.pulleys, *error.known]) from error
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Wheels that turn with their ropes: by which coordinates they turn about their axes, and relative to what.
 
@@ -237,7 +234,7 @@ _PARALLEL: Final = 1e-12
 
 
 def pulley_bends(references: References) -> dict[str, RopeBend]:
-    """Return every declared pulley; those that turn with their ropes with what turns them."""
+    """Return every declared pulley as a bend; those that turn with their ropes with a grip."""
     made = {}
     for name, pulley in references.system.pulleys.items():
         with at("pulleys", name, "at" if pulley.body is None else "body"):
@@ -275,13 +272,13 @@ def _turning_wheel(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
     sizes = [x.shadow if x.shadow is not None else 0.5 for x in axis]
     k = min(range(3), key=lambda i: (round(abs(sizes[i]), 6), i))
     part = dot(axis, units[k])
-    across = unit_vector(_nodes([u - part * x for u, x in zip(units[k], axis, strict=True)]))
+    across = unit_vector(as_point([u - part * x for u, x in zip(units[k], axis, strict=True)]))
     return RoughWheel(Marker(wheel.at.name, index, Pose()), axis, across, angle, ZERO)
 
 
 def _turn_about(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
-    """Return by what angle a joint turns its body about an axis of it, and that axis in the parent's; else None."""
-    here: Point = _nodes(apply_transposed(body.frame_on_body.rotation, axis))
+    """Return the angle by which a joint turns its body about an axis, and the axis in the parent's; else None."""
+    here: Point = as_point(apply_transposed(body.frame_on_body.rotation, axis))
     angle, free = ZERO, iter(body.free_steps)
     for step in body.steps:
         places = next(free).q if step.motion is None else ()
@@ -294,7 +291,7 @@ def _turn_about(body: TreeBody, axis: Point) -> tuple[Node, Point] | None:
             return None
         own = slot("q", places[0]) if step.motion is None else step.motion
         angle = angle + own if factor > 0 else angle - own
-    return angle, _nodes(apply(body.frame_on_parent.rotation, here))
+    return angle, as_point(apply(body.frame_on_parent.rotation, here))
 
 
 def _parallel(a: Point, b: Point) -> int | None:
@@ -308,11 +305,6 @@ def _parallel(a: Point, b: Point) -> int | None:
     return 1 if along > 0 else -1
 
 
-def _nodes(vector: Sequence[object]) -> Point:
-    x, y, z = (as_node(v) for v in vector)
-    return x, y, z
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Ropes: straight segments between points and tangents of pulleys, the whole length, and what tensions do.
 
@@ -320,7 +312,7 @@ def _nodes(vector: Sequence[object]) -> Point:
 class NoDirectionError(ModelError, ZeroDivisionError):
     """No straight piece of rope leads from one place to the next: they are one place, or a wheel reaches over both.
 
-    For what tries other positions it is arithmetic that fails there.
+    It is an ArithmeticError too, for callers that try other positions.
     """
 
 
@@ -366,7 +358,7 @@ class Segment:
 def segments(
     motion: Motion, path: Sequence[RopeBend], straight: Sequence[Point | None] = ()
 ) -> tuple[list[Segment], S]:
-    """Return the straight pieces of a rope's path and its length, arcs on wheels and what is wound on them included.
+    """Return the straight pieces of a rope's path and its length, arcs on wheels and rope wound on them included.
 
     `straight` are the directions (world) of pieces that keep them, None where a piece does not.
     """
@@ -380,8 +372,8 @@ def segments(
         if held is None:
             pieces.append(_tangent_piece(ends, d, wheels[k], wheels[k + 1], (grips[0], grips[1])))
         else:
-            x, y, z = motion.state.values(held)
-            pieces.append(Segment(ends, dot((x, y, z), d), (x, y, z), (grips[0], grips[1]), steady=True))
+            direction = motion.state.vector(held)
+            pieces.append(Segment(ends, dot(direction, d), direction, (grips[0], grips[1]), steady=True))
     length = sum((piece.length for piece in pieces), 0)
     for bend, wheel, before, after in zip(path[1:-1], wheels[1:-1], pieces[:-1], pieces[1:], strict=True):
         if wheel is not None:
@@ -502,7 +494,7 @@ class TensionForces:
 def pull(
     motion: Motion, parts: Sequence[Segment], tensions: Sequence[S], bias: Sequence[tuple[Vec, Vec]]
 ) -> TensionForces:
-    """Return what tensions in straight segments do.
+    """Return the work and the wrenches of tensions in straight segments.
 
     d(length)/dt = sum n . dv;  d^2(length)/dt^2 = sum n . da + n' . dv. On a wheel that turns with the rope, r omega
     and r alpha about its axis are added: forces act at the rim.

@@ -205,9 +205,9 @@ def row_motion(row: Row, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Row
 def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     difference = subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
     if row.straight is not None:
-        x, y, z = motion.state.values(row.straight)
-        length: S = dot((x, y, z), difference)
-        return _tension(motion, [Segment(row.ends, length, (x, y, z), steady=True)], row.value, length, bias)
+        straight = motion.state.vector(row.straight)
+        length: S = dot(straight, difference)
+        return _tension(motion, [Segment(row.ends, length, straight, steady=True)], row.value, length, bias)
     length = sqrt(dot(difference, difference))
     direction = scale(1 / length, difference)
     return _tension(motion, [Segment(row.ends, length, direction)], row.value, length, bias)
@@ -367,7 +367,7 @@ def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> l
 @row_motion.register(MeanTensionRow)
 @row_motion.register(ReactionRow)
 def _(row: MeanTensionRow | ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    """Return a row that exerts nothing; what it defines follows from all rows together (`with_reactions`)."""
+    """Return a row that exerts nothing; the force that it defines follows from all rows (`with_reactions`)."""
     nothing: list[S] = [0] * len(motion.state.u)
     return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
 
@@ -434,7 +434,7 @@ class Terms:
 
     @property
     def turning(self) -> float:
-        """What makes a point accelerate beside another, per distance."""
+        """The acceleration of a point beside another, per distance."""
         return self.L + self.W * self.W
 
     def at(self, distance: S) -> Terms:
@@ -451,8 +451,8 @@ def row_terms(motion: Motion) -> list[float]:
 def power_terms(motion: Motion, rows: Sequence[RowMotion]) -> list[S]:
     """Return for each row of bodies sum |f| V + |m| W: phidot is the power of a unit multiplier's wrenches (f, m).
 
-    Over floats, and over Nodes for Programs.
-    It does not vanish with H, where nothing can move a row: what bodies share of their motion cancels to rounding.
+    Over floats, and over Nodes for Programs. It does not vanish with H where nothing can move a row: the common motion
+    of bodies cancels to rounding.
     """
     bodies = _bodies(motion)
     return [

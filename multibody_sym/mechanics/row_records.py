@@ -1,4 +1,4 @@
-"""Rows: what each scalar constraint equation says, what touches in contacts, and which rows stand for joints cut.
+"""What are the rows of a mechanism: scalar constraint equations, surfaces in contact, rows that stand for joints cut?
 
 Each kind of row answers the questions of `Row`, by class data where the answer is the same for all of its kind. How
 rows move is in `mechanics/row_kinematics.py`, where surfaces touch in `mechanics/contact_geometry.py`.
@@ -72,8 +72,8 @@ class PlaneSurface(ContactSurface):
     """A plane with its unit normal; in a plane model it may end at two places.
 
     `beside` are the other faces of its body: points touch it only where they are nearest to it, outside being near. In
-    space it ends at those that it meets.
-    `at_end`: a particle at its very end, to rounding, touches it, as nothing begins there that it may slide along.
+    space it ends at those that it meets. `at_end`: a particle at its very end, to rounding, touches it, for no other
+    face begins there.
     """
 
     normal: Point
@@ -269,8 +269,8 @@ class GearRow(ExpressionRow):
     """The same for two wheels whose teeth touch at the `pitch` point of the body that their axes stay on.
 
     A unit multiplier is `force` (that body's axes) at the pitch point: times -1, 0 or 1 on each of some bodies (`on`),
-    and times such a factor what each joint's child gets of it that its reaction does not (`beside`). In a tree
-    (`in_tree`) these bodies are the wheels; other joints' rows hold the force back, as H is that of drives in joints.
+    and times the factors `beside` on children of joints, beside their reactions. In a tree (`in_tree`) these bodies are
+    the wheels; other joints' rows hold the force back, as H is that of drives in joints.
     """
 
     pitch: Marker = NOWHERE
@@ -296,7 +296,7 @@ class RubbingRow(VelocityRow):
 
 @dataclass(frozen=True)
 class BrakingRow(VelocityRow):
-    """The same for what turns: an angular velocity is zero; the multiplier is the moment of friction."""
+    """The same for turning: an angular velocity is zero; the multiplier is the moment of friction."""
 
     unit: ClassVar[str | None] = "N*m"
 

@@ -11,7 +11,7 @@ from multibody_sym.program.statements import Array
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot
-from multibody_sym.scalars.vectors import S
+from multibody_sym.scalars.vectors import S, Vec
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,11 @@ class State:
     def values(self, nodes: Sequence[Node], known: Mapping[Node, S] | None = None) -> list[Any]:
         """Return expressions in slots, and in further leaves that are `known`, over this state's scalar."""
         return evaluate(nodes, {**self.slots, **known} if known else self.slots, self.scalar)
+
+    def vector(self, nodes: Sequence[Node]) -> Vec:
+        """Return three expressions in slots as a vector over this state's scalar."""
+        x, y, z = self.values(nodes)
+        return x, y, z
 
 
 def state_of(
@@ -48,7 +53,7 @@ def state_of(
 
 
 def slot_state(mechanism: Mechanism) -> State:
-    """Return the state whose values are the slots themselves: what programs are made from."""
+    """Return the state whose values are the slots themselves, from which Programs are made."""
     return state_of(
         mechanism,
         Node,

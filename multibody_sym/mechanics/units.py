@@ -66,7 +66,7 @@ class MechanismUnits:
 
     @cached_property
     def outputs(self) -> dict[str, str]:
-        """Of each output, measured coordinates among them; of those that cannot be told it is not asked."""
+        """Of each output, measured coordinates among them; empty for those that are withheld."""
         asked, untold = self._declared.mechanism, self.mechanism.untold
         declared = {**asked.outputs, **asked.run_outputs}
         found = dict(zip(declared, self.of(declared.values()), strict=True))
@@ -125,7 +125,7 @@ class MechanismUnits:
 
     @cached_property
     def _parameters(self) -> list[Known | None]:
-        """What is known of each parameter; one without a unit of its own that is an expression of others follows."""
+        """The unit of each parameter, as far as known; an expression of others has theirs."""
         entries, found = self.mechanism.parameters, dict[int, Known | None]()
 
         def of_slot(leaf: Node) -> Known | None:
@@ -152,7 +152,7 @@ class MechanismUnits:
 
     @cached_property
     def _inputs(self) -> list[Known | None]:
-        """What is known of each input, which may be a force that is given by motion or time and a plain number."""
+        """The unit of each input, as far as known: it may be a force given by motion or time and a plain number."""
         given = self.mechanism.input_dimensions
         found = zip(self.mechanism.inputs, known(self.mechanism.inputs.values(), self._leaf), strict=True)
         firm = ((name, x if x is not None and x.firm else None) for name, x in found)
@@ -160,12 +160,12 @@ class MechanismUnits:
 
     @cached_property
     def _exerted(self) -> dict[tuple[str, ...], Row]:
-        """The rows of what one-way elements exert, by name and component."""
+        """The rows of the forces of elements with laws, by name and component."""
         pairs = (pair for element in self.mechanism.one_way for pair in exerted_by(element).items())
         return {(name, component): rows[0] for name, parts in pairs for component, rows in parts.items()}
 
     def _of_alone(self, row: Row) -> Known | None:
-        """Return what is known of the force of a row that acts in some modes."""
+        """Return the unit of the force of a row that acts in some modes."""
         return MechanismUnits(replace(self.mechanism, rows=(row,)))._multiplier(row)
 
     # --- multipliers ----------------------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class MechanismUnits:
         return self._multiplier(rows[0]) if rows else None
 
     def _multiplier(self, row: Row) -> Known | None:
-        """Return what is known of a row's multiplier: what its kind says, or what its expression tells."""
+        """Return the unit of a row's multiplier: that of its kind, or of its expression."""
         if row.unit is not None:
             return Known(kind_of(row.unit)._replace(angle=None), firm=True)
         return self._declared._of_expression(row.name)
@@ -208,7 +208,6 @@ class MechanismUnits:
 
 
 def _of_dimension(declared: Dimension) -> Known:
-    """Return what is known of what was declared with a dimension."""
     mass, length, time = declared
     angular = declared == DIMENSIONLESS or isinstance(declared, Turning)
     angle = 1 if angular else 0 if declared in _WITHOUT_ANGLE else None

@@ -138,9 +138,8 @@ def carried_weight(motion: Motion, index: int) -> S:
 
 
 def flow_wrench(flow: MassFlow, motion: Motion) -> Spatial:
-    """Return force and moment about the body's origin (body axes) that what leaves or joins exerts."""
-    x, y, z = motion.state.values(flow.velocity)
-    velocity = (x, y, z)
+    """Return force and moment (body axes, about the origin) of mass that leaves or joins a body."""
+    velocity = motion.state.vector(flow.velocity)
     if flow.axes != flow.body:
         world = apply(motion.rotation(flow.axes), velocity)
         velocity = apply_transposed(motion.rotation(flow.body), world)

@@ -53,7 +53,7 @@ _OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LEN
 
 @dataclass(frozen=True, eq=False)
 class Dimensions:
-    """What is known of the dimensions of a system's names and quantities."""
+    """The dimensions of a system's names and quantities, as far as known."""
 
     system: System
 
@@ -103,7 +103,7 @@ class Dimensions:
     # --- names and quantities -------------------------------------------------------------------------------------
 
     def of_leaf(self, leaf: Node) -> Measured | None:
-        """Return what is known of a name or quantity."""
+        """Return the dimension of a name or quantity, None where it is not known."""
         if leaf.op != "quantity":
             return self._of_name(leaf.data) if leaf.op == "symbol" else None
         function, arguments = leaf.data
@@ -115,7 +115,7 @@ class Dimensions:
         return None if own is None else Measured(own)
 
     def _of_asked(self, function: str, arguments: Sequence[str]) -> Measured | None:
-        """Return what is known of a quantity whose dimension depends on what is asked: of reactions and rates."""
+        """Return the dimension of a reaction or a rate, which depends on the component or coordinate."""
         if function == "reaction":
             element, component = arguments
             owner = element.partition(".")[0]
@@ -127,7 +127,7 @@ class Dimensions:
         return None if moving is None else moving.times(Measured(TIME), -_RATES[function])
 
     def _of_name(self, name: str) -> Measured | None:
-        """Return what is known of a name; one that is an expression of others has the dimension of that."""
+        """Return the dimension of a name, or of the expression that it stands for."""
         stack = [name]
         while stack:
             last = stack[-1]
@@ -144,7 +144,7 @@ class Dimensions:
 
     @staticmethod
     def _followed(node: Node, of_leaf: Callable[[Node], Measured | None]) -> Measured | None:
-        """Return what is known of an expression, nothing of one that contradicts itself, which is refused elsewhere."""
+        """Return the dimension of an expression; None if it contradicts itself, which is an error elsewhere."""
         try:
             return measured(node, of_leaf)
         except ExpressionError:
@@ -155,7 +155,7 @@ class Dimensions:
 
     @cached_property
     def _known(self) -> dict[str, Measured | None]:
-        """What is known of names; those of expressions follow when they are asked for."""
+        """Known dimensions of names; those of expressions are added when they are asked for."""
         found: dict[str, Measured | None] = {}
         if self._gives_units:
             found["t"] = Measured(TIME)
@@ -261,7 +261,7 @@ class Dimensions:
         return found
 
     def _tied(self, element: Gear | Coupler) -> Node:
-        """Return what stays zero where joints are tied to each other."""
+        """Return the expression that a gear or coupler keeps zero."""
         if isinstance(element, Coupler):
             factors, value = element.joints, -element.value
         else:
@@ -291,7 +291,7 @@ class Dimensions:
 
 
 def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[str, str]:
-    """Return what names in expressions stand for; raise where two things but outputs and what moves share one."""
+    """Return the kind of each name in expressions. Raises ModelError where two things, but for outputs, share one."""
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
@@ -374,15 +374,13 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             _verify_adding(system, path, node, adds_up)
             dimensions.verify(written)
         except (ModelError, ExpressionError) as error:
-            raise joined([_error_at(each, path) for each in (error, *error.others)]) from None
-
-
-def _error_at(error: MultibodyError, path: Sequence[str]) -> ModelError:
-    """Return an error of an expression as one of what stands at a path."""
-    where = replace(error.where, path=tuple(path), column=None)
-    placed = ModelError(error.message, where=where, number=error.number, word=error.word, meant=error.meant)
-    placed.known = error.known
-    return placed
+            every: list[MultibodyError] = []
+            for each in (error, *error.others):
+                where = replace(each.where, path=tuple(path), column=None)
+                number, word = each.number, each.word
+                every.append(ModelError(each.message, where=where, number=number, word=word, meant=each.meant))
+                every[-1].known = each.known
+            raise joined(every) from None
 
 
 def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
@@ -433,7 +431,7 @@ def _is_of_mass(path: Sequence[str]) -> bool:
 
 
 def _is_driven(path: Sequence[str]) -> bool:
-    """Return whether what stands at a path moves something as it says: a motion, a curve of a joint."""
+    """Return whether an expression at a path prescribes a motion: of a joint, of ground, along a curve."""
     return path[2:3] == (_MOTION,) or (path[0] in ("joints", "constraints") and "curve" in path[2:])
 
 
@@ -449,7 +447,7 @@ _CONSTANTS: Final = {"e": "exp(1)", "E": "exp(1)", "PI": "pi", "Pi": "pi"}
 def _verify_leaves(
     node: Node, allowed: tuple[str, ...], names: Mapping[str, str], own: str | None, hint: str = ""
 ) -> None:
-    """Raise ModelError where the value of `own`, None for what has no name, says what it may not."""
+    """Raise ModelError where the value of `own` (None: it has no name) names something that it may not."""
     for leaf in leaves([node], "symbol"):
         if leaf.data not in names:
             fitting = [name for name, what in names.items() if what in allowed and name != own]
@@ -472,7 +470,7 @@ def _verify_leaves(
 
 
 def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
-    """Raise ModelError where an input names what the motion or constraint that it drives may not name."""
+    """Raise ModelError where an input names something that the motion or constraint it drives may not name."""
     for driving in leaves([node], "symbol"):
         if driving.data not in system.inputs:
             continue
@@ -555,7 +553,7 @@ def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> 
 
 
 def _adding_outputs(system: System) -> set[str]:
-    """Return the names of outputs that add up along a run, or name such."""
+    """Return the names of outputs that add up along a run, or name one that does."""
     found = {name for name, node in system.outputs.items() if of_run(node)}
     while more := {
         name
@@ -567,7 +565,7 @@ def _adding_outputs(system: System) -> set[str]:
 
 
 def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Collection[str]) -> None:
-    """Raise ModelError where what adds up along a run, an output of that kind too, is asked otherwise than of a run."""
+    """Raise ModelError where a quantity that adds up along a run is asked for at an instant."""
     others = system.ask.keys() - {path[1]} if path[0] == "ask" else ()
     of_outputs = [x for x in leaves([node], "symbol") if x.data in adds_up and x.data not in others]
     adding = [*(x for x in _asked_quantities(node) if QUANTITIES[x.data[0]].of_run), *of_outputs]
@@ -583,7 +581,7 @@ def _verify_adding(system: System, path: Sequence[str], node: Node, adds_up: Col
 
 
 def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[str]) -> None:
-    """Raise ModelError where an expression asks for a force of what exerts none, or for a component that it lacks.
+    """Raise ModelError where an expression asks for a force of an element without one, or for a component it lacks.
 
     `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
     """
@@ -607,7 +605,7 @@ _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "frict
 
 
 def _components(system: System, elements: Iterable[LawElement]) -> dict[str, tuple[str, Sequence[str]]]:
-    """Return by the names by which they are asked what exerts forces, in words, and its components."""
+    """Return the elements that exert forces, by the names in expressions: their kind in words, and their components."""
     one_way = {
         name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))
         for x in elements

@@ -11,7 +11,7 @@ from multibody_sym.answers.ask.question import MOMENT, ROUNDING, AskedMotion, La
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.instant.reactions import with_letters
-from multibody_sym.mechanics.gears import is_undetermined
+from multibody_sym.mechanics.gears import undetermined_reactions
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import Moment
 from multibody_sym.records import dataclass
@@ -41,7 +41,7 @@ class StartValueQuestion(NumberQuestion):
         return Value(numbers.motion.value(self.value, 0.0))
 
     def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
-        if is_undetermined(motion.solved.mechanism.withheld, self.value):
+        if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
             notes.append(_WITHHELD)
             return Value(None)
         return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
@@ -56,7 +56,7 @@ class _LaterValueQuestion(LaterQuestion):
         return motion.unit_of(self.value)
 
     def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
-        if is_undetermined(motion.solved.mechanism.withheld, self.value):
+        if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
             notes.append(_WITHHELD)
             return Value(None)
         return super().answer(motion, notes)
