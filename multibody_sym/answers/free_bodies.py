@@ -579,14 +579,14 @@ def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -
     is short, declared forces have the letter of their value, else their name; multipliers without a letter lambda_name.
     """
     guides = {key for key in map(_guide, mechanism.bodies) if key and key[1] not in system.joints}  # a moving ground's
-    lettered = [each for each in _lettered(mechanism) if each.symbol in guides.union(acting)]
+    lettered = [each for each in _letters_of_forces(mechanism) if each.symbol in guides.union(acting)]
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
     found = {key: label.text for key, label in spell_forces(mechanism, lettered, joints).items()}
     book = letters_of(system.parameters)
     return {key: found.get(key) or in_letters(_own_name(system, key), book) for key in acting}
 
 
-def _lettered(mechanism: Mechanism) -> Iterator[LetteredForce]:
+def _letters_of_forces(mechanism: Mechanism) -> Iterator[LetteredForce]:
     """Yield all forces of rows, joints that guide, springs and ropes, in the order of the equations."""
     one_way = {row.name for element in mechanism.one_way for row in element.rows}
     smooth = {

@@ -134,7 +134,7 @@ def solution_of(solved: SolvedInstant) -> Solution:
         conditions=(*valid.conditions, *remarks),
         answers=answers,
         notes=tuple(notes),
-        assembled=_assembled(solved),
+        assembled=_assembled_values(solved),
         shifts=dict(begin.shifts),
         withheld={name: each.components for name, each in resolved.withheld.items()},
         withheld_reasons=tuple(reasons(resolved.withheld)),
@@ -181,7 +181,7 @@ def _with_shared_roots(solved: SolvedInstant, found: Solution) -> Solution:
     )
 
 
-def _assembled(solved: SolvedInstant) -> dict[str, Value]:
+def _assembled_values(solved: SolvedInstant) -> dict[str, Value]:
     """Return the start values that constraints determined, but for given ones that were right and speeds that vanish.
 
     Those that formulas name have no expression of their own.

@@ -358,12 +358,12 @@ class BySpeed:
     def _by_power(self, s: Quotient, n: int) -> tuple[Node, Node]:
         """Return x(t), u(t) of u' = s u^n for n other than 0, 1 and 2: u^(1 - n) = u0^(1 - n) + (1 - n) s t."""
         grown = add(power(self.u0, as_node(1 - n)), multiply(self.granted.written(s * (1 - n)), TIME))
-        speed = _rooted(grown, Fraction(1, 1 - n))
-        way = subtract(_rooted(grown, Fraction(2 - n, 1 - n)), power(self.u0, as_node(2 - n)))
+        speed = _power_of_positive(grown, Fraction(1, 1 - n))
+        way = subtract(_power_of_positive(grown, Fraction(2 - n, 1 - n)), power(self.u0, as_node(2 - n)))
         return add(self.q0, multiply(self.granted.written((s * (2 - n)).power(-1)), way)), speed
 
 
-def _rooted(base: Node, exponent: Fraction) -> Node:
+def _power_of_positive(base: Node, exponent: Fraction) -> Node:
     """Return a power of what is positive."""
     if exponent.denominator == 2:
         root = BUILD["sqrt"](base)

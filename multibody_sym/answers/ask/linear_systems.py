@@ -112,7 +112,7 @@ class Coupled:
 
     @staticmethod
     def _times(first: Matrix, column: int, second: Matrix) -> Vector:
-        return applied(first, [row[column] for row in second])
+        return matrix_product(first, [row[column] for row in second])
 
     def _values(self, matrix: Matrix) -> Vector | None:
         """Return the different eigenvalues of a matrix, None where not all are real and have formulas."""
@@ -165,7 +165,7 @@ class Coupled:
         """Return N z."""
         n = len(self.A)
         x, u = z[:n], z[n:]
-        return [*u, *(a + b for a, b in zip(applied(self.A, x), applied(self.B, u), strict=True))]
+        return [*u, *(a + b for a, b in zip(matrix_product(self.A, x), matrix_product(self.B, u), strict=True))]
 
     def _part(self, factor: Factor, factors: Sequence[Factor], z: Vector) -> Vector:
         """Return P z, what z has of a factor."""
@@ -232,12 +232,12 @@ def part_of(matrix: Matrix, value: Quotient, values: Vector, vector: Vector) -> 
     """Return what a vector has of a matrix's eigenvalue."""
     for other in values:
         if other is not value:
-            moved = applied(matrix, vector)
+            moved = matrix_product(matrix, vector)
             vector = [(y - other * x) / (value - other) for x, y in zip(vector, moved, strict=True)]
     return vector
 
 
-def applied(matrix: Matrix, vector: Vector) -> Vector:
+def matrix_product(matrix: Matrix, vector: Vector) -> Vector:
     """Return the product of a matrix and a vector."""
     return [
         reduce(lambda s, pair: s + pair[0] * pair[1], zip(row, vector, strict=True), vector[0] * 0) for row in matrix

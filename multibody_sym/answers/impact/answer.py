@@ -85,13 +85,14 @@ def instantaneous_centres(system: System, instant: ImpactInstant) -> Centres:
             _, p = motion.poses[k]
             centre = float(p[0]) - y / omega, float(p[1]) + x / omega
             made_of = max(abs(float(p[0])), abs(float(p[1])), fastest / abs(omega))
-            found[body.name] = {"centre": (_cleared(centre[0], made_of), _cleared(centre[1], made_of))}
+            place = _without_rounding(centre[0], made_of), _without_rounding(centre[1], made_of)
+            found[body.name] = {"centre": place}
         elif speed > _NOTHING * fastest:
-            found[body.name] = {"direction": (_cleared(x / speed, 1.0), _cleared(y / speed, 1.0))}
+            found[body.name] = {"direction": (_without_rounding(x / speed, 1.0), _without_rounding(y / speed, 1.0))}
     return found
 
 
-def _cleared(x: float, made_of: float) -> float:
+def _without_rounding(x: float, made_of: float) -> float:
     """Return 0 for what is rounding beside the largest of what it is made of."""
     return x if abs(x) > _ROUNDED * made_of else 0.0
 

@@ -39,7 +39,7 @@ def impact_conditions(solved: SolvedInstant, rows: StruckRows, order: Order, cou
         return {}
     found = [Condition(positive, strict=True) for positive in forms.field.positive]
     try:
-        for needed in _needed(_Mode(nodes, rows, order, course)):
+        for needed in _mode_conditions(_Mode(nodes, rows, order, course)):
             found += needed.over(forms)
         for positive, broken in course.conditions:
             found += Needed(positive, broken).over(forms)
@@ -92,7 +92,7 @@ class _Mode:
         return len(self.order.elements) == 1
 
 
-def _needed(mode: _Mode) -> Iterator[Needed]:
+def _mode_conditions(mode: _Mode) -> Iterator[Needed]:
     acting, order = mode.rows.acting, mode.order
     after = mode.by_element({name: as_node(x.phidot) for name, x in mode.nodes.rows_after.items()})
     struck = [element.name for element in acting]
@@ -106,17 +106,17 @@ def _needed(mode: _Mode) -> Iterator[Needed]:
         yield from order.finally_open(after, struck)
     for element in acting:
         for part in rubbing(element):
-            yield from _of_friction(mode, element, part)
+            yield from _friction_conditions(mode, element, part)
     for element in mode.rows.rough:
         if not any(part.norm for part in element.frictions):
             for row in element.normals:
                 pressed = limits.towards(mode.rows.mode.side(element, row), *row_impulses(mode.nodes, [row.name]))
                 yield Needed(as_node(pressed), f"{element.name} is pressed from the other side")
         for part in rubbing(element):
-            yield from _of_friction(mode, element, part)
+            yield from _friction_conditions(mode, element, part)
 
 
-def _of_friction(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterator[Needed]:
+def _friction_conditions(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterator[Needed]:
     row = part.rows[0].name
     if row in mode.rows.given:
         return
@@ -126,13 +126,13 @@ def _of_friction(mode: _Mode, element: LawElement, part: FrictionPart) -> Iterat
             along = length(row_impulses(mode.nodes, [row.name for row in part.rows]))
             yield Needed(as_node(limits.room(*mode.pressed(element, part), [along])), f"{part.name} slips")
     elif slip:
-        yield from _slipping(mode, element, part, slip)
+        yield from _slip_conditions(mode, element, part, slip)
     elif not part.enough:
         (impulse,) = row_impulses(mode.nodes, [row])
         yield Needed(as_node(impulse), f"{part.name} slips", limit=as_node(limits.most(*mode.pressed(element, part))))
 
 
-def _slipping(mode: _Mode, element: LawElement, part: FrictionPart, slip: int) -> Iterator[Needed]:
+def _slip_conditions(mode: _Mode, element: LawElement, part: FrictionPart, slip: int) -> Iterator[Needed]:
     """Yield that what slips one way all the while does so: it is pressed, slips so at first and in the end."""
     row, broken = part.rows[0].name, f"{part.name} sticks or turns round"
     first, last = slip * mode.pushed[row], as_node(slip * mode.nodes.rows_after[row].phidot)

@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
-from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, undetermined
+from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
 from multibody_sym.answers.records import ImpactStep
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, Struck
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
@@ -132,7 +132,7 @@ def solve_at_rest(
     numbers = ImpactInstant(motion, found.udot.tolist(), found.multipliers.tolist(), before)
     others = tuple(
         ImpactInstant(motion, numbers.udot, (found.multipliers + change).tolist(), before)
-        for change in undetermined(dynamics, found)
+        for change in idle_multipliers(dynamics, found)
     )
     told = formula(given.nodes)
     known = {k: told[k] for k in jumps} if told is not None else {k: jump_leaf(k) for k in jumps}

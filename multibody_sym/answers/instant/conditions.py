@@ -76,11 +76,11 @@ def inequalities(acting: ActingForces, solved: SolvedInstant) -> Iterator[Inequa
     """Yield the inequalities of the mode of a solved start over Nodes, at this instant or one with other forces."""
     for limit in acting.mode_limits:
         if limit.part is None:
-            yield from _of_normal(acting, limit, solved.decided.touching)
+            yield from _normal_inequality(acting, limit, solved.decided.touching)
         elif limit.kind == "slip":
-            yield from _slipping(acting, limit, limit.part, limit.part.name in solved.decided.moving)
+            yield from _slip_inequality(acting, limit, limit.part, limit.part.name in solved.decided.moving)
         elif isinstance(limit.part.rows[0], RopeSlipRow):
-            yield from _gripping(acting, limit.part, limit.part.rows[0])
+            yield from _grip_inequalities(acting, limit.part, limit.part.rows[0])
         else:
             element, part = limit.element, limit.part
             if element.unilateral:
@@ -96,7 +96,7 @@ def inequalities(acting: ActingForces, solved: SolvedInstant) -> Iterator[Inequa
         yield Inequality("least", _nodes(acting.multiplier(row.name)), told, f"{row.name} slackens", (row.name,))
 
 
-def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
+def _normal_inequality(acting: ActingForces, limit: Limit, touching: Collection[str]) -> Iterator[Inequality]:
     """Yield that a force presses, that what touches opens, or on which side a reaction presses that rubs."""
     name, row = limit.element.name, limit.element.normals[limit.normal]
     if limit.kind == "force":
@@ -118,7 +118,7 @@ def _of_normal(acting: ActingForces, limit: Limit, touching: Collection[str]) ->
     yield Inequality("least", _nodes(acting.value(limit, acting.acceleration)), told, broken, (row.name,))
 
 
-def _slipping(acting: ActingForces, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
+def _slip_inequality(acting: ActingForces, limit: Limit, part: FrictionPart, moves: bool) -> Iterator[Inequality]:
     name, slip = part.name, acting.mode.slip(part)
     what = "velocity" if moves else "acceleration"
     if slip != ALONG_VELOCITY:
@@ -132,7 +132,7 @@ def _slipping(acting: ActingForces, limit: Limit, part: FrictionPart, moves: boo
     yield Inequality("more", _nodes(rate), told, broken, tuple(row.name for row in part.rows))
 
 
-def _gripping(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
+def _grip_inequalities(acting: ActingForces, part: FrictionPart, slip: RopeSlipRow) -> Iterator[Inequality]:
     """Yield that neither tension of a rope over a rough wheel is more than exp(mu wrap) times the other."""
     most, wheel = acting.tension_ratio(part), slip.rope.rubs.index(slip.name)
     before, behind = slip.rope.asked[wheel : wheel + 2]
@@ -209,7 +209,7 @@ def _sticking_corners(acting: ActingForces) -> Iterator[tuple[str, list[LawEleme
             yield name, elements, parts
 
 
-def _turning(solved: SolvedInstant) -> Iterator[tuple[str, str]]:
+def _couples_of_corners(solved: SolvedInstant) -> Iterator[tuple[str, str]]:
     """Yield for contacts whose corners bear a couple that these may reach their limits before all together do.
 
     Corners whose forces make one force, F . M = 0, with a point in their outline may share it so that each is below its
@@ -255,10 +255,10 @@ def _between_corners(acting: ActingForces, numbers: ActingForces) -> Iterator[In
             whole = sum((acting.normal(element) for element in elements), 0)
             yield Inequality("least", _nodes(whole), f"{force_name(name, 'normal')} >= 0", f"{name} opens", rows)
             for side in zip(corners, (*corners[1:], corners[0]), strict=True):
-                yield _inside(acting, name, elements, face if len(corners) > 2 else None, side)
+                yield _inside_outline(acting, name, elements, face if len(corners) > 2 else None, side)
 
 
-def _inside(
+def _inside_outline(
     acting: ActingForces, name: str, elements: Sequence[LawElement], face: PlaneSurface | None, side: tuple[int, int]
 ) -> Inequality:
     """Return that the moment of normal forces about a side of the outline of corners presses inward.
@@ -373,7 +373,7 @@ def validity(solved: SolvedInstant, reactions: Reactions) -> Validity:
         found.closed += under_roots([*solved.forms.udot, *solved.forms.multipliers])
     found.conditions |= told_conditions(solved, found.closed)
     found.conditions |= dict.fromkeys(open_ropes, "")
-    found.conditions |= dict(_turning(solved))
+    found.conditions |= dict(_couples_of_corners(solved))
     for name in normal_forces(solved.mechanism):
         force = reactions[name]["tension"]
         if force.unique and (force.value or 0.0) < least:

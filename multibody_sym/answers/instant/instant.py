@@ -317,7 +317,8 @@ def solved_in(
         found = replace(found, udot=udot, multipliers=np.array([forces[row.name] for row in resolved.rows]))
     numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
-        Instant(motion, numbers.udot, (found.multipliers + change).tolist()) for change in undetermined(dynamics, found)
+        Instant(motion, numbers.udot, (found.multipliers + change).tolist())
+        for change in idle_multipliers(dynamics, found)
     )
     formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
     reasons: dict[str, None] = {}
@@ -408,7 +409,7 @@ def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -
         )
 
 
-def undetermined(dynamics: TreeDynamics, found: Accelerations) -> list[Floats]:
+def idle_multipliers(dynamics: TreeDynamics, found: Accelerations) -> list[Floats]:
     """Return changes (s) of the multipliers, as large as these, that change no motion."""
     size = max(1.0, float(np.abs(found.multipliers).max(initial=0.0)))
     return [size * combination for combination in idle_combinations(dynamics)]

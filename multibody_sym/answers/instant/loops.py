@@ -134,12 +134,12 @@ class Loops:
         found = [replace(x, zero=letters.simplified(x.zero)) for x in found]
         rows = [self._row(x) for x in found]
         sizes = np.array([[float(a.sample) for a in row] for row in rows]).reshape(len(rows), len(self._places))
-        kept = _independent(sizes)
+        kept = _independent_rows(sizes)
         self.closings = [found[k] for k in kept]
         self.jacobian = [rows[k] for k in kept]
         names = [coordinates.mechanism.speeds[x.u].name for x in coordinates.all]
         order = sorted(range(len(names)), key=lambda k: (names[k] not in assembled, -k))
-        self.dependent = sorted(order[k] for k in _independent(sizes[kept].T[order]))
+        self.dependent = sorted(order[k] for k in _independent_rows(sizes[kept].T[order]))
         if len(self.dependent) > MOST_DEPENDENT:
             raise NoClosedFormError("loops have more parts than anyone reads formulas of")
         self.free = [k for k in range(len(names)) if k not in self.dependent]
@@ -224,7 +224,7 @@ class Loops:
             known.update((row, told(self.closings[row], x)) for row, x in zip(rows, found, strict=True))
 
 
-def _independent(rows: Floats) -> list[int]:
+def _independent_rows(rows: Floats) -> list[int]:
     """Return which rows are independent of those before them."""
     found: list[int] = []
     for k in range(len(rows)):
