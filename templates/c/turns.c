@@ -1,4 +1,4 @@
-/* Switches that were decided before; `turns.py` says what is verified, and does the same. */
+/* Switches that were decided before; `known_switches.py` says what is verified, and does the same. */
 #include "stepper.h"
 #include "turns.h"
 

@@ -1,4 +1,4 @@
-"""Where switching functions change sign within a step; `events.c` is the same in C.
+"""Where switching functions change sign within a step; `events.c` and `switching.c` are the same in C.
 
 A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
 slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross

@@ -1,4 +1,4 @@
-"""The stepping loop in plain Python; `runtime.c` is the same algorithm in C.
+"""The stepping loop in plain Python; `runtime.c` and `trials.c` are the same algorithm in C.
 
 Both do the same floating-point operations in the same order, so that they take the same steps to round-off.
 Step control: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, sections II.4 and IV.2
