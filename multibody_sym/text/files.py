@@ -1,7 +1,7 @@
 """Files written so that an existing one is never harmed: beside the target, synced, then put in its place.
 
-Several runs may name one target. Each has a file of its own until it ends; who ends first has the target, and who ends
-later finds it changed since its beginning, and keeps what it has beside it. Devices and pipes are written through.
+Several runs may name one target. Each has a file of its own until it ends. The first to end has the target; later ones
+find it changed since their beginning, and keep their files beside it. Devices and pipes are written through.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)
 
 
 def path_name(path: Any, what: str = "a file") -> str:
-    """Return a path as text; raises ArgumentError for what names no file."""
+    """Return a path as text; raises ArgumentError for a value that names no file."""
     if not isinstance(path, (str, os.PathLike)):
         raise ArgumentError(f"expected the path of {what}, got {shown(path)}")
     name = os.fspath(path)
@@ -85,10 +85,10 @@ def write_new(path: str | os.PathLike[str], content: bytes) -> None:
 def replace_with(
     path: str | os.PathLike[str], write: Callable[[BinaryIO], None], begin: FileState | None = None
 ) -> str:
-    """Let `write` fill a new file that then replaces `path`; where it fails, `path` is as before. Return its name.
+    """Let `write` fill a new file that then replaces `path`; if it fails, `path` is as before. Return its name.
 
-    Where `path` is no longer what it was in the `begin`, the new file stays beside it, under the name that is returned.
-    A device or pipe (`/dev/stdout`) is written to directly. Raises OutputError.
+    If `path` has changed since the `begin`, the new file stays beside it, under the returned name. A device or pipe
+    (`/dev/stdout`) is written to directly. Raises OutputError.
     """
     name = path_name(path)
     with output_errors(name):
@@ -127,18 +127,18 @@ def open_through(name: str) -> BinaryIO:
 
 
 def open_at_once(name: str, flags: int) -> int:
-    """Open a file without waiting for who is at the other end of a pipe, nor for what it reads. Raises OSError."""
+    """Open a file without waiting for the other end of a pipe, neither now nor in reading. Raises OSError."""
     return os.open(name, flags | _AT_ONCE)
 
 
 def wait_from_now(descriptor: int) -> None:
-    """Let reading from, and writing to, what was opened at once wait."""
+    """Let reading and writing wait again after `open_at_once`."""
     if _AT_ONCE:
         os.set_blocking(descriptor, True)
 
 
 def file_state(path: str | os.PathLike[str]) -> FileState:
-    """Return what changes when somebody writes the file `path`; () where there is none."""
+    """Return numbers that change when somebody writes the file `path`; () where there is none."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):
@@ -152,17 +152,23 @@ def settle(temporary: str, target: str, begin: FileState | None) -> str:
         if begin is None or file_state(target) == begin:
             put_in_place(temporary, target)
             return target
-        return _put_beside(temporary, target)
+        for number in itertools.count(2):  # the first numbered name that is free
+            name = _with_number(target, number)
+            with suppress(FileExistsError):
+                open_new(name).close()
+                os.replace(temporary, name)
+                return name
+    raise AssertionError
 
 
 def open_growing(target: str) -> tuple[BinaryIO, str]:
-    """Open a new file beside `target` that belongs to nobody else; return it and its name, which ends in `.partial`.
+    """Open a new file beside `target` for this run alone; return it and its name, which ends in `.partial`.
 
-    What a run that was killed left under that name is kept as `<name>.old`.
+    A file that a killed run left under that name is kept as `<name>.old`.
     """
     for number in itertools.count(1):
-        name = _numbered(target, number) + PARTIAL
-        descriptor = _claimed(name)
+        name = _with_number(target, number) + PARTIAL
+        descriptor = _claim(name)
         if descriptor is not None:
             return os.fdopen(descriptor, "wb"), name
     raise AssertionError
@@ -176,12 +182,12 @@ def leads_to(name: str, file: BinaryIO) -> bool:
         return False
 
 
-def _claimed(name: str) -> int | None:
-    """Return a descriptor of an empty file of this name, locked; None if another run writes the one there is."""
+def _claim(name: str) -> int | None:
+    """Return a descriptor of an empty, locked file of this name; None if another run writes it."""
     while True:
         descriptor = os.open(name, _GROWING, 0o666)
         try:
-            if not _locked(descriptor):
+            if not _lock(descriptor):
                 os.close(descriptor)
                 return None
             status = os.fstat(descriptor)
@@ -195,8 +201,8 @@ def _claimed(name: str) -> int | None:
         os.close(descriptor)
 
 
-def _locked(descriptor: int) -> bool:
-    """Lock an open file; return False if another one has. Where there are no locks, nobody has."""
+def _lock(descriptor: int) -> bool:
+    """Lock an open file; return False if another run has locked it. Systems without locks count as unlocked."""
     if fcntl is not None:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -209,7 +215,7 @@ def _locked(descriptor: int) -> bool:
 
 @contextmanager
 def _folder_locked(folder: str) -> Iterator[None]:
-    """Let no other run settle in the folder meanwhile; where it cannot be locked, go on."""
+    """Keep other runs from settling in the folder; go on where it cannot be locked."""
     descriptor = None
     with suppress(OSError):
         if fcntl is not None:
@@ -222,31 +228,20 @@ def _folder_locked(folder: str) -> Iterator[None]:
             os.close(descriptor)
 
 
-def _numbered(target: str, number: int) -> str:
+def _with_number(target: str, number: int) -> str:
     """Return the name with a number before its ending: `run.2.csv`; without for number 1."""
     stem, ending = os.path.splitext(target)
     return target if number == 1 else f"{stem}.{number}{ending}"
 
 
-def _put_beside(temporary: str, target: str) -> str:
-    """Rename a file to the first numbered name that is free."""
-    for number in itertools.count(2):
-        name = _numbered(target, number)
-        with suppress(FileExistsError):
-            open_new(name).close()
-            os.replace(temporary, name)
-            return name
-    raise AssertionError
-
-
 def as_named(name: str, target: str, place: str) -> str:
-    """Return where a file is in the words of who named it: `name`, or beside it."""
+    """Return the place of a file as the user names it: `name`, or beside it."""
     return name if place == target else os.path.join(os.path.dirname(name), os.path.basename(place))
 
 
 @contextmanager
 def output_errors(name: str) -> Iterator[None]:
-    """Turn what the system says about writing the file `name` into an OutputError."""
+    """Turn errors of the system in writing the file `name` into OutputError."""
     try:
         yield
     except (OSError, ValueError) as error:
@@ -260,7 +255,7 @@ def open_new(path: str) -> BinaryIO:
 
 
 def put_in_place(temporary: str, target: str) -> None:
-    """Rename a finished file to its final name, keeping the permissions of the file it replaces."""
+    """Rename a finished file to its final name, with the permissions of the replaced file."""
     with suppress(OSError):
         os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
     os.replace(temporary, target)
@@ -292,26 +287,21 @@ def read_content(name: str, largest: int) -> bytes:
         if os.path.isdir(name):
             raise InputError("this is a directory, not a model file", where=Where(file=name), number="F101")
         with open(name, "rb", opener=open_at_once) as file:
-            return _whole(file, largest + 1)
+            begin = file.read(largest + 1)
+            if begin == b"" and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+                raise OSError(errno.EPIPE, "nobody writes to this pipe")
+            wait_from_now(file.fileno())
+            begin = begin or b""  # None where somebody is going to write
+            return begin + file.read(largest + 1 - len(begin))
     except FileNotFoundError:
-        raise InputError(f"there is no such file{_neighbour(name)}", where=Where(file=name), number="F101") from None
+        raise InputError(f"there is no such file{_advice(name)}", where=Where(file=name), number="F101") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"the file cannot be read: {reason}", where=Where(file=name), number="F101") from None
 
 
-def _whole(file: BinaryIO, most: int) -> bytes:
-    """Return the bytes of a file that does not wait, of a pipe all that is written to it. Raises OSError."""
-    begin = file.read(most)
-    if begin == b"" and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
-        raise OSError(errno.EPIPE, "nobody writes to this pipe")
-    wait_from_now(file.fileno())
-    begin = begin or b""  # None where somebody is going to write
-    return begin + file.read(most - len(begin))
-
-
-def _neighbour(name: str) -> str:
-    """Return the model file in the same folder whose name is like a missing one, its ending left aside."""
+def _advice(name: str) -> str:
+    """Return the advice for a missing file: one in the same folder with a similar name, endings aside."""
     from difflib import get_close_matches
 
     path = Path(name)
@@ -321,5 +311,5 @@ def _neighbour(name: str) -> str:
         return "" if path.parent.is_dir() else f"; there is no folder {path.parent} either"
     stem = path.stem if path.suffix in _ENDINGS else path.name
     near = get_close_matches(stem.lower(), sorted(beside.values()), n=1, cutoff=_ALIKE)
-    found = sorted(file for file, other in beside.items() if [other] == near)
-    return f"; did you mean {path.parent / found[0]}?" if found else ""
+    similar = sorted(file for file, other in beside.items() if [other] == near)
+    return f"; did you mean {path.parent / similar[0]}?" if similar else ""

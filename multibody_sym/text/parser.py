@@ -1,4 +1,7 @@
-"""The expression language: text to Node, by operator precedence on an explicit stack (no recursion, no evaluation)."""
+"""The expression language: text to Node, by operator precedence on an explicit stack (no recursion, no evaluation).
+
+In: text. Out: a Node, or a number with its dimension; ExpressionError with the column of a mistake.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from multibody_sym.scalars.node import (
     PI,
     Node,
     add,
+    as_node,
     divide,
     less,
     less_equal,
@@ -35,10 +39,10 @@ from multibody_sym.text.units import ENERGY, FORCE, LENGTH, Dimension, Kind, Kno
 
 
 class Quantity(NamedTuple):
-    """What a quantity is asked with, and its dimension (None where that depends on what is asked).
+    """The kinds of a quantity's arguments, and its dimension (None where that depends on them).
 
-    `others`: what it may be asked with instead, other numbers of arguments. `of_run`: it adds up along a run.
-    `of_mode`: it is one of small oscillations, whose number it is asked with.
+    `others`: the kinds for other numbers of arguments. `of_run`: it adds up along a run. `of_mode`: it belongs to a
+    mode of small oscillations, by its number.
     """
 
     arguments: tuple[str, ...]
@@ -48,7 +52,7 @@ class Quantity(NamedTuple):
     of_mode: bool = False
 
     def taking(self, count: int) -> tuple[str, ...] | None:
-        """Return the kinds of so many arguments; None where it is not asked with so many."""
+        """Return the kinds of `count` arguments; None for a wrong number."""
         return next((kinds for kinds in (self.arguments, *self.others) if len(kinds) == count), None)
 
 
@@ -94,7 +98,7 @@ _ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy", "jacob
 
 
 def of_run(node: Node) -> bool:
-    """Return whether an expression names what adds up along a run: work, an impulse."""
+    """Return whether an expression names a quantity that adds up along a run: work, an impulse."""
     return any(QUANTITIES[leaf.data[0]].of_run for leaf in leaves([node], "quantity") if leaf.data[0] in QUANTITIES)
 
 
@@ -116,7 +120,7 @@ def force_name(element: str, component: str) -> str:
 
 
 def component_kind(component: str) -> Kind:
-    """Return the kind of a component of a reaction: a force, but for `mx` .. `mz`, what resists rolling and places."""
+    """Return the kind of a component of a reaction: a force, a moment (`mx` .. `mz`, rolling), a length (a place)."""
     if component in AT:
         return Kind(LENGTH)
     turns = component.startswith("m") or component.startswith("rolling")
@@ -124,7 +128,7 @@ def component_kind(component: str) -> Kind:
 
 
 def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:
-    """Return what is known of a quantity from what is asked; None where that depends on the constraint or freedom."""
+    """Return the kind of a quantity by its arguments; None where it depends on the constraint or freedom."""
     if function == "reaction":
         return Known(component_kind(arguments[1]), firm=True)
     dimension = QUANTITIES[function].dimension
@@ -139,8 +143,8 @@ DEEPEST: Final = 500
 _OPEN, _OR, _AND, _COMPARISON, _SUM, _PRODUCT, _POWER = 0, 4, 6, 10, 20, 30, 40
 
 
-def _joined(word: str, build: Callable[[Node, Node], Node]) -> Callable[[Node, Node], Node]:
-    """Return how `and` or `or` joins two conditions, which are 1 where they hold and else 0."""
+def _join_conditions(word: str, build: Callable[[Node, Node], Node]) -> Callable[[Node, Node], Node]:
+    """Return the function that joins two conditions, 1 or 0, by `and` or `or`."""
 
     def join(a: Node, b: Node) -> Node:
         if not (is_condition(a) and is_condition(b)):
@@ -151,8 +155,8 @@ def _joined(word: str, build: Callable[[Node, Node], Node]) -> Callable[[Node, N
 
 
 _BINARY: Final[dict[str, tuple[int, Callable[[Node, Node], Node]]]] = {
-    "or": (_OR, _joined("or", maximum)),
-    "and": (_AND, _joined("and", minimum)),
+    "or": (_OR, _join_conditions("or", maximum)),
+    "and": (_AND, _join_conditions("and", minimum)),
     "<": (_COMPARISON, less),
     "<=": (_COMPARISON, less_equal),
     ">": (_COMPARISON, lambda a, b: less(b, a)),
@@ -185,9 +189,9 @@ _MEANT: Final = {
 
 
 def parse(text: str) -> Node:
-    """Return the Node that `text` spells; a name that is not a function's becomes a symbol, and `t` is one of them.
+    """Return the Node that `text` spells; names without parentheses become symbols, and `t` is one of them.
 
-    Raises ExpressionError with the column of what is wrong, also where a constant part has no finite real value.
+    Raises ExpressionError with the column of a mistake, also where a constant part has no finite real value.
     """
     return _Parser(text, tokens(text)).whole()
 
@@ -195,36 +199,27 @@ def parse(text: str) -> Node:
 def parse_scalar(text: str) -> tuple[Node, Dimension | None]:
     """Return (value in SI, dimension) of one number with a unit (`-9.81 m/s^2`), or (expression, None).
 
-    Raises ExpressionError with the column of what is wrong.
+    Raises ExpressionError with the column of a mistake.
     """
-    found = tokens(text)
-    signs = found[0].kind in ("-", "+")
-    following = found[signs + 1 :]
-    if found[signs].kind != "number" or not _starts_unit(following):
-        return _Parser(text, found).whole(), None
-    factor, dimension = _unit(text, found[signs], following)
+    every = tokens(text)
+    sign = every[0].kind in ("-", "+")
+    value, unit = every[sign], every[sign + 1 :]
+    starts_unit = bool(unit) and (unit[0].kind == "name" or (unit[0].text == "1" and unit[1].kind == "/"))
+    if value.kind != "number" or not starts_unit:
+        return _Parser(text, every).whole(), None
     try:
-        value = number(exact_number(text, found[signs])) * factor
-    except ExpressionError as error:
-        raise failure(text, found[signs].column, error.message, error.number) from None
-    return (negate(value) if found[0].kind == "-" else value), dimension
-
-
-def _starts_unit(following: list[Token]) -> bool:
-    if not following:
-        return False
-    return following[0].kind == "name" or (following[0].text == "1" and following[1].kind == "/")
-
-
-def _unit(text: str, value: Token, following: list[Token]) -> tuple[Node, Dimension]:
-    try:
-        return read_unit(text, following)
+        factor, dimension = read_unit(text, unit)
     except ExpressionError as error:
         spelt = "*" in (error.meant or "")  # the word is a product of units, and no name
-        if error.where.column == following[0].column and following[0].kind == "name" and not spelt:
-            told = f"{error.message}; {_product(value, following[0])}"
-            error = failure(text, following[0].column, told, "E103", error.word, error.meant)
+        if error.where.column == unit[0].column and unit[0].kind == "name" and not spelt:
+            message = f"{error.message}; {_product(value, unit[0])}"
+            error = failure(text, unit[0].column, message, "E103", error.word, error.meant)
         raise error from None
+    try:
+        node = number(exact_number(text, value)) * factor
+    except ExpressionError as error:
+        raise failure(text, value.column, error.message, error.number) from None
+    return (negate(node) if every[0].kind == "-" else node), dimension
 
 
 def _product(before: Token, after: Token) -> str:
@@ -233,7 +228,7 @@ def _product(before: Token, after: Token) -> str:
 
 @dataclass(slots=True)
 class _Frame:
-    """What waits on the stack for its right side: a binary operator, a sign, a parenthesis or a call."""
+    """A binary operator, a sign, a parenthesis or a call on the stack, which waits for its right side."""
 
     token: Token
     strength: int
@@ -279,7 +274,7 @@ class _Parser:
             return self.named(token)
         elif token.kind in ("-", "+"):
             waiting = self.frames[-1].strength if self.frames else _OPEN
-            self.push(_Frame(token, max(waiting, _SUM), negate if token.kind == "-" else _unchanged, 1))
+            self.push(_Frame(token, max(waiting, _SUM), negate if token.kind == "-" else as_node, 1))
             return False
         elif token.kind == "(":
             self.push(_Frame(token, _OPEN))
@@ -319,20 +314,20 @@ class _Parser:
                     break
                 if closing.kind != ",":
                     raise self.error(closing, self.no_name(token, closing))
-        asked = _CALLED[token.text]
-        if asked.taking(len(names)) is None:
-            raise self.error(token, _arity(token.text, asked.arguments, len(names), asked.others), "E102")
+        form = _CALLED[token.text]
+        if form.taking(len(names)) is None:
+            raise self.error(token, _arity(token.text, form.arguments, len(names), form.others), "E102")
         return quantity("reaction", [*names, token.text]) if token.text in FORCE_NAMES else quantity(token.text, names)
 
     def numbered_run(self, function: Token, names: list[str]) -> None:
-        """Read which run of a rope is meant, which becomes a part of its name: `tension(string, 2)`."""
+        """Read the number of a rope's run, which becomes a part of its name: `tension(string, 2)`."""
         number = self.found[self.place + 1] if self.found[self.place].kind == "," else None
         if number is not None and number.text.isdecimal() and _CALLED[function.text].arguments == ("rope",):
             names[-1] = f"{names[-1]}.{number.text}"
             self.place += 2
 
     def mode(self, function: Token) -> str:
-        """Read the number of a mode, such as that of `frequency(1)`; return nothing where another argument stands."""
+        """Read the number of a mode, as in `frequency(1)`; return an empty text for another argument."""
         number = self.found[self.place]
         if not (_CALLED[function.text].of_mode and number.kind == "number"):
             return ""
@@ -344,7 +339,8 @@ class _Parser:
         while True:
             token = self.found[self.place]
             if token.kind not in ("name", "quoted") or _without_primes(token)[1]:
-                raise self.error(token, f"a name must stand here{_instead(token)}; {_QUOTED_NAMES}")
+                instead = f", not '{token.text}'" if token.text else ""
+                raise self.error(token, f"a name must stand here{instead}; {_QUOTED_NAMES}")
             quote = token.text[0]
             name = token.text if token.kind == "name" else token.text[1:-1].replace(quote * 2, quote)
             if not name:
@@ -471,7 +467,10 @@ class _Parser:
     def no_operator(self, token: Token) -> str:
         before = self.found[self.place - 2]
         if before.kind == token.kind == "number":
-            return _two_numbers(before, token)
+            both = f"{before.text[-20:]}{token.text[:20]}"
+            if before.column + len(before.text) == token.column:
+                return f"{both} has two decimal points"
+            return f"an operator is missing before '{token.text[:20]}'; a number is written without blanks, {both}"
         if token.kind == ".":
             return "names are joined by a dot only in the arguments of position(...), reaction(...) and the like"
         if before.kind == "number" and token.kind == "name":
@@ -506,21 +505,6 @@ def _without_primes(token: Token) -> tuple[str, str]:
     """Return the name of a token, and the primes behind it."""
     name = token.text.rstrip("'") if token.kind == "name" else token.text
     return name, token.text[len(name) :]
-
-
-def _unchanged(a: Node) -> Node:
-    return a
-
-
-def _two_numbers(before: Token, after: Token) -> str:
-    both = f"{before.text[-20:]}{after.text[:20]}"
-    if before.column + len(before.text) == after.column:
-        return f"{both} has two decimal points"
-    return f"an operator is missing before '{after.text[:20]}'; a number is written without blanks, {both}"
-
-
-def _instead(token: Token) -> str:
-    return f", not '{token.text}'" if token.text else ""
 
 
 def _arity(name: str, wanted: tuple[str, ...], given: int, others: tuple[tuple[str, ...], ...] = ()) -> str:

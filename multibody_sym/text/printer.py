@@ -14,7 +14,7 @@ from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.sign_changes import is_condition
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The names of the components of forces: of what joints, contacts, stops and friction exert.
+# The names of the components of forces of joints, contacts, stops and friction.
 
 
 COMPONENTS: Final = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -23,7 +23,7 @@ _NUMBERED: Final = tuple(f"{word}{k}" for word in ("friction", "rolling") for k 
 AT: Final = ("at_x", "at_y", "at_z")
 """The coordinates of the place at which a contact presses."""
 FORCE_NAMES: Final = (*COMPONENTS, "normal", "force", *_NUMBERED, *AT)
-"""All that `reaction(.., component)` takes, each of which is a function of its own too: `fx(hinge)`."""
+"""The components that `reaction(.., component)` takes; each is a function too: `fx(hinge)`."""
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -49,7 +49,7 @@ class Piece(NamedTuple):
 
 
 _kept: Final[list[dict[Node, Piece]]] = [{}]
-"""What has been printed, with all its parts: formulas that are tried one after the other share most of theirs."""
+"""The printed expressions with all their parts, which formulas that are tried one after the other share."""
 
 
 def text(node: Node) -> str:
@@ -70,10 +70,10 @@ def text(node: Node) -> str:
             if len(pieces[n].text) > LONGEST_TEXT:
                 _kept[0] = {}
                 raise ExpressionError(f"the expression is longer than {LONGEST_TEXT} characters; give its parts names")
-    found = pieces[node].text
-    if len(pieces) > _MOST_KEPT or len(found) > _LONGEST_KEPT:
+    whole = pieces[node].text
+    if len(pieces) > _MOST_KEPT or len(whole) > _LONGEST_KEPT:
         _kept[0] = {}
-    return found
+    return whole
 
 
 def _within(piece: Piece, strength: int) -> str:
@@ -86,7 +86,16 @@ def _leaf(n: Node) -> Piece:
     if n.op == "slot":
         return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
-        return Piece(_quantity(*n.data), ATOM)
+        function, names = n.data
+        if function in _OWN:
+            return Piece(_OWN[function](names), ATOM)
+        if function in ("'", "''"):
+            return Piece(f"{names[0]}{function}", ATOM)
+        if function == "reaction" and names[1] in FORCE_NAMES:
+            return Piece(f"{names[1]}({_dotted_name(names[0])})", ATOM)
+        numbered = function in ("frequency", "period")
+        arguments = (name if numbered and name.isdecimal() else _dotted_name(name) for name in names)
+        return Piece(f"{function}({', '.join(arguments)})", ATOM)
     if n.op == "real":
         return Piece(f"real({n.data!r})", ATOM)
     if n.op == "declared":
@@ -101,31 +110,27 @@ _OWN: Final[dict[str, Callable[[tuple[str, ...]], str]]] = {
     "parameter of a curve": lambda names: names[0],
     "distance from the axis": lambda _: "s",
 }
-"""How names are typed that laws, curves and profiles have of their own, by the quantities that stand for them."""
+"""The texts of names that laws, curves and profiles have of their own, by their quantities."""
 
 
-def _quantity(function: str, names: tuple[str, ...]) -> str:
-    if function in _OWN:
-        return _OWN[function](names)
-    if function in ("'", "''"):
-        return f"{names[0]}{function}"
-    if function == "reaction" and names[1] in FORCE_NAMES:
-        return f"{names[1]}({_named(names[0])})"
-    numbered = function in ("frequency", "period")
-    told = (name if numbered and name.isdecimal() else _named(name) for name in names)
-    return f"{function}({', '.join(told)})"
-
-
-def _named(name: str) -> str:
+def _dotted_name(name: str) -> str:
     """Return a dotted name; a number at its end is the run of a rope, `tension(string, 2)`."""
     *parts, last = name.split(".")
-    named = ".".join(map(_quoted, parts))
-    return f"{named}, {last}" if parts and last.isdecimal() else ".".join(map(_quoted, (*parts, last)))
+    if parts and last.isdecimal():
+        return f"{'.'.join(map(_quoted, parts))}, {last}"
+    return ".".join(map(_quoted, (*parts, last)))
 
 
 def _quoted(name: str) -> str:
     plain = name.isascii() and name[:1].isalpha() and name.replace("_", "").isalnum()
     return name if plain else "'" + name.replace("'", "''") + "'"
+
+
+def power_text(base: str, exponent: int | Fraction) -> str:
+    """Return a power of a unit: `m`, `m^2`, `m^(1/2)`."""
+    if exponent == 1:
+        return base
+    return f"{base}^{exponent}" if exponent.denominator == 1 else f"{base}^({exponent})"
 
 
 def _exact(value: int | Fraction) -> Piece:
@@ -174,7 +179,7 @@ def _neg(n: Node, pieces: dict[Node, Piece]) -> Piece:
 
 
 def _add(n: Node, pieces: dict[Node, Piece]) -> Piece:
-    a, b = _arranged(n, pieces)
+    a, b = _ordered(n, pieces)
     first = _within(pieces[a], SUM)
     if b.op == "neg":
         return Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
@@ -183,8 +188,8 @@ def _add(n: Node, pieces: dict[Node, Piece]) -> Piece:
     return Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
 
 
-def _arranged(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
-    """Return the operands of a commutative operation: a nested one first (it needs no parentheses), numbers last."""
+def _ordered(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
+    """Return the operands of a commutative operation: a nested one first, without parentheses, numbers last."""
     a, b = n.args
     if b.op == "neg" or _rank(n.op, a, pieces) <= _rank(n.op, b, pieces):
         return a, b
@@ -198,14 +203,9 @@ def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
         return (3, 0, "")
     if op == "add":
         return (2, 0, pieces[n.args[1] if n.op == "mul" and n.args[0].op == "number" else n].text)
-    return (2, _place_in_product(n), pieces[n].text)
-
-
-def _place_in_product(n: Node) -> int:
-    """Return where a factor stands: numbers, letters, their powers, functions, sums."""
-    if n.op == "pow":
-        return max(2, _PLACE_IN_PRODUCT.get(n.args[0].op, 3))
-    return _PLACE_IN_PRODUCT.get(n.op, 3)
+    # numbers, letters, their powers, functions, sums
+    place = _PLACE_IN_PRODUCT.get(n.args[0].op if n.op == "pow" else n.op, 3)
+    return (2, max(2, place) if n.op == "pow" else place, pieces[n].text)
 
 
 _PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "add": 4}
@@ -214,7 +214,7 @@ _PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot"
 def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
     if n.args[0].op == "number":
         return _multiple(n.args[0].data, n.args[1], pieces)
-    a, b = _arranged(n, pieces)
+    a, b = _ordered(n, pieces)
     return Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
 
 
@@ -224,8 +224,8 @@ def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Pie
     small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
     small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
     if not small and below != 1 and _decimal(Fraction(factor)):
-        return Piece(f"{_exact(factor).text}*{_led(n, pieces)}", PRODUCT)
-    product = f"{_exact(above).text}*{_led(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
+        return Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
+    product = f"{_exact(above).text}*{_behind_number(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
     return Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
 
 
@@ -235,11 +235,11 @@ def is_halved(value: int | Fraction) -> bool:
     return below in _POWERS_OF_TWO and (above < _HUNDRED or below > _HUNDRED)
 
 
-def _led(n: Node, pieces: dict[Node, Piece]) -> str:
-    """Return the text of `n` as what a leading number multiplies: a product may follow bare, a quotient may not."""
+def _behind_number(n: Node, pieces: dict[Node, Piece]) -> str:
+    """Return the text of `n` behind a leading number: a product may follow bare, a quotient may not."""
     first = n
     while first.op == "mul":
-        first = _arranged(first, pieces)[0]
+        first = _ordered(first, pieces)[0]
     return f"({pieces[n].text})" if first.op == "div" else _within(pieces[n], PRODUCT)
 
 
@@ -259,7 +259,7 @@ def _comparison(n: Node, pieces: dict[Node, Piece]) -> Piece:
 
 
 def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
-    a, b = _arranged(n, pieces)
+    a, b = _ordered(n, pieces)
     if is_condition(n):
         word, strength = ("and", AND) if n.op == "min" else ("or", OR)
         return Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)
@@ -281,9 +281,9 @@ _PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# How the name of a symbol is read as a book writes it: a letter or words, and what stands below it.
+# Names of symbols as a book writes them: a letter or words, with an index.
 #
-# Formulas in LaTeX and MathML and the labels of figures all take it from here.
+# Formulas in LaTeX and MathML and the labels of figures read names here.
 
 
 GREEK: Final = dict(
@@ -298,14 +298,14 @@ GREEK: Final = dict(
 _NAMES: Final = {letter: name for name, letter in GREEK.items()}
 _LETTERS: Final = re.compile(r"([^\W\d_]*)_*(.*)", re.DOTALL)
 SYMBOL: Final = re.compile(r"[^\W\d_]\w*")
-"""What is a symbol: other names are read as they stand."""
+"""The form of a symbol; other names are read as they stand."""
 _LOW: Final = {0x2080 + digit: str(digit) for digit in range(10)}
 
 
 def read_parts(name: str) -> list[str]:
-    """Return the letter or words of a name and what stands below it, theta1 and θ₁ as theta and 1.
+    """Return the letter or words of a name and its indices, theta1 and θ₁ as theta and 1.
 
-    Words that follow each other are read as one, crank_angle_2 as crank angle and 2. Greek letters have their names.
+    Adjacent words are one part, crank_angle_2 is crank angle and 2. Greek letters have their names.
     """
     plain = unicodedata.normalize("NFC", name).translate(_LOW)
     letter, rest = _LETTERS.match(plain).groups()  # type: ignore[union-attr]
@@ -324,10 +324,10 @@ def is_word(part: str) -> bool:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# How wide mathematics in LaTeX is on the page, near enough to say where a line must end.
+# The width of mathematics in LaTeX on the page, near enough to break lines.
 #
-# Estimated in points of Computer Modern at 10 pt from what the writers of this package write: letters, `\frac`,
-# indices, parentheses, functions. What is estimated a little too wide ends a line a little early.
+# Estimated in points of Computer Modern at 10 pt for the output of this package: letters, `\frac`, indices,
+# parentheses, functions. A width that is a little too large ends a line a little early.
 
 
 _TOKEN: Final = re.compile(r"\\[A-Za-z]+|\\.|[{}_^]|\s+|.", re.DOTALL)
@@ -347,7 +347,7 @@ class _Ruler:
         self.next = 0
 
     def until(self, closing: str, scale: float = 1.0) -> float:
-        """Return the width up to a closing token, which is passed over."""
+        """Return the width up to a closing token, and go past that."""
         total = 0.0
         while self.next < len(self.tokens):
             token = self.tokens[self.next]

@@ -38,13 +38,13 @@ from multibody_sym.text.values import SI, Units
 
 
 _BLOCK: Final = 1 << 16
-"""How many numbers are written at once: their text takes 1.5 MB at most."""
+"""Numbers that are written at once; their text takes 1.5 MB at most."""
 
 
 def csv_lines(rows: npt.NDArray[np.float64]) -> Iterator[bytes]:
     """Yield rows (n, columns) as lines with commas, some at a time.
 
-    Digits are orjson's, in a tenth of the time of `repr`; JSON has no word for what is not finite, `nan` and `inf`.
+    orjson writes the digits in a tenth of the time of `repr`, and null for `nan` and `inf`, which JSON has not.
     """
     import orjson
 
@@ -52,16 +52,11 @@ def csv_lines(rows: npt.NDArray[np.float64]) -> Iterator[bytes]:
     for first in range(0, len(rows), block):
         part = np.ascontiguousarray(rows[first : first + block])
         text = orjson.dumps(part, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].replace(b"],[", b"\n") + b"\n"
-        yield _with_words(text, part[~np.isfinite(part)].tolist())
-
-
-def _with_words(text: bytes, missing: list[float]) -> bytes:
-    """Return text with the words of numbers that are not finite where it has null."""
-    if not missing:
-        return text
-    begin, *rest = text.split(b"null")
-    words = (repr(x).encode() + after for x, after in zip(missing, rest, strict=True))
-    return begin + b"".join(words)
+        if missing := part[~np.isfinite(part)].tolist():
+            begin, *rest = text.split(b"null")
+            words = (repr(x).encode() + after for x, after in zip(missing, rest, strict=True))
+            text = begin + b"".join(words)
+        yield text
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -69,14 +64,14 @@ def _with_words(text: bytes, missing: list[float]) -> bytes:
 Column = npt.NDArray[np.float64]
 _METADATA: Final = "__metadata__"
 _ROWS: Final = 1 << 13
-"""How many rows of a table are put together at once."""
+"""Rows of a table that are put together at once."""
 _FORMULA: Final = ("=", "+", "-", "@")
-"""A text that begins so is computed by spreadsheets; in CSV headers an apostrophe goes before it."""
+"""The begins of texts that spreadsheets compute; in CSV headers an apostrophe goes before them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of floats in order, all of one length; `units` of some of them, and what else belongs to the result.
+    """Columns of floats in order, all of one length; `units` of some of them, and `metadata` of the result.
 
     CSV holds names and numbers only; NPZ and Parquet hold units (Parquet with each column too) and metadata.
     """
@@ -101,7 +96,7 @@ class Table:
         return f"<Table of {len(self)} rows: {', '.join(brief(tuple(self.columns)))}>"
 
     def told_in(self, units: Units) -> Table:
-        """Return the table with the columns whose unit is known in chosen units, which its `units` say then."""
+        """Return the table with its columns and `units` in chosen units."""
         if not units.chosen:
             return self
         columns = {name: values / units.size(self.units.get(name, "")) for name, values in self.columns.items()}
@@ -113,7 +108,7 @@ class Table:
         return replace(self, columns={names[name]: values for name, values in self.columns.items()}, units={})
 
     def blocks(self) -> Iterator[npt.NDArray[np.float64]]:
-        """Yield the numbers, some rows (samples, columns) at a time: little memory, however many there are."""
+        """Yield the numbers, some rows (samples, columns) at a time, to save memory."""
         for first in range(0, len(self), _ROWS):
             yield np.column_stack([values[first : first + _ROWS] for values in self.columns.values()])
 
@@ -131,7 +126,7 @@ class Table:
 def write_table(table: Table, path: str | os.PathLike[str], begin: FileState | None = None) -> str:
     """Write the table in the format that the ending of `path` names: .csv, .npz or .parquet. Return the file's name.
 
-    It is another one, beside `path`, where `path` is no longer what it was in the `begin` (`files.file_state`).
+    It is another file, beside `path`, if `path` has changed since the `begin` (`files.file_state`).
     Raises InputError for another ending, OutputError where writing fails; an existing file is then unharmed.
     """
     write = _WRITERS[table_format(path)]
@@ -174,13 +169,12 @@ def _write_npz(table: Table, file: BinaryIO) -> None:
 def _write_parquet(table: Table, file: BinaryIO) -> None:
     arrow, parquet = _pyarrow()
     about = {"units": json.dumps(dict(table.units)), "metadata": json.dumps(dict(table.metadata), sort_keys=True)}
-    fields = [arrow.field(name, arrow.float64(), metadata=_unit(table, name)) for name in table.columns]
+    fields = []
+    for name in table.columns:
+        unit = table.units.get(name)
+        fields.append(arrow.field(name, arrow.float64(), metadata={"unit": unit} if unit else None))
     content = arrow.table(dict(table.columns), schema=arrow.schema(fields, metadata=about))
     parquet.write_table(content, file)
-
-
-def _unit(table: Table, name: str) -> dict[str, str] | None:
-    return {"unit": table.units[name]} if table.units.get(name) else None
 
 
 def _pyarrow() -> tuple[Any, Any]:
@@ -202,7 +196,7 @@ _WRITERS: Final[dict[str, Callable[[Table, BinaryIO], None]]] = {
 
 
 class GrowingCsv:
-    """A CSV that rows (samples, columns) are appended to by calling it; after each call they are in the file.
+    """A CSV to which a call appends rows (samples, columns); after the call they are in the file.
 
     `partial` is the file's name meanwhile, `place` that at the end.
     """
@@ -215,7 +209,7 @@ class GrowingCsv:
             self.write(lines)
 
     def write(self, content: bytes) -> None:
-        """Write bytes that are in the file then, whatever happens to the process. Raises OutputError."""
+        """Write bytes, which are in the file then even if the process ends. Raises OutputError."""
         with output_errors(self.partial):
             self.file.write(content)
             self.file.flush()
@@ -234,10 +228,10 @@ def growing_csv(
 ) -> Iterator[GrowingCsv]:
     """Give a CSV that grows in `<path>.partial`, renamed to `path` at the end.
 
-    Where the block ends with an exception, the partial file stays if rows are in it, and `path` is as before. Where
-    another run has the partial file, or has changed `path` since the `begin` (of the block, unless given), this one's
-    are numbered: `run.2.csv.partial`, `run.2.csv`. A device or pipe is written to directly. `meanwhile`: the partial
-    file is wanted only until it is discarded. Raises OutputError.
+    If the block ends with an exception, the partial file stays if rows are in it, and `path` is as before. If another
+    run has the partial file, or has changed `path` since the `begin` (of the block, unless given), this run's files are
+    numbered: `run.2.csv.partial`, `run.2.csv`. A device or pipe is written to directly. `meanwhile`: the partial file
+    is needed only until it is discarded. Raises OutputError.
     """
     name = os.fspath(path)
     target = partial = name
@@ -257,7 +251,9 @@ def growing_csv(
                 file.close()
             elif not meanwhile:
                 os.fsync(file.fileno())
-                _verify_own(partial, file)
+                if not leads_to(partial, file):  # somebody else has renamed it
+                    message = "the file was taken away while it was written"
+                    raise OutputError(message, where=Where(file=partial), number="O102")
                 table.place = as_named(name, target, settle(partial, target, begin))
                 file.close()
     except BaseException:
@@ -266,12 +262,6 @@ def growing_csv(
         with suppress(OSError):
             file.close()
         raise
-
-
-def _verify_own(partial: str, file: BinaryIO) -> None:
-    """Raise OutputError where the file that grows was renamed by somebody else."""
-    if not leads_to(partial, file):
-        raise OutputError("the file was taken away while it was written", where=Where(file=partial), number="O102")
 
 
 # --- reading ----------------------------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ _TOKEN: Final = re.compile(
     re.VERBOSE,
 )
 _NOT_FINITE: Final = re.compile(r"\.(?:inf|nan)(?![A-Za-z0-9_])", re.IGNORECASE)
-"""YAML's words for what is no number; behind a name they are the point of a body."""
+"""YAML's words for infinite and undefined numbers; behind a name they are the point of a body."""
 _PLAIN: Final = re.compile(r"-?[0-9]{1,30}(?:\.[0-9]{1,30})?")
 _TURNED: Final = {"=>": ">=", "=<": "<="}
 _ADVICE: Final = {
@@ -95,30 +95,28 @@ def tokens(text: str) -> list[Token]:
     while position < len(text):
         match = _TOKEN.match(text, position)
         if match is None:
-            raise _stray(text, position)
+            raise _stray_error(text, position)
         if match[0] == "." and not (found and found[-1].kind == "name") and (word := _NOT_FINITE.match(text, position)):
             raise failure(text, position + 1, _NO_VALUE.format(word[0]), "E104")
         position = match.end()
-        kind = match.lastgroup or ""
-        if kind != "blank":
-            found.append(_checked(text, Token(match[0] if kind == "operator" else kind, match[0], match.start() + 1)))
-            if len(found) > MOST_TOKENS:
-                message = f"an expression has at most {MOST_TOKENS} numbers, names and operators"
-                raise failure(text, found[-1].column, message, "E104")
+        kind, size = match.lastgroup or "", match.end() - match.start()
+        if kind == "blank":
+            continue
+        token = Token(match[0] if kind == "operator" else kind, match[0], match.start() + 1)
+        if kind == "name" and size > LONGEST_NAME:
+            message = f"a name has at most {LONGEST_NAME} characters, not {size}"
+            raise failure(text, token.column, message, "E104")
+        if kind == "number" and size > MOST_DIGITS:
+            raise failure(text, token.column, f"a number has at most {MOST_DIGITS} digits, not {size}", "E104")
+        found.append(token)
+        if len(found) > MOST_TOKENS:
+            message = f"an expression has at most {MOST_TOKENS} numbers, names and operators"
+            raise failure(text, token.column, message, "E104")
     found.append(Token("end", "", max(len(text.rstrip()), 0) + 1))
     return found
 
 
-def _checked(text: str, token: Token) -> Token:
-    if token.kind == "name" and len(token.text) > LONGEST_NAME:
-        message = f"a name has at most {LONGEST_NAME} characters, not {len(token.text)}"
-        raise failure(text, token.column, message, "E104")
-    if token.kind == "number" and len(token.text) > MOST_DIGITS:
-        raise failure(text, token.column, f"a number has at most {MOST_DIGITS} digits, not {len(token.text)}", "E104")
-    return token
-
-
-def _stray(text: str, position: int) -> ExpressionError:
+def _stray_error(text: str, position: int) -> ExpressionError:
     turned = text[position : position + 2]
     if turned in _TURNED:
         return failure(text, position + 1, f"'{turned}' is no comparison; write {_TURNED[turned]}")
@@ -150,10 +148,7 @@ def exact_number(text: str, token: Token) -> Fraction:
 
 
 def plain_number(text: str) -> Fraction | None:
-    """Return the value of a text that is a decimal of few digits and nothing else, what large models hold most.
-
-    None for all else, such as what may be wrong.
-    """
+    """Return the value of a decimal of few digits, as which large models hold most numbers; None for other texts."""
     if not _PLAIN.fullmatch(text):
         return None
     whole, _, decimals = text.partition(".")

@@ -1,4 +1,4 @@
-"""Units of measurement: their factors to SI, and the dimensions of expressions."""
+"""Units of measurement: their factors to SI, the dimensions of expressions, and the units that are certain for them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 from multibody_sym.errors import ExpressionError, InputError, gathered, nearest
 from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import ONE, PI, Node, as_node
+from multibody_sym.text.printer import power_text
 from multibody_sym.text.printer import text as printed
 from multibody_sym.text.tokens import Token, exact_number, failure, tokens
 
@@ -35,13 +36,13 @@ class Dimension(NamedTuple):
 
     def in_base(self) -> str:
         """Return the unit made of kg, m and s."""
-        above = [_raised(unit, e) for unit, e in zip(_BASE, self, strict=True) if e > 0]
-        below = [_raised(unit, -e) for unit, e in zip(_BASE, self, strict=True) if e < 0]
+        above = [power_text(unit, e) for unit, e in zip(_BASE, self, strict=True) if e > 0]
+        below = [power_text(unit, -e) for unit, e in zip(_BASE, self, strict=True) if e < 0]
         return "/".join(["*".join(above) or "1", *below])
 
 
 class InBase(Dimension):
-    """A dimension that was written with units of mass, length and time alone: kg/s of a mass flow stays that."""
+    """A dimension written with units of mass, length and time alone: kg/s of a mass flow prints as kg/s."""
 
     __slots__ = ()
 
@@ -50,19 +51,13 @@ class InBase(Dimension):
 
 
 class Turning(Dimension):
-    """The dimension of an angle, or of one per power of time, that was written with its unit: rad/s, not 1/s."""
+    """The dimension of an angle, or of one per power of time, written with its unit: rad/s, not 1/s."""
 
     __slots__ = ()
 
     def __str__(self) -> str:
         below = Dimension(time=self.time).in_base().removeprefix("1")
         return f"rad*{below}" if self.time > 0 else f"rad{below}"
-
-
-def _raised(unit: str, exponent: Exponent) -> str:
-    if exponent == 1:
-        return unit
-    return f"{unit}^{exponent}" if exponent.denominator == 1 else f"{unit}^({exponent})"
 
 
 _BASE: Final = ("kg", "m", "s")
@@ -136,8 +131,8 @@ _ELSEWHERE: Final = frozenset(prefix + unit for unit in _OTHERS for prefix in ("
 def parse_unit(text: str) -> tuple[Node, Dimension]:
     """Return (factor to SI, dimension) of a unit such as `kg*m/s^2`, `N m`, `1/s` or `N/(m*s)`.
 
-    The dimension prints with the names that the unit has: `g/s` as kg/s, `N*s/m` as that.
-    Raises ExpressionError with the column of what is not a unit.
+    The dimension prints with the names of the unit: `g/s` as kg/s, `N*s/m` as N*s/m.
+    Raises ExpressionError with the column of a word that is no unit.
     """
     return read_unit(text, tokens(text))
 
@@ -255,14 +250,14 @@ class _Unit:
     def not_a_unit(self, token: Token) -> ExpressionError:
         guess = None
         if token.kind == "end":
-            told = "the unit is not complete"
+            message = "the unit is not complete"
         elif token.kind != "name":
-            told = (
+            message = (
                 f"'{token.text}' has no place in a unit: a value is one number with a unit, or an expression "
                 "without units (give the number with the unit a name under parameters)"
             )
         elif token.text in _ELSEWHERE:
-            told = (
+            message = (
                 f"'{token.text}' is not a unit here, where units are made of mass, length, time and angles; write the "
                 "number without it, in SI units"
             )
@@ -272,22 +267,22 @@ class _Unit:
             split = _product_without_sign(word)
             if power and word in UNITS:
                 guess = f"{word}{raised}"
-            elif self.rest[self.place].kind != "(":  # else it is a call
+            elif self.rest[self.place].kind != "(":  # with one it is a call
                 guess = _WORDS.get(token.text.lower().removesuffix("s"))
                 if guess is None and split is not None:
                     divided = self.rest[self.place - 2 : self.place - 1]
                     guess = f"({split}{raised})" if divided and divided[0].kind == "/" else f"{split}{raised}"
                 guess = guess or nearest(token.text, UNITS, cutoff=0.75)
-            told = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
-        return failure(self.text, token.column, told, "E103", token.text, guess)
+            message = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
+        return failure(self.text, token.column, message, "E103", token.text, guess)
 
 
 def _product_without_sign(word: str) -> str | None:
     """Return the product that a word such as `Ns`, `kgm` or `Pas` spells; `kgs` is a plural, and none, nor is `kgg`."""
     splits = [(word[:k], word[k:]) for k in range(1, len(word))]
     units = [pair for pair in splits if all(unit in UNITS for unit in pair)]
-    found = [(a, b) for a, b in units if UNITS[a][1].mass and UNITS[a][1] != UNITS[b][1]]
-    plain = [(first, second) for first, second in found if second != "s" or not first.islower()]
+    products = [(a, b) for a, b in units if UNITS[a][1].mass and UNITS[a][1] != UNITS[b][1]]
+    plain = [(first, second) for first, second in products if second != "s" or not first.islower()]
     return "*".join(next((pair for pair in plain if pair[1] == "s"), plain[0])) if plain else None
 
 
@@ -295,9 +290,9 @@ def _product_without_sign(word: str) -> str | None:
 
 
 class Measured(NamedTuple):
-    """What is known of an expression: its dimension, and whether something in it may carry a unit that nobody wrote.
+    """The dimension of an expression, as far as it is known, and whether a number in it may carry an unwritten unit.
 
-    `firm`: the dimension stands in a unit that the model gives, beside which small numbers are pure. `numbered`: a
+    `firm`: the dimension comes from a unit that the model gives, beside which small numbers are pure. `numbered`: a
     number multiplies it, which beside motion alone may be a stiffness: the 5 of `5*x`.
     """
 
@@ -307,11 +302,11 @@ class Measured(NamedTuple):
 
     @property
     def certain(self) -> bool:
-        """Whether nothing in it can carry a unit that nobody wrote."""
+        """Whether no number in it can carry an unwritten unit."""
         return self.firm or not self.numbered
 
     def times(self, other: Measured, exponent: Exponent = 1) -> Measured:
-        """Return what is known of a * b^exponent; a ratio of two lengths is no firmer than a number."""
+        """Return the dimension of a * b^exponent; a ratio of two lengths is no firmer than a number."""
         dimension = self.dimension.times(other.dimension, exponent)
         firm = (self.firm or other.firm) and dimension != DIMENSIONLESS
         return Measured(dimension, firm, self.numbered or other.numbered)
@@ -322,55 +317,59 @@ NUMBER: Final = Measured(DIMENSIONLESS, numbered=True)
 
 
 def given_in(dimension: Dimension | None) -> Measured | None:
-    """Return what is known of a number that the model gives in a unit; None where it has none."""
+    """Return the dimension of a number that the model gives in a unit; None for a number without one."""
     return None if dimension is None else Measured(dimension, firm=dimension != DIMENSIONLESS)
 
 
 def measured(node: Node, known: Callable[[Node], Measured | None]) -> Measured | None:
-    """Return what is known of the dimension of `node`, given what is known of its symbols and quantities.
+    """Return the dimension of `node`, given those of its symbols and quantities; None where it is unknown.
 
-    A pure number fits every dimension: in a sum it fits the other side, and one known part tells the dimension of a
+    A pure number fits every dimension: in a sum it fits the other side, and one known part gives the dimension of a
     sum. A factor that is no quotient of small integers (9.81) may carry a unit, and so may any beside motion alone.
-    Raises ExpressionError where dimensions contradict each other, with all such places: nothing is known of what is
-    made of one.
+    Raises ExpressionError where dimensions contradict each other, with all such places; a result of one is unknown.
     """
-    found: dict[Node, Measured | None] = {}
+    dimensions: dict[Node, Measured | None] = {}
     wrong = gathered()
     for n in postorder([node]):
         if n.shadow is not None:
-            found[n] = NUMBER if is_pure(n) else None
+            dimensions[n] = NUMBER if is_pure(n) else None
         elif not n.args:
-            found[n] = known(n)
+            dimensions[n] = known(n)
         else:
-            found[n] = None
+            dimensions[n] = None
             with wrong:
-                found[n] = _measured(n, [found[a] for a in n.args])
+                dimensions[n] = _measure_operation(n, [dimensions[a] for a in n.args])
     wrong.told()
-    return found[node]
+    return dimensions[node]
 
 
 Operands = list[Measured | None]
 
 
 def is_pure(n: Node) -> bool:
-    """Return whether a constant is a pure number; `9.81` in `9.81*m` carries a unit that nobody wrote."""
+    """Return whether a constant is a pure number; `9.81` in `9.81*m` carries an unwritten unit."""
     if n.op == "number":
         return bool(abs(n.data.numerator) < _PURE_ABOVE and n.data.denominator <= _PURE_BELOW)
     return True
 
 
-def _measured(n: Node, operands: Operands) -> Measured | None:
+def _measure_operation(n: Node, operands: Operands) -> Measured | None:
     if n.op in ("neg", "abs"):
         return operands[0]
     if n.op in ("add", "min", "max", "where"):
         return _common(n, operands)
-    if n.op == "table":  # the input that it is tells its unit
+    if n.op == "table":  # its input has the unit
         return None
     if n.op in ("mul", "div"):
         a, b = operands
         return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
     if n.op in ("pow", "sqrt"):
-        return _power(n, operands)
+        base, exponent = operands[0], n.args[-1]
+        if n.op == "pow" and exponent.op != "number":
+            _require_pure(exponent, operands[1], "an exponent")
+            return NUMBER if base is not None and base.dimension == DIMENSIONLESS else None
+        power = Fraction(1, 2) if n.op == "sqrt" else Fraction(exponent.data)
+        return None if base is None else base._replace(dimension=DIMENSIONLESS.times(base.dimension, power))
     if n.op in ("less", "less_equal", "atan2"):
         _common(n, operands)
     elif n.op != "sign":
@@ -379,30 +378,21 @@ def _measured(n: Node, operands: Operands) -> Measured | None:
     return NUMBER
 
 
-def _power(n: Node, operands: Operands) -> Measured | None:
-    base, exponent = operands[0], n.args[-1]
-    if n.op == "pow" and exponent.op != "number":
-        _require_pure(exponent, operands[1], "an exponent")
-        return NUMBER if base is not None and base.dimension == DIMENSIONLESS else None
-    power = Fraction(1, 2) if n.op == "sqrt" else Fraction(exponent.data)
-    return None if base is None else base._replace(dimension=DIMENSIONLESS.times(base.dimension, power))
-
-
 def _common(n: Node, operands: Operands) -> Measured | None:
-    """Return what is known of operands that are added, compared or chosen from, as far as one of them is certain."""
-    told = [(a, x) for a, x in list(zip(n.args, operands, strict=True))[-2:] if x is not None]
-    certain = [(a, x) for a, x in told if x.certain]
+    """Return the common dimension of operands that are added, compared or chosen from, if one of them is certain."""
+    given = [(a, x) for a, x in list(zip(n.args, operands, strict=True))[-2:] if x is not None]
+    certain = [(a, x) for a, x in given if x.certain]
     if len(certain) == 2 and certain[0][1].dimension != certain[1][1].dimension:
         (a, x), (b, y) = certain
         b = b.args[0] if b.op == "neg" else b
         verb = _VERBS.get(n.op, f"{n.op}() combines")
         raise ExpressionError(
-            f"{verb} {_shown(x)} and {_shown(y)}: {_brief(a)} {_is_in(x)}, {_brief(b)} {_is_in(y)}", number="E106"
+            f"{verb} {_in_words(x)} and {_in_words(y)}: {_brief(a)} {_is_in(x)}, {_brief(b)} {_is_in(y)}", number="E106"
         )
     if certain:
         return max((x for _, x in certain), key=lambda x: x.firm)
-    alike = len(told) == 2 and told[0][1].dimension == told[1][1].dimension
-    return told[0][1] if alike else None
+    alike = len(given) == 2 and given[0][1].dimension == given[1][1].dimension
+    return given[0][1] if alike else None
 
 
 _VERBS: Final = {"add": "a sum of", "less": "a comparison of", "less_equal": "a comparison of", "where": "a choice of"}
@@ -416,7 +406,7 @@ def _require_pure(a: Node, found: Measured | None, what: str) -> None:
         )
 
 
-def _shown(found: Measured) -> str:
+def _in_words(found: Measured) -> str:
     return "a pure number" if found.dimension == DIMENSIONLESS else str(found.dimension)
 
 
@@ -433,11 +423,11 @@ def _brief(n: Node) -> str:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# In which SI unit an expression is, as far as that is certain: what is printed beside a number must not be wrong.
+# The SI unit of an expression, where it is certain: a unit beside a printed number must not be wrong.
 #
-# A number in an expression may carry a unit that nobody wrote: in `5*x` the 5 may be a stiffness. Beside something
-# that was declared with a unit, as in `m*l^2/12`, small numbers are pure, as they are for `units.dimension_of`; beside
-# motion alone only 1, 2 and 1/2 are. A term that is certain tells the unit of its sum: `x - 5*t` is a length, as x is.
+# A number in an expression may carry an unwritten unit: in `5*x` the 5 may be a stiffness. Beside a part with a
+# declared unit, as in `m*l^2/12`, small numbers are pure, as they are for dimensions above; beside motion alone only 1,
+# 2 and 1/2 are. A certain term gives the unit of its sum: `x - 5*t` is a length, as x is.
 
 
 _HALVES: Final = (1, 2, Fraction(1, 2))
@@ -446,7 +436,7 @@ _HALVES: Final = (1, 2, Fraction(1, 2))
 class Kind(NamedTuple):
     """A dimension, the exponent of angles in it, and whether it is an energy (a moment has the same dimension).
 
-    `angle` is None where it is not known: a stiffness in N*m may be one per radian, and 1/s an angular velocity.
+    `angle` is None where it is unknown: a stiffness in N*m may be one per radian, and 1/s an angular velocity.
     """
 
     dimension: Dimension
@@ -469,9 +459,9 @@ ANGLE: Final = Kind(DIMENSIONLESS, angle=1)
 
 
 def kind_of(unit: str) -> Kind:
-    """Return what a unit is one of; an angle stands first in it, and an energy alone. The empty text is no unit.
+    """Return the kind of a unit, in which an angle stands first, and an energy alone; the empty text is a pure number.
 
-    Raises ExpressionError for what is no unit, InputError for an angle elsewhere.
+    Raises ExpressionError for a word that is no unit, InputError for an angle elsewhere.
     """
     if not unit:
         return PURE
@@ -494,94 +484,82 @@ class Known(NamedTuple):
 
     @property
     def certain(self) -> bool:
-        """Whether nothing in it can carry a unit that nobody wrote."""
+        """Whether no number in it can carry an unwritten unit."""
         return self.firm or not self.doubtful
 
     def times(self, other: Known, exponent: int = 1) -> Known:
-        """Return what a product or (exponent -1) quotient is."""
+        """Return the kind of a product or (exponent -1) quotient."""
         a, b = self.kind.angle, other.kind.angle
         dimension = self.kind.dimension.times(other.kind.dimension, exponent)
         kind = Kind(dimension, None if a is None or b is None else a + exponent * b)
         return Known(kind, self.firm or other.firm, self.doubtful or other.doubtful)
 
     def raised(self, exponent: Fraction) -> Known:
-        """Return what a power is."""
+        """Return the kind of a power."""
         angle = self.kind.angle
         dimension = DIMENSIONLESS.times(self.kind.dimension, exponent)
         return self._replace(kind=Kind(dimension, None if angle is None else exponent * angle))
 
 
 def known(nodes: Iterable[Node], of_leaf: Callable[[Node], Known | None]) -> list[Known | None]:
-    """Return what is known of each expression, given what is known of its leaves; None where it is not certain."""
+    """Return the kind of each expression, given those of its leaves; None where it is not certain."""
     roots = list(nodes)
-    found: dict[Node, Known | None] = {}
+    kinds: dict[Node, Known | None] = {}
     for n in postorder(roots):
         if n.shadow is not None:
-            found[n] = None  # whatever stands beside a constant asks what the constant is
+            kinds[n] = None  # the operation beside a constant looks at the constant itself
         else:
-            found[n] = _known(n, [found[a] for a in n.args]) if n.args else of_leaf(n)
-    return [x if x is not None and x.certain else None for x in (found[n] for n in roots)]
-
-
-KnownUnitsOperands = list[Known | None]
-
-
-def _known(n: Node, operands: KnownUnitsOperands) -> Known | None:
-    if n.op in ("neg", "abs"):
-        return operands[0]
-    if n.op in ("add", "min", "max", "where"):
-        return _known_units_common(n.args[-2:], operands[-2:])
-    if n.op == "table":  # the input that it is tells its unit
-        return None
-    if n.op in ("mul", "div"):
-        return _product(n, operands)
-    if n.op in ("pow", "sqrt"):
-        return _known_units_power(n, operands)
-    return Known(ANGLE if n.op in _ANGLES else PURE)
+            kinds[n] = _infer_operation(n, [kinds[a] for a in n.args]) if n.args else of_leaf(n)
+    return [x if x is not None and x.certain else None for x in (kinds[n] for n in roots)]
 
 
 _ANGLES: Final = ("asin", "acos", "atan", "atan2")
 
 
-def _product(n: Node, operands: KnownUnitsOperands) -> Known | None:
-    (left, right), (a, b) = n.args, operands
-    if right.shadow is not None:
-        return _multiplied(a, right)
-    if left.shadow is not None:
-        return _multiplied(b if b is None or n.op == "mul" else b.raised(Fraction(-1)), left)
-    return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
+def _infer_operation(n: Node, operands: list[Known | None]) -> Known | None:
+    if n.op in ("neg", "abs"):
+        return operands[0]
+    if n.op in ("add", "min", "max", "where"):
+        return _common_kind(n.args[-2:], operands[-2:])
+    if n.op == "table":  # its input has the unit
+        return None
+    if n.op in ("mul", "div"):
+        (left, right), (a, b) = n.args, operands
+        if right.shadow is not None:
+            return _multiplied(a, right)
+        if left.shadow is not None:
+            return _multiplied(b if b is None or n.op == "mul" else b.raised(Fraction(-1)), left)
+        return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
+    if n.op in ("pow", "sqrt"):
+        base = operands[0]
+        exponent = Fraction(1, 2) if n.op == "sqrt" else n.args[1].data if n.args[1].op == "number" else None
+        if base is None or exponent is None:
+            return base if base is not None and base.kind == PURE else None
+        return base.raised(Fraction(exponent))
+    return Known(ANGLE if n.op in _ANGLES else PURE)
 
 
 def _multiplied(known: Known | None, constant: Node) -> Known | None:
-    """Return what is known of the product with a constant."""
+    """Return the kind of the product with a constant."""
     if known is None or constant.op == "real" or not is_pure(constant):
         return None
     plain = constant.op == "number" and abs(constant.data) in _HALVES
     return known if plain else known._replace(doubtful=True)
 
 
-def _known_units_power(n: Node, operands: KnownUnitsOperands) -> Known | None:
-    base = operands[0]
-    exponent = Fraction(1, 2) if n.op == "sqrt" else n.args[1].data if n.args[1].op == "number" else None
-    if base is None:
-        return None
-    if exponent is not None:
-        return base.raised(Fraction(exponent))
-    return base if base.kind == PURE else None
+def _common_kind(args: tuple[Node, ...], operands: list[Known | None]) -> Known | None:
+    """Return the kind of the terms of a sum, or of values to choose from, if all are of one kind.
 
-
-def _known_units_common(args: tuple[Node, ...], operands: KnownUnitsOperands) -> Known | None:
-    """Return what terms of a sum, or values to choose from, are: all of one kind, where the model makes sense."""
+    Among two terms that are both certain, or both doubtful, a pure number fits every dimension.
+    """
     varying = [known for a, known in zip(args, operands, strict=True) if a.shadow is None]
-    if not varying or None in varying:
+    kinds = [known for known in varying if known is not None]
+    if not kinds or len(kinds) < len(varying):
         return None
-    certain = [known for known in varying if known is not None and known.certain]
-    among = certain or [known for known in varying if known is not None]
-    return among[0] if len(among) == 1 else _alike(*among)
-
-
-def _alike(a: Known, b: Known) -> Known | None:
-    """Return the kind of two terms that are both certain, or both doubtful; a pure number fits every dimension."""
+    among = [known for known in kinds if known.certain] or kinds
+    if len(among) == 1:
+        return among[0]
+    a, b = among
     if a.kind.dimension != b.kind.dimension:
         fitting = [y for x, y in ((a, b), (b, a)) if x.kind == PURE]
         return fitting[0] if fitting and not a.doubtful and not b.doubtful else None

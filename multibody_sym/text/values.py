@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
@@ -14,14 +14,14 @@ from multibody_sym.errors import ArgumentError, ExpressionError, InputError, sho
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node
-from multibody_sym.text.printer import text
+from multibody_sym.text.printer import power_text, text
 
 if TYPE_CHECKING:
     from multibody_sym.text.units import Kind
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Numbers as text, with the digits that hold.
+# Numbers as text, with their reliable digits.
 
 
 MOST: Final = 10
@@ -29,10 +29,10 @@ MOST: Final = 10
 
 
 def held(number: float, error: float = 0.0, most: int = MOST) -> str:
-    """Return a number that is off by at most `error` as text, right to half a unit of its last place.
+    """Return a number with an error of at most `error` as text, right to half a unit of its last place.
 
-    So many digits, at most `most`, are printed as both ends of number +- error round to alike, but one at least; a
-    number within its error of 0 is 0.
+    It has the digits, at most `most` and at least one, to which both ends of number +- error round alike; a number
+    within its error of 0 is 0.
     """
     if not error > 0.0:
         return f"{number:.{most}g}"
@@ -59,24 +59,21 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """The units in which quantities are told; those that were not chosen stay SI.
-
-    Others follow: with mm and deg speeds are told in mm/s and deg/s, moments in N*mm.
-    """
+    """The chosen units for quantities; others stay SI, or follow: with mm and deg speeds are in mm/s and deg/s."""
 
     chosen: Mapping[Kind, _Choice] = field(default_factory=dict)
 
     def of(self, unit: str) -> str:
-        """Return the unit in which what is in an SI unit is told."""
-        return self._told(unit).text
+        """Return the display unit of quantities in an SI unit."""
+        return self._choice(unit).text
 
     def value(self, number: float, unit: str) -> float:
-        """Return a number in an SI unit in the chosen unit."""
+        """Return a number in an SI unit as one in the display unit."""
         return number / self.size(unit)
 
     def size(self, unit: str) -> float:
-        """Return how large the unit is in which what is in an SI unit is told, in that."""
-        factor = self._told(unit).factor
+        """Return the size of the display unit in an SI unit."""
+        factor = self._choice(unit).factor
         size = 1.0 if factor is None else factor.shadow
         assert size is not None
         return size
@@ -94,30 +91,27 @@ class Units:
     def _known(self) -> dict[str, _Choice]:
         return {}
 
-    def _told(self, unit: str) -> _Choice:
+    def _choice(self, unit: str) -> _Choice:
         if unit not in self._known:
-            self._known[unit] = self._found(unit)
+            self._known[unit] = self._choose(unit) if unit and self.chosen else _Choice(unit, None)
         return self._known[unit]
 
-    def _found(self, unit: str) -> _Choice:
-        if not unit or not self.chosen:
-            return _Choice(unit, None)
-        from multibody_sym.text.units import kind_of
-
-        return self.chosen.get(kind_of(unit)) or self._followed(unit)
-
-    def _followed(self, unit: str) -> _Choice:
-        """Return the unit made of chosen ones in place of each of its parts."""
+    def _choose(self, unit: str) -> _Choice:
+        """Return the chosen unit for an SI unit, or the one made of chosen units for its parts."""
         from multibody_sym.scalars.node import ONE
         from multibody_sym.text.units import kind_of
 
+        if (chosen := self.chosen.get(kind_of(unit))) is not None:
+            return chosen
         factor, above, below = ONE, list[str](), list[str]()
-        for part, exponent in _parts(unit):
+        for sign, part, digits in _PART.findall(unit):
+            if part == "1":
+                continue
+            exponent = Fraction(digits or 1) * (-1 if sign == "/" else 1)
             choice = self.chosen.get(kind_of(part))
-            simple = choice is not None and choice.text.isalpha()
-            name, size = choice if choice is not None and simple else (part, None)
+            name, size = choice if choice is not None and choice.text.isalpha() else (part, None)
             factor = factor if size is None else factor * size**exponent
-            (above if exponent > 0 else below).append(_raised(name, abs(exponent)))
+            (above if exponent > 0 else below).append(power_text(name, abs(exponent)))
         return _Choice("/".join(["*".join(above) or "1", *below]), factor)
 
 
@@ -127,7 +121,7 @@ SI: Final = Units()
 def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
     """Return the units of a text such as `mm,deg,kN` or of a list of such names; None chooses none.
 
-    Raises InputError for what is no unit, and for two units of one quantity.
+    Raises InputError for a word that is no unit, and for two units of one quantity.
     """
     if units is None:
         return SI
@@ -138,7 +132,7 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
         raise ArgumentError(f"units: expected a text such as 'mm,deg', got {shown(units)}")
     chosen: dict[Kind, _Choice] = {}
     for word in map(str.strip, words):
-        kind, choice = _choice(word)
+        kind, choice = _read_choice(word)
         if kind in chosen and chosen[kind] != choice:
             raise InputError(
                 f"{chosen[kind].text} and {word} are units of one quantity; choose one of them", number="U102"
@@ -147,7 +141,7 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
     return Units(chosen)
 
 
-def _choice(word: str) -> tuple[Kind, _Choice]:
+def _read_choice(word: str) -> tuple[Kind, _Choice]:
     from multibody_sym.text.units import PURE, UNITS, kind_of, parse_unit
 
     known = ", ".join(UNITS)
@@ -162,29 +156,16 @@ def _choice(word: str) -> tuple[Kind, _Choice]:
     return kind, _Choice(word, factor)
 
 
-def _parts(unit: str) -> Iterator[tuple[str, Fraction]]:
-    """Yield the parts of an SI unit as `Dimension` prints it, each with its exponent."""
-    for sign, name, exponent in _PART.findall(unit):
-        if name != "1":
-            yield name, Fraction(exponent or 1) * (-1 if sign == "/" else 1)
-
-
-def _raised(name: str, exponent: Fraction) -> str:
-    if exponent == 1:
-        return name
-    return f"{name}^{exponent}" if exponent.denominator == 1 else f"{name}^({exponent})"
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 @dataclass(frozen=True)
 class Value:
-    """A number (SI; None where there is none) and its closed form in the names of the model (None: numbers only).
+    """A number (SI; None for none) and its closed form in the names of the model (None: numbers only).
 
-    It is not `unique` where constraints depend on each other and other values would serve as well: then there is none,
-    but for that of least norm where this was asked for and is possible. `unit` is empty for pure numbers and where it
-    is not known. `t` is the time in s at which it is reached, where it is that of one moment of a motion. The number is
-    known to within `error`, the time to within `t_error`; 0 is an error that no printed digit shows.
+    It is not `unique` where constraints are redundant and other values serve as well: then there is no number, except
+    the one of least norm where it was asked for and is possible. `unit` is empty for pure numbers and unknown units.
+    `t` is the time in s of a value at one moment of a motion. The number has at most the error `error`, the time
+    `t_error`; 0 is an error below the printed digits.
     """
 
     value: float | None
@@ -196,14 +177,11 @@ class Value:
     t_error: float = 0.0
 
     def __str__(self) -> str:
-        """Return `formula = number unit`, without the formula where there is none or it is that number."""
+        """Return `formula = number unit`, without a formula that is that number."""
         return self.told()
 
     def told(self, units: Units = SI) -> str:
-        """Return the same with the number in chosen units; a formula of numbers alone is one in SI units.
-
-        Of the number the digits are there that hold within its error.
-        """
+        """Return the same with the number in chosen units and its reliable digits; numeric formulas are in SI units."""
         number = "unknown" if self.value is None else units.said(self.value, self.unit, error=self.error)
         if not self.unique:
             return "not unique" if self.value is None else f"{number} (of least norm, not unique)"
@@ -215,7 +193,7 @@ class Value:
 
     @property
     def digits(self) -> str:
-        """The number (SI) as text, with the digits that hold."""
+        """The number (SI) as text, with its reliable digits."""
         return held(self.value or 0.0, self.error)
 
     def _formula(self, units: Units) -> str:

@@ -1,9 +1,9 @@
-"""The events of a YAML text: of libyaml's parser where it is there and the text is plain, else of PyYAML's in Python.
+"""YAML text to a tree of maps, lists and texts with the line and column of everything.
 
-libyaml needs a twentieth of the time, but takes a slightly different language (`a:<tab>b` is one text in Python) and
-puts its errors elsewhere. So it reads plain texts only: lines of ASCII with names, numbers, expressions, lists, maps
-and folded texts, of which both say the same (tests/text/test_yaml_events.py). What it refuses is read again, to be
-refused in Python's words.
+The events come from libyaml's parser where it exists and the text is plain, else from PyYAML's in Python. libyaml needs
+a twentieth of the time, but takes a slightly different language (`a:<tab>b` is one text in Python) and puts its errors
+elsewhere. So it reads plain texts only: lines of ASCII with names, numbers, expressions, lists, maps and folded texts,
+on which both agree (tests/text/test_yaml_events.py). A text that it refuses is read again, for Python's errors.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _IN_TEXT: Final = (
     r"[A-Za-z0-9_./()+]|-(?=[A-Za-z0-9_.(])|(?<=[A-Za-z0-9_.)] )[-*<>](?= )"
     rf"|{_BEHIND}[-*^<>=]|(?<=[<>])=|(?<=[A-Za-z0-9_.)] )[<>](?==)| (?! {{0,99}}#)"
 )
-"""A character of a name, number or expression. Parts that repeat never begin alike: a line is matched in one go."""
+"""A character of a name, number or expression. Repeated parts never begin alike, so that matching takes linear time."""
 _QUOTED: Final = r"\"[^\"\\]*\"|'[^']*'"
 _IN_FLOW: Final = rf"{_IN_TEXT}|{_QUOTED}|(?<=[A-Za-z0-9_]):(?= {{1,99}}[^ #,\]}}])|,(?= |$)|[\[\]{{}}]"
 _VALUE: Final = rf"(?=[-A-Za-z0-9_./(+])(?!-[- ]|-$)(?:{_IN_TEXT})+|{_QUOTED}|(?=[\[{{])(?:{_IN_FLOW})+"
@@ -67,7 +67,7 @@ class _PythonEvents(Reader, Scanner, Parser):
 
 
 class _Ready:
-    """Events that are all known."""
+    """Events that have all been read."""
 
     def __init__(self, events: list[Any]) -> None:
         self._events = iter(events)
@@ -78,13 +78,22 @@ class _Ready:
 
 
 def events_of(text: str) -> Any:
-    """Return what yields the events of a text, one by one, by `get_event`, or raises YAMLError there."""
-    ready = _of_libyaml(text) if CParser is not None and is_plain(text) else None
-    return _PythonEvents(text) if ready is None else _Ready(ready)
+    """Return a source of the events of a text; its `get_event` returns the next one or raises YAMLError."""
+    if CParser is None or not is_plain(text):
+        return _PythonEvents(text)
+    parser, events = CParser(text), list[Any]()
+    try:
+        while not (events and isinstance(events[-1], StreamEndEvent)):
+            events.append(parser.get_event())
+    except YAMLError:
+        return _PythonEvents(text)
+    finally:
+        parser.dispose()
+    return _Ready(events)
 
 
 def is_plain(text: str) -> bool:
-    """Return whether both parsers say the same of a text that libyaml takes."""
+    """Return whether both parsers read a text alike if libyaml takes it."""
     if not text.isascii() or "\r" in text:
         return False
     depth, folded = 0, False
@@ -97,36 +106,17 @@ def is_plain(text: str) -> bool:
         written = "" if folded else line.strip(" ")
         if len(line) > _LONGEST_LINE or not (_OF_FLOW if depth else _OF_BLOCK).fullmatch(written):
             return False
-        depth += _opened(written)
+        if any(bracket in written for bracket in "[{]}"):
+            bare = _NO_BRACKETS.sub("", written)
+            depth += bare.count("[") + bare.count("{") - bare.count("]") - bare.count("}")
     return True
 
 
-def _opened(line: str) -> int:
-    """Return how many brackets a line leaves open."""
-    if "[" not in line and "{" not in line and "]" not in line and "}" not in line:
-        return 0
-    bare = _NO_BRACKETS.sub("", line)
-    return bare.count("[") + bare.count("{") - bare.count("]") - bare.count("}")
-
-
-def _of_libyaml(text: str) -> list[Any] | None:
-    """Return all events of a text, None where libyaml refuses it."""
-    parser, found = CParser(text), list[Any]()
-    try:
-        while not (found and isinstance(found[-1], StreamEndEvent)):
-            found.append(parser.get_event())
-    except YAMLError:
-        return None
-    finally:
-        parser.dispose()
-    return found
-
-
 # ----------------------------------------------------------------------------------------------------------------------
-# YAML text to a plain tree of maps, lists and text, with the line and column of everything.
+# The tree.
 #
-# Only the events of PyYAML's parser are used, never its constructors: every scalar stays the text that was written, so
-# `1e3`, `012`, `on`, `1:30` and `0x1F` mean what the place where they stand makes of them.
+# Only the events of the parser are used, never its constructors: every scalar stays text, so that the field which reads
+# it gives a meaning to `1e3`, `012`, `on`, `1:30` and `0x1F`.
 
 
 LARGEST_FILE: Final = 1 << 20
@@ -145,7 +135,7 @@ _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 class Place(NamedTuple):
     """Line and column (from 1) of a key or a value; `inner` is the column of the first character of a text.
 
-    `inner` is None where the text does not stand in the file as it is: block scalars, several lines, escapes.
+    `inner` is None for texts that the file spells differently: block scalars, several lines, escapes.
     """
 
     line: int
@@ -156,10 +146,10 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Tree:
-    """What a file holds (maps, lists, text), and where: the places of keys and of values by their paths.
+    """The content of a file (maps, lists, text), and the places of keys and of values by their paths.
 
     A path is the keys, and the indices of list items as text, from the root: `("bodies", "crank", "com", "1")`.
-    `mistakes`: those which leave the tree readable, keys that stand twice; of these it holds the first.
+    `mistakes` leave the tree readable: repeated keys, of which it holds the first.
     """
 
     data: Any
@@ -173,7 +163,7 @@ class Tree:
         return _LINE_END.split(self.text)[number - 1]
 
     def at(self, path: Path) -> Any:
-        """Return what stands at a path."""
+        """Return the content at a path."""
         part = self.data
         for step in path:
             part = part[int(step)] if isinstance(part, list) else part[step]
@@ -234,7 +224,7 @@ _YAML_TREE_COMMENT: Final = (
 
 
 class _TreeBuilder:
-    """The state of one reading: the events to come, the places found."""
+    """The state of one reading: the remaining events, the places so far."""
 
     def __init__(self, text: str, name: str) -> None:
         self.text, self.name = text, name
@@ -272,7 +262,7 @@ class _TreeBuilder:
         return error
 
     def hidden_by_comment(self, error: MarkedYAMLError) -> Place | None:
-        """Return where a # without a blank behind it hides what closes the [ or { that an error is about."""
+        """Return the place of a # without a blank behind it that hides the bracket which an error misses."""
         begin, end = error.context_mark, error.problem_mark
         if begin is None or end is None or not str(error.context).startswith("while parsing a flow"):
             return None
@@ -287,12 +277,12 @@ class _TreeBuilder:
         return None
 
     def verify_apart(self, error: MarkedYAMLError) -> None:
-        """Raise InputError where the line that an error is about joins a key to its value, without a blank between."""
+        """Raise InputError where the line of an error joins a key to its value, without a blank between."""
         begin = error.context_mark
         line = "" if begin is None else self.text.splitlines()[begin.line :][:1]
         joined = _JOINED.fullmatch(line[0].strip()) if line else None
         if joined and str(error.problem).startswith("could not find expected ':'"):
-            raise self.error(begin, _joined(joined)) from None
+            raise self.error(begin, _joined_message(joined)) from None
 
     def next(self) -> Any:
         try:
@@ -302,7 +292,7 @@ class _TreeBuilder:
             if hidden is not None:
                 raise self.error_at(hidden, _YAML_TREE_COMMENT) from None
             self.verify_apart(error)
-            raise self.error(error.problem_mark or error.context_mark, _in_plain_words(error)) from None
+            raise self.error(error.problem_mark or error.context_mark, _plain_problem(error)) from None
         except (ValueError, OverflowError):
             raise self.error(self.events.get_mark(), "a number in this escape or directive is out of range") from None
         if isinstance(event, NodeEvent):
@@ -355,11 +345,11 @@ class _TreeBuilder:
             self.keys[inside] = place
             content[key] = self.value(self.next(), inside, in_flow)
             if content[key] == "" and not event.style and (joined := _JOINED.fullmatch(key)):
-                raise self.error(event.start_mark, _joined(joined))
+                raise self.error(event.start_mark, _joined_message(joined))
         return content
 
     def again(self, first: Any, path: Path, in_flow: bool) -> None:
-        """Read what stands under a key a second time; a section's elements with other names belong to the `first`."""
+        """Read the content of a repeated key; a section's elements with new names are added to the `first`."""
         keys, values, self.keys, self.values = self.keys, self.values, {}, {}
         second, more, places = self.value(self.next(), path, in_flow), self.keys, self.values
         self.keys, self.values = keys, values
@@ -387,12 +377,12 @@ class _TreeBuilder:
         return Place(start.line + 1, start.column + 1, start.column + 1 + quote if verbatim else None, True)
 
 
-def _joined(joined: re.Match[str]) -> str:
+def _joined_message(joined: re.Match[str]) -> str:
     key, value = joined[1], joined[2]
     return f"a colon and a blank stand between a key and its value: {key}: {_printable(value[:40])}"
 
 
-def _in_plain_words(error: MarkedYAMLError) -> str:
+def _plain_problem(error: MarkedYAMLError) -> str:
     problem = str(error.problem or error.context or "this is not YAML")
     for pattern, message in _PLAIN_WORDS.items():
         match = re.search(pattern, problem)
@@ -418,10 +408,10 @@ _PLAIN_WORDS: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
     r"^mapping values are not allowed here": "a ':' has no place here; is a quote, a line break or an indent missing?",
     r"^could not find expected ':'": "this line is neither 'key: value' nor the continuation of the one before",
     r"^expected <block end>, but found '(.*)'": lambda m: (
-        f"{_found(m[1])} has no place here; does the indent fit the lines above?"
+        f"{_spell(m[1])} has no place here; does the indent fit the lines above?"
     ),
-    r"^expected ',' or '([\]}])', but got '(.*)'": lambda m: f"a ',' or '{m[1]}' is missing before {_found(m[2])}",
-    r"^expected the node content, but found '(.*)'": lambda m: f"a value is missing before {_found(m[1])}",
+    r"^expected ',' or '([\]}])', but got '(.*)'": lambda m: f"a ',' or '{m[1]}' is missing before {_spell(m[2])}",
+    r"^expected the node content, but found '(.*)'": lambda m: f"a value is missing before {_spell(m[1])}",
     r"^found unexpected end of stream": "the quote that opens before is never closed",
     r"^found unexpected document separator": "the quote that opens before is never closed",
     r"^found undefined tag handle": "tags (!name) are not allowed; quote text that starts with !",
@@ -431,7 +421,7 @@ _PLAIN_WORDS: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
 }
 
 
-def _found(token: str) -> str:
+def _spell(token: str) -> str:
     return {
         "<stream end>": "the end of the file",
         "<block mapping start>": "this key",
