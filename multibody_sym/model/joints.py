@@ -353,6 +353,9 @@ class Follow(OneCoordinate):
     across: tuple[Point, Point] = (_UNITS[0], _UNITS[1])
     turns_along: bool = field(default=False, kw_only=True)
 
+    is_independent = False
+    is_hinge = False
+
     @classmethod
     def along(cls, curve: Curve, letter: str = "", *, turns_along: bool = False) -> Follow:
         """Return the step along a declared curve."""
@@ -405,16 +408,8 @@ class Follow(OneCoordinate):
         return (self.axis,) if self.turns_along else ()
 
     @property
-    def is_independent(self) -> bool:
-        return False
-
-    @property
     def drifts(self) -> bool:
         return any(way is not ZERO for way in self.rates.t)
-
-    @property
-    def is_hinge(self) -> bool:
-        return False
 
     @property
     def stays_in_plane(self) -> bool:

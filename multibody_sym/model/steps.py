@@ -158,6 +158,10 @@ class OneCoordinate(Step):
     letter: str = ""
     motion: Node | None = field(default=None, kw_only=True)
 
+    may_be_prescribed = True
+    in_child_axes = False
+    unit_quaternion = False
+
     @property
     @abstractmethod
     def unit(self) -> str:
@@ -171,23 +175,11 @@ class OneCoordinate(Step):
     def speeds(self) -> tuple[StepSpeed, ...]:
         return (StepSpeed(None, f"{self.unit}/s"),)
 
-    @property
-    def may_be_prescribed(self) -> bool:
-        return True
-
     def with_motion(self, motion: Node | None) -> Self:
         return replace(self, motion=motion)
 
     def with_directions(self, change: Callable[[Point], Point]) -> Self:
         return replace(self, axis=change(self.axis))
-
-    @property
-    def in_child_axes(self) -> bool:
-        return False
-
-    @property
-    def unit_quaternion(self) -> bool:
-        return False
 
     def measured_speeds(self, apart: Apart, rates: Sequence[Node]) -> Sequence[Node]:
         return rates
@@ -197,21 +189,13 @@ class OneCoordinate(Step):
 class Translate(OneCoordinate):
     """Translation by the coordinate along `axis`."""
 
-    @property
-    def unit(self) -> str:
-        return "m"
+    unit = "m"
+    turns = ()
+    is_hinge = False
 
     @property
     def slides(self) -> tuple[Point, ...]:
         return (self.axis,)
-
-    @property
-    def turns(self) -> tuple[Point, ...]:
-        return ()
-
-    @property
-    def is_hinge(self) -> bool:
-        return False
 
     @property
     def stays_in_plane(self) -> bool:
@@ -228,21 +212,13 @@ class Translate(OneCoordinate):
 class Rotate(OneCoordinate):
     """Rotation by the coordinate about `axis`."""
 
-    @property
-    def unit(self) -> str:
-        return "rad"
-
-    @property
-    def slides(self) -> tuple[Point, ...]:
-        return ()
+    unit = "rad"
+    slides = ()
+    is_hinge = True
 
     @property
     def turns(self) -> tuple[Point, ...]:
         return (self.axis,)
-
-    @property
-    def is_hinge(self) -> bool:
-        return True
 
     @property
     def stays_in_plane(self) -> bool:
@@ -261,9 +237,9 @@ class ScrewStep(OneCoordinate):
 
     lead: Node = ZERO
 
-    @property
-    def unit(self) -> str:
-        return "rad"
+    unit = "rad"
+    is_hinge = False
+    stays_in_plane = False
 
     @property
     def slides(self) -> tuple[Point, ...]:
@@ -272,14 +248,6 @@ class ScrewStep(OneCoordinate):
     @property
     def turns(self) -> tuple[Point, ...]:
         return (self.axis,)
-
-    @property
-    def is_hinge(self) -> bool:
-        return False
-
-    @property
-    def stays_in_plane(self) -> bool:
-        return False
 
     def is_measured(self, *, plane: bool) -> bool:
         return False
@@ -293,6 +261,13 @@ class Ball(Step):
     """Free rotation: a unit quaternion (w first) as coordinates, the angular velocity in the axes of M as speeds."""
 
     motion = None
+    may_be_prescribed = False
+    slides = ()
+    turns = _UNITS
+    is_hinge = False
+    stays_in_plane = False
+    in_child_axes = True
+    unit_quaternion = True
 
     @property
     def coordinates(self) -> tuple[StepCoordinate, ...]:
@@ -302,39 +277,11 @@ class Ball(Step):
     def speeds(self) -> tuple[StepSpeed, ...]:
         return tuple(StepSpeed(f"w{axis}", "rad/s") for axis in "xyz")
 
-    @property
-    def may_be_prescribed(self) -> bool:
-        return False
-
     def with_motion(self, motion: Node | None) -> Self:
         raise TypeError("free rotation has no coordinate for which an expression could stand")
 
-    @property
-    def slides(self) -> tuple[Point, ...]:
-        return ()
-
-    @property
-    def turns(self) -> tuple[Point, ...]:
-        return _UNITS
-
     def with_directions(self, change: Callable[[Point], Point]) -> Self:
         return self
-
-    @property
-    def is_hinge(self) -> bool:
-        return False
-
-    @property
-    def stays_in_plane(self) -> bool:
-        return False
-
-    @property
-    def in_child_axes(self) -> bool:
-        return True
-
-    @property
-    def unit_quaternion(self) -> bool:
-        return True
 
     def is_measured(self, *, plane: bool) -> bool:
         return True
