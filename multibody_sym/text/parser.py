@@ -38,7 +38,7 @@ from multibody_sym.text.units import ENERGY, FORCE, LENGTH, Dimension, Kind, Kno
 # The quantities of the moving system that an expression can name, such as `reaction(C, fx)`.
 
 
-class Quantity(NamedTuple):
+class QuantityForm(NamedTuple):
     """The kinds of a quantity's arguments, and its dimension (None where that depends on them).
 
     `others`: the kinds for other numbers of arguments. `of_run`: it adds up along a run. `of_mode`: it belongs to a
@@ -56,31 +56,31 @@ class Quantity(NamedTuple):
         return next((kinds for kinds in (self.arguments, *self.others) if len(kinds) == count), None)
 
 
-QUANTITIES: Final[dict[str, Quantity]] = {
-    "position": Quantity(("point", "axis"), Dimension(0, 1, 0)),
-    "velocity": Quantity(("point", "axis"), Dimension(0, 1, -1)),
-    "acceleration": Quantity(("point", "axis"), Dimension(0, 1, -2)),
-    "angular_velocity": Quantity(("body", "axis"), Dimension(0, 0, -1)),
-    "angular_acceleration": Quantity(("body", "axis"), Dimension(0, 0, -2)),
-    "distance": Quantity(("point", "point"), Dimension(0, 1, 0)),
-    "'": Quantity(("moving",), None),
-    "''": Quantity(("coordinate",), None),
-    "reaction": Quantity(("joint", "component"), None),
-    "tension": Quantity(("rope",), Dimension(1, 1, -2)),
-    "multiplier": Quantity(("constraint",), None),
-    "total_energy": Quantity((), ENERGY),
-    "kinetic_energy": Quantity((), ENERGY, (("whole",),)),
-    "potential_energy": Quantity((), ENERGY, (("store",),)),
-    "jacobi_integral": Quantity((), ENERGY),
-    "center_of_mass": Quantity(("axis",), Dimension(0, 1, 0)),
-    "momentum": Quantity(("axis",), Dimension(1, 1, -1), (("whole", "axis"),)),
-    "angular_momentum": Quantity(("axis",), Dimension(1, 2, -1), (("whole", "axis"), ("whole", "about", "axis"))),
-    "generalized_momentum": Quantity(("freedom",), None),
-    "power": Quantity(("exerting",), Dimension(1, 2, -3)),
-    "work": Quantity(("exerting",), ENERGY, of_run=True),
-    "impulse": Quantity(("exerting", "axis"), Dimension(1, 1, -1), (("exerting", "whole", "axis"),), of_run=True),
-    "frequency": Quantity(("mode",), Dimension(0, 0, -1), of_mode=True),
-    "period": Quantity(("mode",), Dimension(0, 0, 1), of_mode=True),
+QUANTITIES: Final[dict[str, QuantityForm]] = {
+    "position": QuantityForm(("point", "axis"), Dimension(0, 1, 0)),
+    "velocity": QuantityForm(("point", "axis"), Dimension(0, 1, -1)),
+    "acceleration": QuantityForm(("point", "axis"), Dimension(0, 1, -2)),
+    "angular_velocity": QuantityForm(("body", "axis"), Dimension(0, 0, -1)),
+    "angular_acceleration": QuantityForm(("body", "axis"), Dimension(0, 0, -2)),
+    "distance": QuantityForm(("point", "point"), Dimension(0, 1, 0)),
+    "'": QuantityForm(("moving",), None),
+    "''": QuantityForm(("coordinate",), None),
+    "reaction": QuantityForm(("joint", "component"), None),
+    "tension": QuantityForm(("rope",), Dimension(1, 1, -2)),
+    "multiplier": QuantityForm(("constraint",), None),
+    "total_energy": QuantityForm((), ENERGY),
+    "kinetic_energy": QuantityForm((), ENERGY, (("whole",),)),
+    "potential_energy": QuantityForm((), ENERGY, (("store",),)),
+    "jacobi_integral": QuantityForm((), ENERGY),
+    "center_of_mass": QuantityForm(("axis",), Dimension(0, 1, 0)),
+    "momentum": QuantityForm(("axis",), Dimension(1, 1, -1), (("whole", "axis"),)),
+    "angular_momentum": QuantityForm(("axis",), Dimension(1, 2, -1), (("whole", "axis"), ("whole", "about", "axis"))),
+    "generalized_momentum": QuantityForm(("freedom",), None),
+    "power": QuantityForm(("exerting",), Dimension(1, 2, -3)),
+    "work": QuantityForm(("exerting",), ENERGY, of_run=True),
+    "impulse": QuantityForm(("exerting", "axis"), Dimension(1, 1, -1), (("exerting", "whole", "axis"),), of_run=True),
+    "frequency": QuantityForm(("mode",), Dimension(0, 0, -1), of_mode=True),
+    "period": QuantityForm(("mode",), Dimension(0, 0, 1), of_mode=True),
 }
 """Every quantity by its name; the arguments are names of the model, joined by dots.
 
@@ -498,7 +498,7 @@ _QUOTE: Final = 'in a list or map {...} an expression that contains a comma is q
 _QUOTED_NAMES: Final = "names with other characters than letters, digits and _ are quoted: 'rod-2'.pin"
 
 
-_CALLED: Final = {**QUANTITIES, **dict.fromkeys(FORCE_NAMES, Quantity(("element",), None))}
+_CALLED: Final = {**QUANTITIES, **dict.fromkeys(FORCE_NAMES, QuantityForm(("element",), None))}
 
 
 def _without_primes(token: Token) -> tuple[str, str]:

@@ -41,14 +41,14 @@ _MOST_KEPT: Final = 20_000
 _LONGEST_KEPT: Final = 2_000
 
 
-class Piece(NamedTuple):
+class _Piece(NamedTuple):
     """The text of a sub-expression and how strongly its outermost operator binds."""
 
     text: str
     strength: int
 
 
-_kept: Final[list[dict[Node, Piece]]] = [{}]
+_kept: Final[list[dict[Node, _Piece]]] = [{}]
 """The printed expressions with all their parts, which formulas that are tried one after the other share."""
 
 
@@ -76,31 +76,31 @@ def text(node: Node) -> str:
     return whole
 
 
-def _within(piece: Piece, strength: int) -> str:
+def _within(piece: _Piece, strength: int) -> str:
     return piece.text if piece.strength >= strength else f"({piece.text})"
 
 
-def _leaf(n: Node) -> Piece:
+def _leaf(n: Node) -> _Piece:
     if n.op == "number":
-        return Piece("-" + _exact(-n.data).text, SUM) if n.data < 0 else _exact(n.data)
+        return _Piece("-" + _exact(-n.data).text, SUM) if n.data < 0 else _exact(n.data)
     if n.op == "slot":
-        return Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
+        return _Piece(f"{n.data[0]}[{n.data[1]}]", ATOM)
     if n.op == "quantity":
         function, names = n.data
         if function in _OWN:
-            return Piece(_OWN[function](names), ATOM)
+            return _Piece(_OWN[function](names), ATOM)
         if function in ("'", "''"):
-            return Piece(f"{names[0]}{function}", ATOM)
+            return _Piece(f"{names[0]}{function}", ATOM)
         if function == "reaction" and names[1] in FORCE_NAMES:
-            return Piece(f"{names[1]}({_dotted_name(names[0])})", ATOM)
+            return _Piece(f"{names[1]}({_dotted_name(names[0])})", ATOM)
         numbered = function in ("frequency", "period")
         arguments = (name if numbered and name.isdecimal() else _dotted_name(name) for name in names)
-        return Piece(f"{function}({', '.join(arguments)})", ATOM)
+        return _Piece(f"{function}({', '.join(arguments)})", ATOM)
     if n.op == "real":
-        return Piece(f"real({n.data!r})", ATOM)
+        return _Piece(f"real({n.data!r})", ATOM)
     if n.op == "declared":
-        return Piece(n.data[0], ATOM)
-    return Piece("pi" if n.op == "pi" else n.data, ATOM)
+        return _Piece(n.data[0], ATOM)
+    return _Piece("pi" if n.op == "pi" else n.data, ATOM)
 
 
 _OWN: Final[dict[str, Callable[[tuple[str, ...]], str]]] = {
@@ -133,17 +133,17 @@ def power_text(base: str, exponent: int | Fraction) -> str:
     return f"{base}^{exponent}" if exponent.denominator == 1 else f"{base}^({exponent})"
 
 
-def _exact(value: int | Fraction) -> Piece:
+def _exact(value: int | Fraction) -> _Piece:
     """Return a number that is not negative: an integer, an exact decimal, or a quotient of integers."""
     if value.denominator == 1:
         digits = str(value)
         mantissa = digits.rstrip("0")
         short = len(digits) - len(mantissa) > 6
-        return Piece(_scientific(mantissa, len(digits) - 1) if short else digits, ATOM)
+        return _Piece(_scientific(mantissa, len(digits) - 1) if short else digits, ATOM)
     decimal = _decimal(Fraction(value))
     if decimal:
-        return Piece(decimal, ATOM)
-    return Piece(f"{_exact(value.numerator).text}/{_exact(value.denominator).text}", PRODUCT)
+        return _Piece(decimal, ATOM)
+    return _Piece(f"{_exact(value.numerator).text}/{_exact(value.denominator).text}", PRODUCT)
 
 
 def _scientific(digits: str, exponent: int) -> str:
@@ -174,21 +174,21 @@ def _multiplicity(value: int, prime: int) -> tuple[int, int]:
     return count, value
 
 
-def _neg(n: Node, pieces: dict[Node, Piece]) -> Piece:
-    return Piece("-" + _within(pieces[n.args[0]], PRODUCT), SUM)
+def _neg(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
+    return _Piece("-" + _within(pieces[n.args[0]], PRODUCT), SUM)
 
 
-def _add(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _add(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     a, b = _ordered(n, pieces)
     first = _within(pieces[a], SUM)
     if b.op == "neg":
-        return Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
+        return _Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
     if b.op == "number" and b.data < 0:
-        return Piece(f"{first} - {_exact(-b.data).text}", SUM)
-    return Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
+        return _Piece(f"{first} - {_exact(-b.data).text}", SUM)
+    return _Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
 
 
-def _ordered(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
+def _ordered(n: Node, pieces: dict[Node, _Piece]) -> tuple[Node, Node]:
     """Return the operands of a commutative operation: a nested one first, without parentheses, numbers last."""
     a, b = n.args
     if b.op == "neg" or _rank(n.op, a, pieces) <= _rank(n.op, b, pieces):
@@ -196,7 +196,7 @@ def _ordered(n: Node, pieces: dict[Node, Piece]) -> tuple[Node, Node]:
     return b, a
 
 
-def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
+def _rank(op: str, n: Node, pieces: dict[Node, _Piece]) -> tuple[int, int, str]:
     if n.op == op or (op == "mul" and n.op == "div"):
         return (0 if n.op == op else 1, 0, "")
     if op == "add" and n.op in ("number", "real"):
@@ -211,22 +211,22 @@ def _rank(op: str, n: Node, pieces: dict[Node, Piece]) -> tuple[int, int, str]:
 _PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot": 1, "add": 4}
 
 
-def _mul(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _mul(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     if n.args[0].op == "number":
         return _multiple(n.args[0].data, n.args[1], pieces)
     a, b = _ordered(n, pieces)
-    return Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
+    return _Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
 
 
-def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`, `3*x/256`."""
     above, below = factor.numerator, factor.denominator
     small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
     small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
     if not small and below != 1 and _decimal(Fraction(factor)):
-        return Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
+        return _Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
     product = f"{_exact(above).text}*{_behind_number(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
-    return Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
+    return _Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
 
 
 def is_halved(value: int | Fraction) -> bool:
@@ -235,7 +235,7 @@ def is_halved(value: int | Fraction) -> bool:
     return below in _POWERS_OF_TWO and (above < _HUNDRED or below > _HUNDRED)
 
 
-def _behind_number(n: Node, pieces: dict[Node, Piece]) -> str:
+def _behind_number(n: Node, pieces: dict[Node, _Piece]) -> str:
     """Return the text of `n` behind a leading number: a product may follow bare, a quotient may not."""
     first = n
     while first.op == "mul":
@@ -243,38 +243,38 @@ def _behind_number(n: Node, pieces: dict[Node, Piece]) -> str:
     return f"({pieces[n].text})" if first.op == "div" else _within(pieces[n], PRODUCT)
 
 
-def _div(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _div(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     a, b = (pieces[x] for x in n.args)
-    return Piece(f"{_within(a, PRODUCT)}/{_within(b, PRODUCT + 1)}", PRODUCT)
+    return _Piece(f"{_within(a, PRODUCT)}/{_within(b, PRODUCT + 1)}", PRODUCT)
 
 
-def _pow(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _pow(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     base, exponent = (pieces[x] for x in n.args)
-    return Piece(f"{_within(base, POWER + 1)}^{_within(exponent, POWER)}", POWER)
+    return _Piece(f"{_within(base, POWER + 1)}^{_within(exponent, POWER)}", POWER)
 
 
-def _comparison(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _comparison(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     a, b = (_within(pieces[x], SUM) for x in n.args)
-    return Piece(f"{a} {'<' if n.op == 'less' else '<='} {b}", COMPARISON)
+    return _Piece(f"{a} {'<' if n.op == 'less' else '<='} {b}", COMPARISON)
 
 
-def _extreme(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _extreme(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     a, b = _ordered(n, pieces)
     if is_condition(n):
         word, strength = ("and", AND) if n.op == "min" else ("or", OR)
-        return Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)
+        return _Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)
     first = pieces[a].text
     if a.op == n.op and pieces[a].strength == ATOM:
         first = first[len(n.op) + 1 : -1]
-    return Piece(f"{n.op}({first}, {pieces[b].text})", ATOM)
+    return _Piece(f"{n.op}({first}, {pieces[b].text})", ATOM)
 
 
-def _function(n: Node, pieces: dict[Node, Piece]) -> Piece:
+def _function(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     name = n.data[0].called(n.data[1]) if n.op == "table" else n.op
-    return Piece(f"{name}({', '.join(pieces[a].text for a in n.args)})", ATOM)
+    return _Piece(f"{name}({', '.join(pieces[a].text for a in n.args)})", ATOM)
 
 
-_PRINTERS: Final[dict[str, Callable[[Node, dict[Node, Piece]], Piece]]] = {
+_PRINTERS: Final[dict[str, Callable[[Node, dict[Node, _Piece]], _Piece]]] = {
     "neg": _neg, "add": _add, "mul": _mul, "div": _div, "pow": _pow, "less": _comparison, "less_equal": _comparison,
     "min": _extreme, "max": _extreme,
 }
