@@ -41,7 +41,6 @@ class Antiderivative:
 
     @property
     def node(self) -> Node:
-        """The whole sum."""
         logarithms = (multiply(written(x), BUILD["log"](written(ratio))) for x, ratio in self.logarithms)
         return reduce(add, logarithms, self.plain)
 
@@ -100,7 +99,6 @@ class _Integration:
         return self.by not in a.symbols
 
     def quotient(self, node: Node) -> Quotient:
-        """Return an expression in the present letters."""
         letters = [(x.node, x) for x in self.field.letters if x.node is not None]
         return exact(self.field, [node], {node: self.field.letter(node, x) for node, x in letters})[0]
 
@@ -318,9 +316,6 @@ class _Integration:
         return found
 
 
-# --- polynomials as lists of coefficients --------------------------------------------------------------------------
-
-
 def coefficients(a: Quotient, k: int) -> Powers:
     """Return the coefficients of the powers 0, 1, .. of the letter at a place in a polynomial."""
     field = a.field
@@ -353,5 +348,4 @@ def shifted(powers: Powers, by: Quotient) -> Powers:
 
 
 def written(a: Quotient) -> Node:
-    """Return a quotient as an expression."""
     return book_form(doubled(a))

@@ -191,9 +191,6 @@ def _length_and_text(node: Node) -> tuple[int, str]:
     return len(written), written
 
 
-# --- fractions -----------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class _Product:
     """number x factors, each a polynomial with a whole exponent (negative below), written times its scale."""
@@ -329,9 +326,6 @@ def _with_few_signs(field: Field, product: _Product) -> _Product:
     return _Product(value, tuple(factors))
 
 
-# --- decimals ------------------------------------------------------------------------------------------------------
-
-
 def _with_decimals(field: Field, product: _Product) -> _Product:
     """Return the product with decimals in sums where this makes it shorter: 2 (a - 0.001) for (1000 a - 1) / 500."""
     for p, e in product.factors:
@@ -423,9 +417,6 @@ def _with_number(value: Fraction, above: Node, below: Node) -> Node:
         above, below = multiply(number(value.numerator), above), multiply(number(value.denominator), below)
         return divide(above, below)
     return divide(multiply(number(value), above), below)
-
-
-# --- sums and products ---------------------------------------------------------------------------------------------
 
 
 def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:

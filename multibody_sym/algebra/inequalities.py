@@ -268,7 +268,6 @@ def in_circle(parts: Sequence[Quotient], most: Quotient, broken: str = "") -> li
 
 
 def within(x: Quotient, y: Quotient, broken: str = "") -> list[Condition]:
-    """Return |x| <= y as its two halves."""
     size = (x, y)
     return [Condition(y - x, False, broken, size), Condition(y + x, False, broken, size)]
 
@@ -322,9 +321,6 @@ def _write_relation(form: Node, sample: Mapping[Node, float], word: str) -> str:
 
 def _form(a: Quotient) -> Node:
     return with_doubles(book_form(a))
-
-
-# --- fewer ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

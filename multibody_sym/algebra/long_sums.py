@@ -48,7 +48,6 @@ def _place_in_product(node: Node) -> tuple[int, str]:
 
 
 def plain(terms: Terms, powers: Powers) -> list[Written]:
-    """Return each term by itself."""
     return [(multiplied(powers(m)), c) for m, c in terms.items()]
 
 
@@ -73,7 +72,6 @@ def grouped(terms: Terms, powers: Powers) -> list[Written]:
 
 
 def divided(m: Exponents, shared: Exponents) -> Exponents:
-    """Return a product divided by another one."""
     return tuple(e - s for e, s in zip(m, shared, strict=True))
 
 

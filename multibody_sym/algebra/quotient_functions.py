@@ -320,7 +320,6 @@ def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
 
 
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
-    """Return a letter for a function's value."""
     inverse = op in ("asin", "acos", "atan", "atan2")
     known = _part_of_turn(op, *arguments) if inverse else of_hyperbolic(op, arguments[0])
     if known is not None:
@@ -454,9 +453,6 @@ def _value(field: Field, p: Poly, letters: Mapping[int, Quotient]) -> Quotient:
             term = term * letters[k].power(e) if e else term
         total = total + term
     return total
-
-
-# --- algebraic integers --------------------------------------------------------------------------------------------
 
 
 def _is_zero(field: Field, p: Poly) -> bool:

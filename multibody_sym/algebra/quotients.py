@@ -130,9 +130,6 @@ def _in_all_letters(p: Poly, used: Sequence[int], ring: Any) -> Poly:
     return ring.from_dict(whole)
 
 
-# --- common divisors -------------------------------------------------------------------------------------------------
-
-
 def cofactors(f: Poly, g: Poly) -> tuple[Poly, Poly, Poly]:
     """Return the greatest common divisor h and f/h, g/h; raises HeuristicGCDFailed where it is not found."""
     if len(f) < 2 or len(g) < 2:  # as quick as the way below
@@ -232,9 +229,6 @@ Exponents = tuple[int, ...]
 Row = tuple[int, ...]
 """Coefficients of 1, t, t^2, ..."""
 
-# --- there and back ------------------------------------------------------------------------------------------------
-
-
 @lru_cache(maxsize=1000)
 def _row(i: int, j: int, n: int) -> Row:
     """Return cos^i sin^j (1 + t^2)^n: the coefficients of (1 - t^2)^i (2 t)^j (1 + t^2)^(n - i - j)."""
@@ -283,9 +277,6 @@ def with_whole(p: Poly, s: int, c: int, n: int) -> Poly:
                 key = tuple(rest)
                 terms[key] = terms.get(key, 0) + coefficient * x
     return p.ring.from_dict({m: x for m, x in terms.items() if x})
-
-
-# --- common divisors of both sides ----------------------------------------------------------------------------------
 
 
 def shared_degree(above: Poly, below: Poly, s: int, c: int, n: int) -> int:
@@ -483,7 +474,6 @@ class Field:
         return Quotient(self, p, self.ring.one, self.value(p))
 
     def value(self, p: Poly) -> Any:
-        """Return a polynomial's value at the sample."""
         total = PRECISE.mpf(0)
         for m, c in p.items():
             term = PRECISE.mpf(int(c))

@@ -137,7 +137,6 @@ class Roots:
         return bool(abs(self.field.value(p)) <= _VANISHING * sizes)
 
     def of_factor(self, p: Poly, left: int) -> Iterator[Node]:
-        """Yield the roots of an irreducible factor."""
         p = self.field.in_ring(p)
         places = [k for k in range(len(self.field.letters)) if any(m[k] for m in p) and self.depends(k)]
         root = next((k for k in places if self.field.letters[k].node is None), None)

@@ -81,9 +81,6 @@ class Readable:
         return terms
 
 
-# --- sin^2 + cos^2 = 1 -----------------------------------------------------------------------------------------------
-
-
 def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
     """Return the terms with gone^2 = 1 - (sum of the squares of others), in powers that a person would rewrite."""
     result: Terms = {}
@@ -97,9 +94,6 @@ def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
         pending.append((changed(key, {gone: -2}), factor))
         pending.extend((changed(key, {gone: -2, other: 2}), -factor) for other in others)
     return result
-
-
-# --- cos(a + b) ------------------------------------------------------------------------------------------------------
 
 
 def with_angle_sums(terms: Terms) -> Terms:
@@ -133,9 +127,6 @@ def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any)
     """Return the term with some factors changed and a function put in; sympy turns sin(-x) into -sin x."""
     sign, plain = function.as_coeff_Mul()
     return changed(key, {**changes, plain: 1}), sign * factor
-
-
-# --- squares ---------------------------------------------------------------------------------------------------------
 
 
 def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Zero) -> Terms:

@@ -65,17 +65,14 @@ def is_whole(e: Any) -> bool:
 
 
 def expression_of(terms: Mapping[Monomial, Any]) -> Any:
-    """Return terms as one expression."""
     return sympy.Add(*(factor * product_of(key) for key, factor in terms.items()))
 
 
 def product_of(key: Monomial) -> Any:
-    """Return a product as one expression."""
     return sympy.Mul(*(base**exponent for base, exponent in key))
 
 
 def monomial(powers: Mapping[Any, Any]) -> Monomial:
-    """Return the product of bases to their exponents."""
     return tuple(sorted(((b, e) for b, e in powers.items() if e != 0), key=lambda power: _text(power[0])))
 
 

@@ -59,7 +59,6 @@ class Script(ABC):
         self._keys: dict[Any, FactorKey] = {}
 
     def shown(self, expression: Any) -> str:
-        """Return the text of an expression or a matrix."""
         if isinstance(expression, sympy.MatrixBase):
             return self.matrix([[self.piece(x).text for x in row] for row in expression.tolist()])
         return self.piece(expression if isinstance(expression, sympy.Basic) else sympy.Integer(expression)).text

@@ -145,7 +145,6 @@ class Surface(Element):
 
     @property
     def radius(self) -> Node:
-        """The radius of a ball or disc."""
         radius = self.sphere if self.disc is None else self.disc
         assert radius is not None
         return radius
@@ -428,7 +427,6 @@ class Body(Element):
                             )
 
     def ends(self, places: tuple[Point | str, ...]) -> tuple[Point, ...]:
-        """Return the ends of a surface in body axes."""
         return tuple(self.points[place] if isinstance(place, str) else place for place in places)
 
     @property

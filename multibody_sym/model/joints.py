@@ -334,7 +334,6 @@ class At(NamedTuple):
 
 
 def rates(nodes: Sequence[Node], leaf: Node) -> CurveRates:
-    """Return the derivatives of expressions of a curve's parameter `leaf` and of t."""
     s, t = (tuple(tangents(nodes, {each: ONE})) for each in (leaf, _TIME))
     ss, st = (tuple(tangents(s, {each: ONE})) for each in (leaf, _TIME))
     return CurveRates(s, t, ss, st, tuple(tangents(t, {_TIME: ONE})))
@@ -358,7 +357,6 @@ class Follow(OneCoordinate):
 
     @classmethod
     def along(cls, curve: Curve, letter: str = "", *, turns_along: bool = False) -> Follow:
-        """Return the step along a declared curve."""
         return cls(_UNITS[2], letter, place=curve.place, leaf=curve.leaf, turns_along=turns_along)
 
     @property
@@ -373,7 +371,6 @@ class Follow(OneCoordinate):
 
     @cached_property
     def rates(self) -> CurveRates:
-        """The derivatives of the place."""
         return rates(self.place, self.leaf)
 
     @cached_property
@@ -649,7 +646,6 @@ class Direct(Element):
             raise ModelError("a pitch goes with rotate", number="M110")
 
     def step(self, letter: str) -> Step:
-        """Return the freedom as a step."""
         if self.curve is not None:
             return Follow.along(self.curve, letter)
         if self.translate is not None:

@@ -402,7 +402,6 @@ class Curve(Element):
 
     @property
     def unit_of_parameter(self) -> str:
-        """The unit of its parameter."""
         unit: str = self.leaf.data[1][1]
         return unit
 

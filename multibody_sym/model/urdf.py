@@ -225,9 +225,6 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
     return Robot(name, masses, joints, _find_root(links, elements, joints), skipped, tuple(meshed))
 
 
-# --- elements ---------------------------------------------------------------------------------------------------
-
-
 @contextmanager
 def _inside(element: XmlElement, *path: str) -> Iterator[None]:
     """Give errors raised inside the place of `element`, unless they have one, and its path."""
@@ -353,9 +350,6 @@ def _numbers(element: XmlElement, key: str, count: int, default: str | None) -> 
     return [float(word) if abs(float(word)) > 1 / _LARGEST else 0.0 for word in words]
 
 
-# --- the tree ---------------------------------------------------------------------------------------------------
-
-
 def _find_root(
     links: Mapping[str, XmlElement], elements: Mapping[str, XmlElement], joints: Mapping[str, UrdfJoint]
 ) -> str:
@@ -463,9 +457,6 @@ def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool) -> Tree
     }
 
 
-# --- links ------------------------------------------------------------------------------------------------------
-
-
 def _unique(wanted: str, taken: Collection[str]) -> str:
     while wanted in taken:
         wanted += "_"
@@ -503,9 +494,6 @@ def _matrix(inertia: Sequence[float]) -> Matrix:
     for (i, k), element in zip(_ELEMENTS, inertia, strict=True):
         J[i, k] = J[k, i] = element
     return J
-
-
-# --- joints -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -600,9 +588,6 @@ def _mimics(robot: Robot) -> dict[str, Mimic]:
     }
 
 
-# --- rotations --------------------------------------------------------------------------------------------------
-
-
 def _turns(origin: Origin) -> list[Tree]:
     """Return a rotation as turns, each about axes that the ones before have turned: yaw, pitch, roll."""
     angles = [(axis, _angle(angle)) for axis, angle in zip("zyx", reversed(origin.rpy), strict=True)]
@@ -615,9 +600,6 @@ def _angle(angle: float) -> float | Node:
     if abs(off) > RIGHT_ANGLE:
         return angle
     return (0.0, PI / 2, PI, -PI / 2)[round((angle - off) / (math.pi / 2)) % 4]
-
-
-# --- notes ------------------------------------------------------------------------------------------------------
 
 
 def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:

@@ -264,9 +264,6 @@ def growing_csv(
         raise
 
 
-# --- reading ----------------------------------------------------------------------------------------------------
-
-
 def read_table(path: str | os.PathLike[str]) -> Table:
     """Return the table in a .csv, .npz or .parquet file, or in the `.csv.partial` of an interrupted run.
 
