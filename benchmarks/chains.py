@@ -35,6 +35,7 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Joint, Revolute, Spherical
 from multibody_sym.model.system import System
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import operation_count
@@ -137,7 +138,7 @@ def measure(count: int, kind: str) -> float:
     made = programs(resolved, block_ldl).as_mapping()
     size = len(c_source(made)["model.c"])
     times.append(cpu())
-    compiled = load(made, backend="c")
+    compiled = load(made, Native(backend="c"))
     times.append(cpu())
     declared, derived, built = (sum(b) - sum(a) for a, b in pairwise(times))
     q, u = states(resolved, 64)

@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 
 from multibody_sym.mechanics.model_files import load
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 
 MODEL = Path(__file__).parent.parent / "examples" / "double_pendulum.yaml"
 WANTED = 1e-6
@@ -74,7 +74,7 @@ def cheapest(runs: Callable[[float], Callable[[], np.ndarray]], settings: list[f
 
 def ours(start: tuple[float, float], rtol: float) -> Callable[[], np.ndarray]:
     """Return the compiled loop at a tolerance; it gives the absolute angles at the end."""
-    ready = runnable(load(MODEL))
+    ready = prepare_system(load(MODEL))
     problem = replace(problem_of(ready, settings_of(ready)), q0=np.array(start), rtol=rtol, atol=rtol, samples=2)
 
     def run() -> np.ndarray:

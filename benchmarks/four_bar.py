@@ -27,6 +27,7 @@ from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.state import slot_state
+from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.trace import folded
@@ -95,7 +96,7 @@ def main() -> None:
     program = our_program(system)
     motion = mbs.simulate(system, t_end=10, samples=STATES)
     coordinates, speeds = np.ascontiguousarray(motion.q), np.ascontiguousarray(motion.u)
-    compiled = load({"state_derivative": program}, native=True, backend="c")
+    compiled = load({"state_derivative": program}, Native(True, "c"))
     folded_values = np.zeros(program.input("parameters").size)
     model, constraints = their_model()
     theirs = [(q, u, np.zeros(3)) for q, u in zip(coordinates, speeds, strict=True)]

@@ -31,8 +31,9 @@ from windows import windows
 import multibody_sym as mbs
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.motion.prepare.problem import runnable
-from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.prepare.problem import prepare_system
+from multibody_sym.motion.prepare.records import PreparedSystem
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load
 
@@ -67,13 +68,13 @@ def children() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def source_size(ready: Runnable) -> int:
+def source_size(ready: PreparedSystem) -> int:
     """Return the bytes of model.c."""
     made = programs(ready.mechanism, FORMALISMS[ready.formalism]).as_mapping()
     return len(c_source(made)["model.c"])
 
 
-def microseconds(ready: Runnable, names: tuple[str, ...]) -> float:
+def microseconds(ready: PreparedSystem, names: tuple[str, ...]) -> float:
     """Return the least time of one evaluation of some Programs near the start."""
     rng = np.random.default_rng(0)
     q = ready.q0 + 0.01 * rng.normal(size=(STATES, len(ready.q0)))
@@ -94,10 +95,10 @@ def unlike_numbers(count: int) -> None:
     found = {}
     for named in (False, True):
         begin = children()
-        ready = runnable(chain(count, 1, named=named))
+        ready = prepare_system(chain(count, 1, named=named))
         compiler = children() - begin
         begin = children()
-        runnable(chain(count, 2, named=named))
+        prepare_system(chain(count, 2, named=named))
         again = children() - begin
         found[named] = source_size(ready), compiler, microseconds(ready, ("state_derivative",)), again
         size, compiler, each, again = found[named]
@@ -115,7 +116,7 @@ def rows_of_windows(sizes: list[int]) -> None:
     found = []
     for count in sizes:
         begin = children()
-        ready = runnable(windows(count))
+        ready = prepare_system(windows(count))
         compiler = children() - begin
         each = microseconds(ready, ("state_derivative", "put_back"))
         found.append((source_size(ready), compiler, each))
@@ -131,7 +132,7 @@ def unlike_windows(count: int) -> None:
     found = {}
     for seed in (None, 1, 2):
         begin = children()
-        ready = runnable(windows(count, seed=seed))
+        ready = prepare_system(windows(count, seed=seed))
         found[seed] = source_size(ready), children() - begin, microseconds(ready, ("state_derivative", "put_back"))
     size, compiler, each = found[1]
     print(
@@ -165,7 +166,8 @@ def main() -> None:
     print(compiler)
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
-        load(programs(runnable(chain(2, 1, named=False)).mechanism, FORMALISMS["block_ldl"]).as_mapping(), backend="c")
+        resolved = prepare_system(chain(2, 1, named=False)).mechanism
+        load(programs(resolved, FORMALISMS["block_ldl"]).as_mapping(), Native(backend="c"))
         for count in (3, hinges):
             unlike_numbers(count)
         rows_of_windows([max(2, last // 4), max(3, last // 2), last])

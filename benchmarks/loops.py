@@ -19,7 +19,7 @@ import numpy as np
 from windows import windows
 
 import multibody_sym as mbs
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 
 MODEL = Path(__file__).parents[1] / "examples" / "four_bar.yaml"
 ROUNDS = 5
@@ -42,7 +42,7 @@ def of_starts(counts: list[int]) -> None:
         system = windows(count)
 
         def begin(asked: mbs.System = system) -> None:
-            ready = runnable(asked)
+            ready = prepare_system(asked)
             problem_of(ready, settings_of(ready))
 
         begin()  # compiles

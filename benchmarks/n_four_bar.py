@@ -35,7 +35,7 @@ from windows import GRAVITY, windows
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.table import METHODS
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 
 END = 10.0
 METHOD = "dormand_prince_8"
@@ -61,7 +61,7 @@ class Run:
 
 def our_problem(count: int) -> Problem:
     """Return the compiled problem."""
-    ready = runnable(windows(count, END))
+    ready = prepare_system(windows(count, END))
     return replace(problem_of(ready, settings_of(ready)), method=METHODS[METHOD])
 
 

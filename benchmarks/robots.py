@@ -30,6 +30,7 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.forces import Torque
 from multibody_sym.model.urdf import UrdfNotice, load_urdf
+from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.trace import Trace
@@ -99,7 +100,7 @@ def random_coordinates(resolved: Mechanism, rng: np.random.Generator) -> np.ndar
 def times(robot: Robot, resolved: Mechanism, program: Program) -> str:
     """Return one row: microseconds per evaluation, ours, theirs less the call, the call, and how many times less."""
     rng = np.random.default_rng(0)
-    compiled = load({"forward_dynamics": program}, native=True, backend="c")
+    compiled = load({"forward_dynamics": program}, Native(True, "c"))
     inputs = rng.normal(size=(STATES, len(resolved.inputs)))
     ours = (0.0, random_coordinates(resolved, rng), rng.normal(size=(STATES, len(resolved.speeds))), [], inputs, [])
     model = pin.buildModelFromUrdf(path_of(robot), *([pin.JointModelFreeFlyer()] if robot.floating else []))

@@ -44,6 +44,7 @@ from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Spherical
 from multibody_sym.model.system import System
+from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program, operation_count
 from multibody_sym.program.statements import Array
@@ -158,7 +159,7 @@ def timed(programs: Sequence[Program]) -> list[float]:
         given = [rng.uniform(-0.5, 0.5, (STATES, *array.shape)) for array in program.inputs]
         given[3] = np.tile(NUMBERS, given[3].shape[1] // len(NUMBERS))
         given[-1] = np.zeros_like(given[-1])
-        calls.append((load({"step": program}, backend="c"), given))
+        calls.append((load({"step": program}, Native(backend="c")), given))
     best = [math.inf] * len(calls)
     for _ in range(ROUNDS):
         for k, (compiled, given) in enumerate(calls):

@@ -89,8 +89,8 @@ def of_a_run(system: mbs.System) -> None:
 
 def of_a_sweep(system: mbs.System) -> None:
     """Print what rows cost with all that is done for them, written to a journal."""
-    asked = mbs.prepare(system, t_end=10, samples=2).system
-    plan = mbs.sweep(asked, {"m1": (*MASSES, 1000)}, sample=None, t_end=1e-3, reduce=ends).plan
+    asked = mbs.prepare(system, t_end=10, samples=2)
+    plan = mbs.sweep(asked.system, {"m1": (*MASSES, 1000)}, sample=None, t_end=1e-3, reduce=ends).plan
     task = Task(asked, plan, ends)
     loop = watched(task.prepared, parameters={"m1": 1.5})
     with tempfile.TemporaryDirectory() as folder:

@@ -15,6 +15,7 @@ import multibody_sym as mbs
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.mechanics.state import slot_state
+from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import operation_count
 
@@ -39,7 +40,7 @@ def evaluation(system: mbs.System) -> str:
     formalism = cheapest(mechanism)
     program = state_derivative(mechanism, FORMALISMS[formalism](mechanism, slot_state(mechanism)))
     operations = operation_count(program)
-    compiled = load({"state_derivative": program}, native=True)
+    compiled = load({"state_derivative": program}, Native(native=True))
 
     count, rng = 1000, np.random.default_rng(0)
     q = rng.uniform(-1, 1, (count, len(mechanism.coordinates)))

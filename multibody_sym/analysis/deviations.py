@@ -24,6 +24,7 @@ from multibody_sym.mechanics.motion import displaced as step_displaced
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import varies_with_time
+from multibody_sym.program.backend import Native
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
@@ -316,7 +317,7 @@ def deviation_names(mechanism: Mechanism) -> list[str]:
 
 def _callable(program: Program) -> Function:
     """Return a Program as generated Python: searches call it thousands of times, yet too few for a compiler."""
-    return load({program.name: program}, backend="python")[program.name]
+    return load({program.name: program}, Native(backend="python"))[program.name]
 
 
 def _pivots(matrix: Floats, wanted: Set[int]) -> list[int]:

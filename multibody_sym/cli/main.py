@@ -9,8 +9,8 @@ import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Final, TextIO, cast
 
-from multibody_sym.cli.options import Shown, parsed
-from multibody_sym.cli.output import Answer, first_lines
+from multibody_sym.cli.options import ShownText, parsed
+from multibody_sym.cli.output import Reply, first_lines
 from multibody_sym.errors import MultibodyError, OutputError
 
 _THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -59,16 +59,16 @@ def _one_thread() -> None:
         os.environ.update(dict.fromkeys(_THREADS, "1"))
 
 
-def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
+def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
     """Return the answer of a command, with its object as text where that was asked for; whatever happens, an answer."""
     as_json = "--json" in words
     try:
         answer = _run(words)
         return answer, _json_text(answer.json) if as_json else None
-    except Shown as shown:
-        answer = Answer({"text": shown.text}, shown.text)
+    except ShownText as shown:
+        answer = Reply({"text": shown.text}, shown.text)
     except MultibodyError as error:
-        answer = Answer(error.as_json(), _all_told(error), error.exit_code)
+        answer = Reply(error.as_json(), _all_told(error), error.exit_code)
     except KeyboardInterrupt as interrupt:
         told = "; ".join(("interrupted", *filter(None, map(str, interrupt.args))))
         answer = _failure("interrupted", "X103", told, INTERRUPTED)
@@ -83,7 +83,7 @@ def _guarded(words: Sequence[str]) -> tuple[Answer, str | None]:
     return answer, _json_text(answer.json) if as_json else None
 
 
-def _run(words: Sequence[str]) -> Answer:
+def _run(words: Sequence[str]) -> Reply:
     """Return the answer of a command; hints about its model are printed, and stand in its object, if there are any."""
     options = parsed(words)
     options.hints = tuple
@@ -91,14 +91,14 @@ def _run(words: Sequence[str]) -> Answer:
         warnings.simplefilter("always")
         warnings.showwarning = cast(Any, _show_notice)
         try:
-            answer: Answer = options.run(options)
+            answer: Reply = options.run(options)
         except MultibodyError as error:
             if error.exit_code == _FAILED:  # what is wrong input has no hints yet
                 _hinted(options.hints())
             raise
         hints = list(options.hints())
     _hinted(hints)
-    return Answer({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
+    return Reply({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
 
 
 def _hinted(hints: Iterable[str]) -> None:
@@ -106,11 +106,11 @@ def _hinted(hints: Iterable[str]) -> None:
         _say(f"hint: {hint}")
 
 
-def _failure(code: str, number: str, message: str, exit_code: int) -> Answer:
+def _failure(code: str, number: str, message: str, exit_code: int) -> Reply:
     where = {"file": None, "line": None, "column": None, "path": ""}
     error = {"code": code, "number": number, "message": message, "where": where}
     text = message if code == "interrupted" else _told(message, number)
-    return Answer({"error": error, "errors": [error]}, text, exit_code)
+    return Reply({"error": error, "errors": [error]}, text, exit_code)
 
 
 def _all_told(error: MultibodyError) -> str:
@@ -132,7 +132,7 @@ def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, 
         _say(f"note: {message}")
 
 
-def _print(answer: Answer, json_text: str | None) -> None:
+def _print(answer: Reply, json_text: str | None) -> None:
     """Print the object on standard output and the text on standard error, or the text alone where it belongs."""
     if json_text is not None:
         _say(answer.text)

@@ -5,34 +5,30 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields
 from functools import partial
-from typing import Any, Final
 
-from multibody_sym.cli.options import ASSIGNED
+from multibody_sym.cli.options import model_options
 from multibody_sym.cli.output import verify_apart
 from multibody_sym.dynamics.start.number_checks import examined, numbers_of
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, Where, gathered, joined
-from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.model_files import ModelPlaces, load_with_places
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.model.run_options import ASSIGNED
 from multibody_sym.model.system import System
 from multibody_sym.scalars.elementary import leaves
-
-SHARED: Final = (*(f.name for f in fields(Overrides)), "formalism")
-"""The arguments that every function takes beside a system."""
 
 
 @contextmanager
 def model(options: argparse.Namespace) -> Iterator[System]:
-    """Give the system of a command as its file declares it, for a function that takes the `shared` options.
+    """Give the system of a command as its file declares it, for a function that takes `model_options`.
 
     Errors about the model that are raised inside name their place in the file, or the option they come from. Settings
     of runs are verified though the command makes none: commands that do read the same file.
     """
     with opened(options) as (system, _tables):
-        _verify_settings(changed(system, options))
+        _verify_settings(with_overrides(system, model_options(options)))
         yield system
 
 
@@ -61,7 +57,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
 
     def verify(part: System) -> None:
-        asked, wrong = changed(part, options), gathered()
+        asked, wrong = with_overrides(part, model_options(options)), gathered()
         with wrong:
             _verify_settings_of_file(asked, options)
         try:
@@ -75,7 +71,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")
     try:
-        asked = changed(system, options)
+        asked = with_overrides(system, model_options(options))
         options.told = partial(_told, options, system, places)
         options.hints = lambda: _hints(options, asked)
         with numbers_of(asked):  # what is written of an answer is computed too
@@ -99,16 +95,6 @@ def _by_origin(
             each.where = Where(path=(option,))
         (of_file if option is None else of_options).append(each)
     return of_options, of_file
-
-
-def shared(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the arguments that every function takes, from the options of the same names."""
-    return {name: getattr(options, name) for name in SHARED}
-
-
-def changed(system: System, options: argparse.Namespace) -> System:
-    """Return the system as the options change it. Raises InputError."""
-    return Overrides(**{f.name: getattr(options, f.name) for f in fields(Overrides)}).of(system)
 
 
 def _hints(options: argparse.Namespace, system: System) -> list[str]:

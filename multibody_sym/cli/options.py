@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from keyword import iskeyword
 from types import ModuleType
-from typing import Any, Final, NoReturn
+from typing import Any, Final, NoReturn, cast, get_args
 
 from multibody_sym.errors import InputError, Where, nearest
+from multibody_sym.model.run_options import ASSIGNED, MODEL_OPTIONS, RUN_OPTIONS, ModelOptions, RunOptions
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How a line of words ends that names no command, or asks for what is shown instead.
@@ -22,7 +23,7 @@ class UsageError(InputError):
     number = "U101"
 
 
-class Shown(SystemExit):
+class ShownText(SystemExit):
     """What `--help` and `--version` show, instead of ending the process."""
 
     def __init__(self, text: str) -> None:
@@ -34,27 +35,47 @@ class Shown(SystemExit):
 # The options that change the model a command takes, or how it is solved: the same for every command.
 
 
-ASSIGNED: Final = {"parameters": "--set", "initial": "--initial", "inputs": "--inputs"}
-"""The options that are given as NAME=VALUE, by the names of the arguments that they are."""
-
-
-def add_changes(parser: argparse.ArgumentParser) -> None:
+def add_model_options(parser: argparse.ArgumentParser) -> None:
     """Declare what changes the model that a command takes, or how it is solved."""
-    values = {
-        "parameters": "another value of a parameter: m1='500 g'",
-        "initial": "another start: phi='30 deg'; phi='~' is found",
-        "inputs": "another value of an input: tau='2*sin(t)'",
-    }
-    which = "relative (of joints) or absolute (of bodies)"
-    project = "let start values change as constraints need"
-    route = "the route to the equations; default: the cheapest"
     group = parser.add_argument_group("what changes the model, or how it is solved")
-    for name, help in values.items():
-        called = (ASSIGNED[name], f"--{name}") if ASSIGNED[name] != f"--{name}" else (f"--{name}",)
-        group.add_argument(*called, dest=name, action="append", default=[], metavar="NAME=VALUE", help=help)
-    group.add_argument("--coordinates", metavar="WHICH", help=which)
-    group.add_argument("--project", action=argparse.BooleanOptionalAction, help=project)
-    group.add_argument("--formalism", metavar="NAME", help=route)
+    for name in MODEL_OPTIONS:
+        _add_option(group, name)
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Declare how a run is done."""
+    group = parser.add_argument_group("how the run is done")
+    for name in RUN_OPTIONS:
+        if name not in MODEL_OPTIONS:
+            _add_option(group, name)
+
+
+def _add_option(group: Any, name: str) -> None:
+    """Declare the option of an argument, as its type says."""
+    option, kind = RUN_OPTIONS[name], RunOptions.__annotations__[name].__origin__
+    word = f"--{name.replace('_', '-')}"
+    choices = [choice for part in get_args(kind) for choice in get_args(part) if isinstance(choice, str)]
+    if option.flag:
+        words = dict.fromkeys((option.flag, word))
+        group.add_argument(*words, dest=name, action="append", default=[], metavar=option.value, help=option.help)
+    elif kind is bool:
+        group.add_argument(word, action="store_true", help=option.help)
+    elif kind == bool | None:
+        group.add_argument(word, action=argparse.BooleanOptionalAction, help=option.help)
+    elif choices:
+        group.add_argument(word, choices=choices, help=option.help)
+    else:
+        group.add_argument(word, metavar=option.value or name.upper(), help=option.help)
+
+
+def model_options(options: argparse.Namespace) -> ModelOptions:
+    """Return the arguments that every function takes beside a system."""
+    return cast(ModelOptions, {name: getattr(options, name) for name in MODEL_OPTIONS})
+
+
+def run_options(options: argparse.Namespace) -> RunOptions:
+    """Return the arguments that `simulate` takes beside a system, for a command that has them as options."""
+    return cast(RunOptions, {name: getattr(options, name) for name in RUN_OPTIONS})
 
 
 def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
@@ -173,7 +194,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"invalid choice: {value!r} (choose from {', '.join(known)}){near}")
 
     def print_help(self, _file: Any = None) -> NoReturn:
-        raise Shown(self.format_help())
+        raise ShownText(self.format_help())
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message} (see {self.prog} --help)")
@@ -188,7 +209,7 @@ class _Version(argparse.Action):
     def __call__(self, *_arguments: Any) -> NoReturn:
         from multibody_sym.cli.version import __version__
 
-        raise Shown(f"multibody-sym {__version__}")
+        raise ShownText(f"multibody-sym {__version__}")
 
 
 class _Completion(argparse.Action):
@@ -197,11 +218,11 @@ class _Completion(argparse.Action):
     def __call__(self, _parser_: Any, _namespace: Any, shell: Any, _option: str | None = None) -> NoReturn:
         from multibody_sym.cli.completion import completion
 
-        raise Shown(completion(shell, *_parser()))
+        raise ShownText(completion(shell, *_parser()))
 
 
 def parsed(words: Sequence[str]) -> argparse.Namespace:
-    """Return the options of a command line; `run` is the function of the command. Raises UsageError and Shown."""
+    """Return the options of a command line; `run` is the function of the command. Raises UsageError and ShownText."""
     parser, commands = _parser([word for word in words[:1] if word in COMMANDS] or COMMANDS)
     _verify_options(words, parser, commands)
     options, unknown = parser.parse_known_args(words)
@@ -292,7 +313,7 @@ def _parser(
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         if name not in _WITHOUT_CHANGES:
-            add_changes(one)
+            add_model_options(one)
         one.set_defaults(run=command.run, command=name)
         one.usage = usage(one)
         made.update(dict.fromkeys(aliases, one))

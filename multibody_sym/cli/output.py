@@ -20,7 +20,7 @@ def first_lines(hints: Iterable[str]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Reply:
     """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output.
 
     `missed`: what was asked for and not done, on standard error in either case.

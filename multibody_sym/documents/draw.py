@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
 from multibody_sym.errors import shown as shown_value
-from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import callback, flag
 from multibody_sym.model.fields import scalar
+from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
 from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
@@ -34,6 +35,7 @@ _MOMENT: Final = 1e-9
 """How long (s) a run lasts from which the forces at the start are taken."""
 
 
+@spelled_out(ModelOptions)
 def draw(
     system: System,
     path: str | os.PathLike[str] | None = None,
@@ -45,13 +47,8 @@ def draw(
     names: bool = True,
     redundant: bool = False,
     mark: Mapping[str, str] | Sequence[str] | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
     on_progress: Callable[[float], None] | None = None,
+    **options: Unpack[ModelOptions],
 ) -> Figure:
     """Return the figure of a system, which a notebook shows; written to `path` (.svg, .png, .pdf, .tex) if it is given.
 
@@ -66,14 +63,15 @@ def draw(
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
-    options = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
-    wanted = {name: flag(name, value) for name, value in options.items()}
+    flags = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
+    wanted = {name: flag(name, value) for name, value in flags.items()}
     if path is not None:
         ending_of(path)
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    asked = with_overrides(system, options)
     with numbers_of(asked):
         scene = scene_of(asked)
-        run = _run(asked, at, formalism, callback("on_progress", on_progress), reactions=wanted["reactions"])
+        progress = callback("on_progress", on_progress)
+        run = _run(asked, at, options.get("formalism"), progress, reactions=wanted["reactions"])
         motion = scene.motion()
         if run is not None:  # a moment after the start is the start
             k = 0 if run.t[-1] <= _MOMENT else -1

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import cached_property
 from html import escape
 from textwrap import wrap
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, Unpack
 
 import numpy as np
 
@@ -31,9 +31,10 @@ from multibody_sym.documents.formulas import FIT, equation_lines, harmless, math
 from multibody_sym.documents.runs import run_summary
 from multibody_sym.documents.solution import check_text, solution_text
 from multibody_sym.errors import InputError, MultibodyError, Where
-from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.model.argument_checks import door
 from multibody_sym.model.parameters import DimensionField
+from multibody_sym.model.run_options import MODEL_OVERRIDES, RunOptions, spelled_out
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
@@ -448,34 +449,29 @@ def report_ending(name: str) -> str:
     return ending
 
 
+@spelled_out(RunOptions)
 def report(
     system: System,
     path: str | os.PathLike[str] | None = None,
     *,
     units: str | Units | None = None,
     command: str = "",
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
-    **settings: Any,
+    **options: Unpack[RunOptions],
 ) -> Report:
     """Return a report of a system, written to `path` (.html, .tex) if one is given.
 
     It holds the figure, the description, parameters, equations, the solution at the start step by step with the body
     cut free, the motion with its account of energy and constraints, what is redundant, and the `command` that made it.
-    `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` and `settings` (t_end,
-    method, step, rtol, atol, samples, constraints, native, backend) are those of the run.
+    `parameters` .. `project`, what the call changes of the system (`Overrides`); `t_end` .. `constraints`, `formalism`,
+    `native` and `backend`: as for `simulate`.
     Raises InputError, OutputError; what cannot be found is told in the report.
     """
     verify_system(system)
     told = chosen_units(units)
     if path is not None:
         report_ending(path_name(path))
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    found = Report(findings(asked, command, {**settings, "formalism": formalism}), told)
+    settings = {name: value for name, value in options.items() if name not in MODEL_OVERRIDES}
+    found = Report(findings(with_overrides(system, options), command, settings), told)
     if path is not None:
         found.write(path)
     return found

@@ -16,6 +16,7 @@ from multibody_sym.model.argument_checks import flag, state_by_name, values_by_n
 from multibody_sym.model.fields import Names, is_gap, scalar
 from multibody_sym.model.joints import Initial, MovingJoint
 from multibody_sym.model.parameters import InputField
+from multibody_sym.model.run_options import MODEL_OVERRIDES, ModelOptions
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
@@ -49,6 +50,12 @@ class Overrides:
             changed = with_initial(changed, self.initial)
         project = None if self.project is None else flag("project", self.project)
         return with_settings(changed, {"coordinates": self.coordinates, "project": project})
+
+
+def with_overrides(system: System, options: ModelOptions) -> System:
+    """Return the system, changed as a call asks. Raises InputError as `Overrides.of` does."""
+    changes: dict[str, Any] = {name: options.get(name) for name in MODEL_OVERRIDES}
+    return Overrides(**changes).of(system)
 
 
 def with_values(system: System, values: Mapping[str, Any] | None) -> System:

@@ -5,106 +5,73 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-from multibody_sym.mechanics.changes import Overrides, with_settings
+from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import callback, door, flag
+from multibody_sym.model.run_options import RUN_SETTINGS, RunOptions, spelled_out
 from multibody_sym.model.settings import Baumgarte
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
-from multibody_sym.motion.prepare.records import Runnable
-from multibody_sym.motion.results.run_record import Beginning
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
+from multibody_sym.motion.prepare.records import PreparedSystem
+from multibody_sym.motion.results.run_record import RunStart
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, ended, run
-from multibody_sym.program.loading import Backend
+from multibody_sym.program.backend import Backend, Native
 from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.runs.family import Family, Member
+    from multibody_sym.motion.runs.family import VariedRun, VariedSystem
     from multibody_sym.motion.switching.mode_run import ModeRun
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers of some runs by name, of each as many."""
 
 
+@spelled_out(RunOptions)
 def simulate(
-    system: System,
-    *,
-    t_end: Any = None,
-    method: str | None = None,
-    step: Any = None,
-    rtol: Any = None,
-    atol: Any = None,
-    samples: Any = None,
-    constraints: Any = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
-    native: bool = False,
-    backend: Backend | None = None,
-    on_progress: Callable[[Samples, float], None] | None = None,
+    system: System, *, on_progress: Callable[[Samples, float], None] | None = None, **options: Unpack[RunOptions]
 ) -> Trajectory:
     """Return the motion of a system from its start at t = 0 to `t_end`; where it has an `impact`, from after that.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
     or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
-    `project`, what the call changes (`Overrides`); `formalism` by name, None for the cheapest; `native` and
-    `backend` ("c", "python") as for `program.loading.load`; `on_progress`, called about ten times a second with the
-    samples that are new and the part of the time that is done.
+    `project`, what the call changes (`Overrides`); `formalism` by name, None for the cheapest; `native` and `backend`
+    ("c", "python"), the code that is made (`program.backend.Native`); `on_progress`, called about ten times a second
+    with the samples that are new and the part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
     """
-    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    asked = run_by(changed, settings, constraints)
-    native, on_progress = flag("native", native), callback("on_progress", on_progress)
-    return Prepared(asked, formalism, native, backend).run(on_progress=on_progress)
+    prepared = prepared_by(system, options)
+    return prepared.run(on_progress=callback("on_progress", on_progress))
 
 
-def prepare(
-    system: System,
-    *,
-    t_end: Any = None,
-    method: str | None = None,
-    step: Any = None,
-    rtol: Any = None,
-    atol: Any = None,
-    samples: Any = None,
-    constraints: Any = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
-    native: bool = False,
-    backend: Backend | None = None,
-) -> Prepared:
+@spelled_out(RunOptions)
+def prepare(system: System, **options: Unpack[RunOptions]) -> Prepared:
     """Return a system prepared to be run again and again: `prepare(system).run()` is `simulate(system)`.
 
     Arguments and errors as for `simulate`.
     """
-    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    asked = run_by(changed, settings, constraints)
-    prepared = Prepared(asked, formalism, flag("native", native), backend)
+    prepared = prepared_by(system, options)
     prepared.verify()
     return prepared
 
 
-def run_by(system: System, settings: Mapping[str, Any], constraints: Any) -> System:
-    """Return the system with other settings: those of `simulation:` that are not None, and how constraints are kept."""
-    chosen = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
-    named = chosen.get(constraints, constraints) if isinstance(constraints, str) else constraints
-    if isinstance(constraints, Baumgarte):
-        named = {"baumgarte": constraints}
-    return with_settings(system, {**settings, "constraints": named})
+def prepared_by(system: System, options: RunOptions) -> Prepared:
+    """Return the system as options change it and say how it is run; nothing is computed yet. Raises InputError."""
+    settings: dict[str, Any] = {name: options.get(name) for name in RUN_SETTINGS}
+    word = settings["constraints"]
+    if isinstance(word, Baumgarte):
+        settings["constraints"] = {"baumgarte": word}
+    elif isinstance(word, str):
+        named = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
+        settings["constraints"] = named.get(word, word)
+    changed = with_settings(with_overrides(system, options), settings)
+    native = flag("native", options.get("native", False))
+    return Prepared(changed, options.get("formalism"), native, options.get("backend"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,16 +136,16 @@ class Prepared:
         key = tuple(parameters), tuple(initial)
         family = self._families.get(key)
         if family is None:
-            from multibody_sym.motion.runs.family import Family
+            from multibody_sym.motion.runs.family import VariedSystem
 
-            made = Family(self.system, *key, self.formalism, self.native, self.backend)
+            made = VariedSystem(self.system, *key, self.formalism, self._code)
             family = self._families.setdefault(key, made)
         for k, member in enumerate(family.members(parameters, initial)):
             yield partial(self._run_of, member, k, parameters, initial)
 
     def _run_of(
         self,
-        member: Member | None,
+        member: VariedRun | None,
         k: int,
         parameters: Columns,
         initial: Columns,
@@ -189,7 +156,7 @@ class Prepared:
             try:
                 if member.done:
                     return ended(member)
-                return run(Beginning(member.ready, member.problem), on_progress)
+                return run(RunStart(member.ready, member.problem), on_progress)
             except FailedRunError as error:
                 failed = error
         own, begun = ({name: values[k] for name, values in named.items()} for named in (parameters, initial))
@@ -222,8 +189,12 @@ class Prepared:
         return frozenset(self.system.parameters), frozenset(state)
 
     @cached_property
-    def _families(self) -> dict[Any, Family]:
+    def _families(self) -> dict[Any, VariedSystem]:
         return {}
+
+    @property
+    def _code(self) -> Native:
+        return Native(self.native, self.backend)
 
     def verify(self) -> None:
         """Prepare now what a run takes. Raises InputError and NoSolutionError."""
@@ -235,8 +206,8 @@ class Prepared:
         return _begun(self.system)
 
     @cached_property
-    def _ready(self) -> Runnable:
-        return runnable(self._start[0], self.formalism, native=self.native, backend=self.backend, modes=True)
+    def _ready(self) -> PreparedSystem:
+        return prepare_system(self._start[0], self.formalism, self._code, modes=True)
 
     @cached_property
     def _problem(self) -> Problem:
@@ -249,20 +220,20 @@ class Prepared:
         from multibody_sym.motion.switching.mode_run import one_way_runs  # which few runs need
 
         in_numbers = settings_of(self._ready)
-        return one_way_runs(self._ready, self._problem, in_numbers, native=self.native, backend=self.backend)
+        return one_way_runs(self._ready, self._problem, in_numbers, self._code)
 
 
-def ready_of(prepared: Prepared) -> Runnable:
+def ready_of(prepared: Prepared) -> PreparedSystem:
     """Return what is ready to run of a prepared system."""
     return prepared._ready
 
 
-def beginning(prepared: Prepared) -> Beginning:
+def beginning(prepared: Prepared) -> RunStart:
     """Return what a run of a prepared system begins with."""
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of
-    return Beginning(prepared._ready, problem, modes, prepared._start[1])
+    return RunStart(prepared._ready, problem, modes, prepared._start[1])
 
 
 def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:

@@ -12,13 +12,14 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.errors import InputError, OutputError, shown
+from multibody_sym.errors import OutputError
 from multibody_sym.program import cache
+from multibody_sym.program.backend import PORTABLE, Backend, Native
 from multibody_sym.program.compiler import CompilerError, begin_runtime, build_library, find_compiler
 from multibody_sym.program.native import NativeFunction, Signature, open_library
 from multibody_sym.records import dataclass
@@ -83,7 +84,6 @@ def open_module(path: Path, signatures: Sequence[Signature]) -> Mapping[str, Pyt
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-Backend = Literal["c", "python"]
 Function = NativeFunction | PythonFunction
 _PYTHON: Final = "python"
 
@@ -98,7 +98,7 @@ class Compiled:
 
     `path` is the library or module in the cache, `origin` tells what made it. `notice` says why it is Python although
     C was wanted, else None. Its copy in another process has no `path`: it holds no code, but makes or recalls its own
-    by `remake(native=, backend=)` when it is first called, for the `backend` that was `wanted`. `numbers` are
+    by `remake(wanted)` when it is first called, as was `wanted` here. `numbers` are
     those that were given to the library.
     """
 
@@ -108,9 +108,8 @@ class Compiled:
     functions: Mapping[str, Function]
     notice: str | None = None
     numbers: tuple[float, ...] = ()
-    wanted: Backend | None = None
-    native: bool = False
-    remake: Callable[..., Compiled] | None = field(default=None, repr=False, compare=False)
+    wanted: Native = PORTABLE
+    remake: Callable[[Native], Compiled] | None = field(default=None, repr=False, compare=False)
 
     def __copy__(self) -> Compiled:
         return self
@@ -122,12 +121,13 @@ class Compiled:
         if self.remake is None:
             raise TypeError("nothing says how these compiled functions are made again elsewhere")
         names = tuple(self.functions)
-        return _elsewhere, (names, self.backend, self.origin, self.notice, self.likewise, self.native, self.remake)
+        wanted = Native(self.wanted.native, self.likewise.backend)
+        return _elsewhere, (names, self.backend, self.origin, self.notice, wanted, self.remake)
 
     @property
-    def likewise(self) -> Backend | None:
-        """The backend to ask for where more is to run as this does: Python if it is that, be it as a fallback."""
-        return "python" if self.backend == "python" else self.wanted
+    def likewise(self) -> Native:
+        """The code to ask for where more is to run as this does: Python if it is that, be it as a fallback."""
+        return Native(backend="python" if self.backend == "python" else self.wanted.backend)
 
     def __getitem__(self, name: str) -> Function:
         return self.functions[name]
@@ -169,20 +169,18 @@ def _elsewhere(
     backend: Backend,
     origin: str,
     notice: str | None,
-    wanted: Backend | None,
-    native: bool,
-    remake: Callable[..., Compiled],
+    wanted: Native,
+    remake: Callable[[Native], Compiled],
 ) -> Compiled:
     """Return what another process compiled, as it comes out of a pickle here."""
-    functions = _Later(names, functools.partial(remake, native=native, backend=wanted))
-    return Compiled(backend, None, origin, functions, notice, (), wanted, native, remake)
+    functions = _Later(names, functools.partial(remake, wanted))
+    return Compiled(backend, None, origin, functions, notice, (), wanted, remake)
 
 
 def load(
     programs: Mapping[str, Program],
+    code: Native = PORTABLE,
     *,
-    native: bool = False,
-    backend: Backend | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
     multistep: bool = True,
 ) -> Compiled:
@@ -191,13 +189,12 @@ def load(
     Among them are those that are `rare`, whose compilation is to be short. `multistep`: whether methods that look back
     may run them.
 
-    `backend` None takes C and falls back to Python with one FallbackNotice; "c" raises CompilerError instead; "python"
-    takes Python. `native`: C for this processor only, whose last digits may differ, with the numbers in its text, where
-    the compiler packs them. Raises OutputError if generated code cannot be written anywhere.
+    Where `code` leaves the backend open and there is no C, one FallbackNotice says so; for "c" CompilerError is raised.
+    Raises OutputError if generated code cannot be written anywhere.
     """
     from multibody_sym.program.program import program_hash
 
-    verify_backend(backend)
+    code.verify()
     every = {**programs, **rare}
     signatures = [Signature.of(name, program) for name, program in every.items()]
     hashes = (part for name, program in every.items() for part in (name, program_hash(program)))
@@ -207,7 +204,7 @@ def load(
         from multibody_sym.program.c_target import c_source
         from multibody_sym.program.target_layout import parts_of
 
-        return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=not native)
+        return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=not code.native)
 
     def printed_python() -> str:
         from multibody_sym.program.python_target import python_source
@@ -217,30 +214,24 @@ def load(
     try:
         with stage("compile"):
             made = _in_c_or_python(
-                backend,
-                lambda: load_c(signatures, key, printed_c, native=native),
+                code.backend,
+                lambda: load_c(signatures, key, printed_c, native=code.native),
                 lambda: load_python(signatures, key, printed_python),
             )
         again = functools.partial(load, programs, rare=dict(rare), multistep=multistep)
-        return replace(made, wanted=backend, native=native, remake=again)
+        return replace(made, wanted=code, remake=again)
     except OSError as problem:
         raise OutputError(f"generated code cannot be written: {problem}", number="O102") from problem
 
 
-def begin(parts: Collection[str], *, native: bool = False, backend: Backend | None = None) -> None:
+def begin(parts: Collection[str], code: Native) -> None:
     """Compile these parts of the runtime, if they are missing, beside the derivation of what `load` gets."""
-    if backend == "python":
+    if code.backend == "python":
         return
     from multibody_sym.program.target_layout import runtime_files
 
     with contextlib.suppress(CompilerError, OSError):
-        begin_runtime(find_compiler(native=native), runtime_files(parts))
-
-
-def verify_backend(backend: object) -> None:
-    """Raise InputError unless `backend` is one, or None."""
-    if backend is not None and not (isinstance(backend, str) and backend in get_args(Backend)):
-        raise InputError(f"there is no backend {shown(backend)}; known: {', '.join(get_args(Backend))}")
+        begin_runtime(find_compiler(native=code.native), runtime_files(parts))
 
 
 def _in_c_or_python(
@@ -342,18 +333,18 @@ def remember(key: str, compiled: Compiled, metadata: Mapping[str, Any]) -> None:
     cache.store(full_key, compiled.path, about)
 
 
-def recall(key: str, *, native: bool = False, backend: Backend | None = None) -> Recalled | None:
-    """Return what was remembered under `key` for these options, or None; needs no Program and starts no compiler.
+def recall(key: str, code: Native = PORTABLE) -> Recalled | None:
+    """Return what was remembered under `key` for this code, or None; needs no Program and starts no compiler.
 
-    `backend` as for `load`. The key has to name everything the programs were derived from.
+    The key has to name everything the programs were derived from.
     """
-    verify_backend(backend)
-    if backend == "python":
+    code.verify()
+    if code.backend == "python":
         return _recalled(key, "python", _PYTHON)
     try:
-        return _recalled(key, "c", find_compiler(native=native).identity)
+        return _recalled(key, "c", find_compiler(native=code.native).identity)
     except CompilerError as problem:
-        found = _recalled(key, "python", _PYTHON) if backend is None else None
+        found = _recalled(key, "python", _PYTHON) if code.backend is None else None
         return found and replace(found, compiled=_with_notice(found.compiled, problem.message))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from command import ROOT, environment
 
-SLOW = ("numpy", "sympy", "scipy", "matplotlib", "yaml", "jinja2", "pyarrow", "ctypes", "multibody_sym.model")
+SLOW = ("numpy", "sympy", "scipy", "matplotlib", "yaml", "jinja2", "pyarrow", "ctypes", "multibody_sym.model.system")
 
 
 def printed(program: str) -> str:

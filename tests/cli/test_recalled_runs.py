@@ -12,7 +12,7 @@ from command import ROOT, command, environment
 
 from multibody_sym.cli import runs as prepared
 from multibody_sym.cli.main import main
-from multibody_sym.cli.model import SHARED
+from multibody_sym.motion.runs import replay
 from multibody_sym.program import cache
 
 PENDULUM = """multibody_sym: 1
@@ -37,14 +37,14 @@ def counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     monkeypatch.chdir(tmp_path)
     Path("model.yaml").write_text(PENDULUM)
     found: list[bool] = []
-    recall = prepared._recalled
+    recall = replay.recalled
 
     def told(*given: object) -> object:
         run = recall(*given)  # type: ignore[arg-type]
         found.append(run is not None)
         return run
 
-    monkeypatch.setattr(prepared, "_recalled", told)
+    monkeypatch.setattr(replay, "recalled", told)
     return found
 
 
@@ -118,10 +118,6 @@ def test_every_option_and_every_byte_of_the_model_counts(
     assert run(capsys, "--set", "l=2") not in told
 
 
-def test_the_options_that_change_a_model_are_those_of_every_command() -> None:
-    assert prepared.CHANGES == SHARED
-
-
 def test_what_is_damaged_is_made_again(counted: list[bool], capsys: pytest.CaptureFixture[str]) -> None:
     right = run(capsys)
     kept = [path for path in cache.folder().glob("*.json") if b'"asked"' in path.read_bytes()]
@@ -139,8 +135,6 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
     counted: list[bool], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As a version would leave it that forgot to change its name."""
-    from multibody_sym.motion.runs import replay
-
     right = run(capsys)
     recall = replay.loading.recall
 

@@ -68,7 +68,6 @@ NOT_TYPED = {
     ("draw", "on_progress"): "a function; the command shows its progress itself",
     ("report", "on_progress"): "a function; a report is written at its end",
     ("report", "command"): "the words that were typed",
-    ("report", "settings"): "the settings of the run by their names",
     ("report", "units"): "how numbers are printed",
     ("animate", "on_progress"): "a function; the command shows its progress itself",
     ("animate", "run"): "the run of the model, which the command makes itself",

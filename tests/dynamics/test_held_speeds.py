@@ -19,6 +19,7 @@ from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program import loading
+from multibody_sym.program.backend import Native
 from multibody_sym.scalars.node import ZERO, as_node, slot
 
 
@@ -45,7 +46,7 @@ def run(held, t_end=20.0, method="dormand_prince", step=None, backend="c"):
     resolved = cart_with_pendulum(held)
     begin = start(resolved)
     form = "implicit" if method == "radau_5" else "explicit"
-    made = loading.load(programs(resolved, FORMALISMS["composite_body"], form).as_mapping(), backend=backend)
+    made = loading.load(programs(resolved, FORMALISMS["composite_body"], form).as_mapping(), Native(backend=backend))
     q, u, p = (np.array(x, dtype=float) for x in (begin.q, begin.u, begin.parameters))
     problem = Problem(
         made, METHODS[method], 0.0, t_end, q, u, p, np.empty(0), step=step, samples=21, project=True, independent=1.0
@@ -66,7 +67,7 @@ def test_what_sticks_stays_to_the_last_bit_while_another_body_moves(method, step
 def test_the_multiplier_of_what_is_held_is_told_all_the_same():
     resolved = cart_with_pendulum((0,))
     begin = start(resolved)
-    made = loading.load(programs(resolved, FORMALISMS["composite_body"]).as_mapping(), backend="python")
+    made = loading.load(programs(resolved, FORMALISMS["composite_body"]).as_mapping(), Native(backend="python"))
     q, u, p = (np.array(x, dtype=float) for x in (begin.q, begin.u, begin.parameters))
     qdot, udot, multipliers, _ = made["state_derivative"](0.0, q, u, p, np.empty(0), np.empty(0))
     swing = -9.81 / 0.7 * np.sin(0.5)
@@ -78,7 +79,7 @@ def test_the_multiplier_of_what_is_held_is_told_all_the_same():
 def test_projection_leaves_what_is_held_alone():
     resolved = cart_with_pendulum((0,))
     begin = start(resolved)
-    made = loading.load(programs(resolved, FORMALISMS["composite_body"]).as_mapping(), backend="python")
+    made = loading.load(programs(resolved, FORMALISMS["composite_body"]).as_mapping(), Native(backend="python"))
     q, u, p = (np.array(x, dtype=float) for x in (begin.q, [1e-17, 0.3], begin.parameters))
     residual, change = made["project_velocity"](0.0, q, u, p, np.empty(0), np.empty(0))
     assert residual.tolist() == [1e-17]

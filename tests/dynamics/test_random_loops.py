@@ -24,7 +24,8 @@ from multibody_sym.mechanics.state import State
 from multibody_sym.model.fields import Names
 from multibody_sym.model.forces import Torque
 from multibody_sym.model.joints import PointJoint
-from multibody_sym.program.loading import Backend, load
+from multibody_sym.program.backend import Backend, Native
+from multibody_sym.program.loading import load
 from multibody_sym.scalars.node import slot
 
 LARGEST = {False: LARGEST_WITH_ROWS, True: 10 * LARGEST_WITH_ROWS}
@@ -101,7 +102,7 @@ def test_programs_agree_where_only_rows_hold_what_has_no_inertia(backend: Backen
     values = [slot("inputs", k) for k in range(len(case.mechanism.inputs))]
     inputs = np.array([float(state.slots[x]) for x in values])
     t, q, u = float(state.slots[TIME]), np.array(state.q), np.array(state.u)
-    compiled = load({"state_derivative": program}, backend=backend)
+    compiled = load({"state_derivative": program}, Native(backend=backend))
     chosen = {INDEPENDENT: len(case.mechanism.rows), ALPHA: 0.0, BETA: 0.0}
     parameters = np.array(case.mechanism.parameters.changed(case.parameters, chosen))
     _, udot, multipliers, _ = compiled["state_derivative"](t, q, u, parameters, inputs, np.empty(0))

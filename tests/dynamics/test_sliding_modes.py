@@ -19,6 +19,7 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import NOWHERE, PositionRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.program import loading
+from multibody_sym.program.backend import Native
 from multibody_sym.scalars.node import ZERO, as_node
 
 ALPHA, MU, G, MASS = 0.7, 0.3, 9.81, 1e-3
@@ -76,7 +77,7 @@ def test_what_slides_exerts_friction_by_every_formalism(name, sense):
 def test_the_programs_of_a_mode_say_the_same(backend):
     sliding = in_mode(incline(), Mode({"c": 1}, {"c": 1}))
     begin = start(sliding)
-    made = loading.load(programs(sliding, FORMALISMS["composite_body"]).as_mapping(), backend=backend)
+    made = loading.load(programs(sliding, FORMALISMS["composite_body"]).as_mapping(), Native(backend=backend))
     q, u, p = (np.array(x, dtype=float) for x in (begin.q, begin.u, begin.parameters))
     _, udot, multipliers, report = made["state_derivative"](0.0, q, u, p, np.empty(0), np.empty(0))
     wanted = by_hand(1)

@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.motion.runs.run import FailedRunError
-from multibody_sym.program.loading import Backend
+from multibody_sym.program.backend import Backend
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four_bar.yaml"
 LONGEST = 0.5

@@ -12,7 +12,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.errors import MultibodyError
 from multibody_sym.motion import simulate as simulating
-from multibody_sym.motion.runs.family import Family
+from multibody_sym.motion.runs.family import VariedSystem
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ODD = """
@@ -91,7 +91,7 @@ def test_most_of_them_are_examined_at_a_glance(
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("again")
 
-    for name in ("runnable", "problem_of", "Overrides"):
+    for name in ("prepare_system", "problem_of", "Overrides"):
         monkeypatch.setattr(simulating, name, never)
     runs = [run() for run in prepared.runs({"m": [1.0, 1.5, 2.0]}, {"phi": [0.1, 0.2, 0.3]})]
     assert [run["phi"][0] for run in runs] == [0.1, 0.2, 0.3]
@@ -130,7 +130,7 @@ def test_examples_run_in_families(name: str) -> None:
         value = node.shadow * chance.uniform(0.9, 1.1)
         alone = outcome(lambda v=value, k=key: mbs.simulate(system, t_end=0.3, samples=3, parameters={k: v}))
         assert outcome(lambda v=value, k=key: prepared.run(parameters={k: v})) == alone
-        family = Family(prepared.system, (key,), ())
+        family = VariedSystem(prepared.system, (key,), ())
         (member,) = family.members({key: [value]}, {})
         assert (member is not None) == (name in PLAIN and key not in PRESCRIBING.get(name, ()))
 
@@ -177,7 +177,7 @@ def test_loops_with_other_numbers_are_resolved_no_more(
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("again")
 
-    for name in ("runnable", "problem_of", "Overrides"):
+    for name in ("prepare_system", "problem_of", "Overrides"):
         monkeypatch.setattr(simulating, name, never)
     runs = [run() for run in prepared.runs({"a": lengths}, {})]
     monkeypatch.undo()

@@ -13,7 +13,8 @@ from multibody_sym.motion.integrator.flow import Flow
 from multibody_sym.motion.integrator.loop import stepper
 from multibody_sym.motion.loop.python_loop import _Run
 from multibody_sym.motion.methods.table import METHODS
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
+from multibody_sym.program.backend import Native
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRIVEN = """
@@ -38,7 +39,7 @@ def end_in_the_reference(system: mbs.System, method: str, t_end: float, steps: i
     """Return the state at t_end and the multipliers of the last stage, which lies there, by the steppers in Python."""
     step = t_end / steps
     asked = with_settings(system, {"method": method, "step": step, "t_end": t_end, "constraints": {"index_2": True}})
-    ready = runnable(asked, backend="python")
+    ready = prepare_system(asked, code=Native(backend="python"))
     problem = problem_of(ready, settings_of(ready))
     run = _Run(problem, [])
     flow = Flow(METHODS[method], run.derivative, 0.0, t_end, problem.x0, step=step, stages=run.stages())

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.methods.multistep import MULTISTEP
 from multibody_sym.motion.methods.table import LOOKING_BACK, METHODS
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 from multibody_sym.motion.prepare.settings import form_of
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load_c
@@ -27,7 +27,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 def of_runs(system: mbs.System) -> tuple[dict[str, Program], frozenset[str]]:
     """Return the Programs that runs of a system call, and the parts of the runtime that they enter."""
-    ready = runnable(system)
+    ready = prepare_system(system)
     form = form_of(system.simulation, constrained=bool(ready.mechanism.rows))
     made = programs(ready.mechanism, FORMALISMS[ready.formalism], form).of_runs()
     return made, parts_of(made, multistep=form == "multistep")
@@ -49,7 +49,7 @@ def test_a_run_without_the_other_parts_has_the_bits_of_one_with_all(
     system = replace(system, simulation=replace(system.simulation, t_end=1, samples=11, **changes))
     made, entered = of_runs(system)
     assert entered == parts
-    ready = runnable(system)
+    ready = prepare_system(system)
     signatures = [ready.compiled[program].signature for program in made]
     whole = load_c(signatures, f"whole {name} {changes}", lambda: c_source(made))
     assert whole.path != ready.compiled.path
@@ -69,7 +69,7 @@ def test_methods_that_look_back_are_told_by_their_names() -> None:
 
 
 def test_a_method_that_was_left_out_is_told() -> None:
-    ready = runnable(mbs.load(EXAMPLES / "double_pendulum.yaml"))
+    ready = prepare_system(mbs.load(EXAMPLES / "double_pendulum.yaml"))
     problem = replace(problem_of(ready, settings_of(ready)), method=METHODS["stoermer_6"], step=0.01)
     with pytest.raises(ValueError, match="stoermer_6 is not among the methods"):
         integrate(problem)

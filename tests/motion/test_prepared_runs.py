@@ -70,7 +70,8 @@ def test_nothing_is_resolved_started_or_compiled_twice(monkeypatch: pytest.Monke
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("again")
 
-    for module, name in ((simulating, "runnable"), (simulating, "problem_of"), (loading, "recall"), (loading, "load")):
+    own = (simulating, "prepare_system"), (simulating, "problem_of")
+    for module, name in (*own, (loading, "recall"), (loading, "load")):
         monkeypatch.setattr(module, name, never)
     assert bits(prepared.run()) == bits(first)
 

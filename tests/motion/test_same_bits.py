@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.program import compiler
-from multibody_sym.program.loading import Backend
+from multibody_sym.program.backend import Backend
 
 LEANS = """
 multibody_sym: 1

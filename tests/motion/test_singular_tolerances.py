@@ -16,7 +16,7 @@ import multibody_sym as mbs
 from multibody_sym.mechanics.changes import with_settings
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.problem import problem_of, runnable, settings_of
+from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 
 END = 10.0
 EXAMPLE = Path(__file__).parents[2] / "examples" / "spatial_four_bar.yaml"
@@ -38,7 +38,7 @@ def by_hand(count: int, t: np.ndarray) -> np.ndarray:
 
 
 def problem(system: mbs.System, method: str, constraints: dict[str, bool]) -> Problem:
-    ready = runnable(with_settings(system, {"method": method, "constraints": constraints}))
+    ready = prepare_system(with_settings(system, {"method": method, "constraints": constraints}))
     return problem_of(ready, settings_of(ready))
 
 

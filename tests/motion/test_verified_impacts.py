@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.theorems.balance import INTEGRAL, THEOREMS
-from multibody_sym.motion.results.integrals import passed
+from multibody_sym.motion.results.integrals import impact_balance
 from multibody_sym.motion.switching.impact import ImpactOutcome
 
 JUMPS = tuple(INTEGRAL.values())
@@ -26,7 +26,7 @@ def worst(run: mbs.Trajectory, jumps: list[ImpactOutcome] | None = None) -> dict
     """Return by how much each theorem is missed at impacts, relative to its terms."""
     assert run.modes is not None
     laws = run.modes.switches.laws
-    each = [passed(laws.mechanism, jump) for jump in jumps or run.modes.blows]
+    each = [impact_balance(laws.mechanism, jump) for jump in jumps or run.modes.blows]
     missed = np.array([np.abs(x.changed - x.expected) / np.maximum(x.size, 1e-300) for x in each])
     return {name: float(missed[:, own].max()) for name, own in zip(JUMPS, THEOREMS.values(), strict=True)}
 

@@ -23,6 +23,7 @@ from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.urdf import UrdfNotice, load_urdf
+from multibody_sym.program.backend import Native
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
@@ -190,5 +191,5 @@ def test_the_default_program(twins: Twins) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("formalism", ["composite_body", "block_ldl"])
 def test_generated_code(twins: Twins, formalism: str) -> None:
-    compiled = load({"state_derivative": derivative_of(twins, formalism)}, backend="c")
+    compiled = load({"state_derivative": derivative_of(twins, formalism)}, Native(backend="c"))
     assert_falls_alike(twins, compiled["state_derivative"])

@@ -12,6 +12,7 @@ from hand_models import DOUBLE_PENDULUM, OSCILLATOR, planar_pendulum
 
 from multibody_sym.errors import OutputError
 from multibody_sym.program import cache, compiler, loading
+from multibody_sym.program.backend import Native
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import FallbackNotice, load, load_c, load_python, recall, remember
 from multibody_sym.program.native import Signature
@@ -203,14 +204,14 @@ def test_recall_gives_programs_and_metadata(fresh, monkeypatch, backend):
         compiled = load_python(OSCILLATOR.signatures(), "key", lambda: IN_PYTHON)
     remember("system 1", compiled, {"coordinates": ["theta"], "value": 0.1})
     monkeypatch.setattr(subprocess, "Popen", no_sources)
-    found = recall("system 1", backend=backend)
+    found = recall("system 1", Native(backend=backend))
     assert found.metadata == {"coordinates": ["theta"], "value": 0.1}
     assert found.compiled["state_derivative"](0, [1], [0], [3], [], [])[1] == -9.0
-    assert recall("system 2", backend=backend) is None
-    assert recall("system 1", backend="python" if backend == "c" else "c") is None
-    assert recall("system 1", backend=backend, native=True) is None or backend == "python"
+    assert recall("system 2", Native(backend=backend)) is None
+    assert recall("system 1", Native(backend="python" if backend == "c" else "c")) is None
+    assert recall("system 1", Native(True, backend)) is None or backend == "python"
     monkeypatch.setattr(cache, "toolkit", lambda: "another version")
-    assert recall("system 1", backend=backend) is None
+    assert recall("system 1", Native(backend=backend)) is None
 
 
 OLD_FORMATS = {
@@ -241,11 +242,11 @@ def test_an_entry_in_the_format_of_another_version_is_replaced(fresh, written, c
         _, _, body = file.read_bytes().partition(b"\n")
         changed = written(body)
         file.write_bytes((cache.digest(key, changed).encode() + b"\n" if checked else b"") + changed)
-    assert recall("system", backend="python") is None
+    assert recall("system", Native(backend="python")) is None
     again = load_python(OSCILLATOR.signatures(), "key", lambda: IN_PYTHON)
     assert again["state_derivative"](0, [1], [0], [3], [], [])[1] == -9.0
     remember("system", again, {"a": 2})
-    assert recall("system", backend="python").metadata == {"a": 2}
+    assert recall("system", Native(backend="python")).metadata == {"a": 2}
 
 
 def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
@@ -271,7 +272,7 @@ def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     first, second = run.stdout.splitlines()
     assert float(first.split()[0]) == pytest.approx(np.cos(1) + np.sin(1), abs=1e-7)
     assert first.split(" ", 1)[1] == "set()"
-    assert second == "['cache', 'compiler', 'loading', 'native', 'runtime_constants']"
+    assert second == "['backend', 'cache', 'compiler', 'loading', 'native', 'runtime_constants']"
 
 
 # --- Programs ------------------------------------------------------------------------------------------------------
@@ -293,7 +294,7 @@ def unseen(monkeypatch):
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_programs_give_what_the_interpreter_gives(fresh, backend):
     program = small_program()
-    compiled = load({"state_derivative": program}, backend=backend)
+    compiled = load({"state_derivative": program}, Native(backend=backend))
     arrays = (0.3, [1.5, -0.7], [1.1])
     assert compiled.backend == backend
     for found, wanted in zip(compiled["state_derivative"](*arrays), interpret(program, *arrays), strict=True):
@@ -304,11 +305,11 @@ def test_programs_give_what_the_interpreter_gives(fresh, backend):
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_programs_are_printed_once(fresh, monkeypatch, backend):
     programs = {"one": small_program("one"), "other": small_program("other", 3)}
-    cold = load(programs, backend=backend)
+    cold = load(programs, Native(backend=backend))
     printer = "c_target.c_source" if backend == "c" else "python_target.python_source"
     monkeypatch.setattr(f"multibody_sym.program.{printer}", no_sources)
     monkeypatch.setattr(subprocess, "Popen", no_sources)
-    assert load(programs, backend=backend).path == cold.path
+    assert load(programs, Native(backend=backend)).path == cold.path
 
 
 @pytest.mark.parametrize("way", ["no compiler", "failing", "hanging", "no library"])
@@ -332,17 +333,17 @@ def test_without_c_python_takes_over_with_one_notice(fresh, monkeypatch, tmp_pat
     assert compiled.notice == again.notice
     assert compiled["state_derivative"](0.0, [1, 2], [3])[1] == 7.0
     with pytest.raises(OutputError, match="C is not available"):
-        load(programs, backend="c")
+        load(programs, Native(backend="c"))
 
 
 def test_python_asked_for_gives_no_notice(fresh, recwarn):
-    compiled = load({"state_derivative": small_program()}, backend="python")
+    compiled = load({"state_derivative": small_program()}, Native(backend="python"))
     assert compiled.notice is None
     assert not recwarn.list
 
 
 def test_a_recalled_fallback_gives_its_notice(fresh, monkeypatch, unseen):
-    remember("system", load({"state_derivative": small_program()}, backend="python"), {})
+    remember("system", load({"state_derivative": small_program()}, Native(backend="python")), {})
     monkeypatch.setenv("CC", "/no/compiler")
     with pytest.warns(FallbackNotice):
         found = recall("system")
@@ -364,5 +365,5 @@ def test_what_has_no_value_is_nan_in_both_languages(fresh):
     x, y = trace["q"]
     program = trace.finish({"values": ((3,), (x / y, log(x), sqrt(x)))})
     for backend in ("c", "python"):
-        (values,) = load({"state_derivative": program}, backend=backend)["state_derivative"]([-1.0, 0.0])
+        (values,) = load({"state_derivative": program}, Native(backend=backend))["state_derivative"]([-1.0, 0.0])
         assert not np.isfinite(values).any(), backend

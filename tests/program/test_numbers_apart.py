@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from random_programs import ARITHMETIC, Maker
 
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
@@ -32,7 +33,7 @@ def scaled(*numbers: float) -> Program:
 def test_random_programs_have_the_bits_of_the_interpreter(first: int) -> None:
     makers = {f"p{seed}": Maker(seed, ARITHMETIC, solves=False) for seed in range(first, first + 4)}
     programs = {name: maker.program() for name, maker in makers.items()}
-    compiled = load(programs, backend="c")
+    compiled = load(programs, Native(backend="c"))
     assert compiled.numbers
     for name, program in programs.items():
         arrays = makers[name].arguments(program)
@@ -47,7 +48,7 @@ def test_programs_that_differ_in_numbers_are_one_text_and_have_their_own() -> No
     texts = [c_source({"scaled": program}, apart=True) for program in programs]
     assert texts[0].pop(NUMBERS_FILE) != texts[1].pop(NUMBERS_FILE)
     assert texts[0] == texts[1]
-    first, second = (load({"scaled": program}, backend="c") for program in programs)
+    first, second = (load({"scaled": program}, Native(backend="c")) for program in programs)
     assert first.path != second.path
     x = np.array([0.3, -1.2])
     for _ in range(2):
@@ -65,7 +66,7 @@ def test_exported_code_has_its_numbers_in_the_text() -> None:
 
 def test_a_library_takes_as_many_numbers_as_it_names() -> None:
     program = scaled(2.5, 0.75, 3.5)
-    compiled = load({"scaled": program}, backend="c")
+    compiled = load({"scaled": program}, Native(backend="c"))
     stored = json.loads(c_source({"scaled": program}, apart=True)[NUMBERS_FILE])
     assert list(compiled.numbers) == stored
     with pytest.raises(ValueError, match="names other numbers"):
@@ -74,7 +75,7 @@ def test_a_library_takes_as_many_numbers_as_it_names() -> None:
 
 def test_native_code_has_its_numbers_in_the_text() -> None:
     program = scaled(2.5, 0.75, 3.5)
-    compiled = load({"scaled": program}, native=True, backend="c")
+    compiled = load({"scaled": program}, Native(True, "c"))
     assert not compiled.numbers
     x = np.array([0.3, -1.2])
     for found, wanted in zip(compiled["scaled"](x), interpret(program, x), strict=True):

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
@@ -44,4 +45,4 @@ def test_values_are_those_of_the_interpreter(gate: float) -> None:
     x = np.arange(1.0, SIZE + 1.0)
     (wanted,) = interpret(outer, gate, x)
     np.testing.assert_array_equal(wanted, 2 * x * gate)
-    np.testing.assert_array_equal(load({"outer": outer}, backend="c")["outer"](gate, x)[0], wanted)
+    np.testing.assert_array_equal(load({"outer": outer}, Native(backend="c"))["outer"](gate, x)[0], wanted)

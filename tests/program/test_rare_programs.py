@@ -10,6 +10,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.motion.prepare import programs as recall
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
@@ -45,7 +46,7 @@ def test_only_what_is_rare_stands_where_nothing_is_worked_on() -> None:
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_both_are_callable_and_have_the_bits_of_others(backend: str) -> None:
     often, rare = {"often": program("often", 2)}, {"rare": program("rare", 40)}
-    apart, together = load(often, rare=rare, backend=backend), load(often | rare, backend=backend)
+    apart, together = load(often, Native(backend=backend), rare=rare), load(often | rare, Native(backend=backend))
     for x in np.linspace(0.1, 5.0, 50):
         for name in ("often", "rare"):
             assert apart[name]([x])[0].item() == together[name]([x])[0].item()

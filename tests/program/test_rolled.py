@@ -21,6 +21,7 @@ from multibody_sym.model.contacts_and_impacts import Contact
 from multibody_sym.model.joints import Planar, Revolute
 from multibody_sym.model.system import System
 from multibody_sym.program import loops as rolling
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
@@ -118,7 +119,7 @@ def test_compiled_they_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> No
     plain = unrolled(9, monkeypatch).state_derivative
     made = rolled_up(plain)[0]
     given = arguments(plain, 3)
-    pair = [load({"state_derivative": each}, backend="c")["state_derivative"](*given) for each in (plain, made)]
+    pair = [load({"state_derivative": each}, Native(backend="c"))["state_derivative"](*given) for each in (plain, made)]
     for found, wanted in zip(*pair, strict=True):
         assert np.array_equal(found, wanted)
 

@@ -7,9 +7,10 @@ import json
 import numpy as np
 import pytest
 
+from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.loading import Backend, load
+from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program, program_hash
 from multibody_sym.program.python_target import python_source
 from multibody_sym.program.statements import Array
@@ -35,7 +36,7 @@ def tabulating(y: np.ndarray) -> Program:
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_compiled_tables_have_the_bits_of_the_interpreter(backend: Backend) -> None:
     program = tabulating(np.sin(3 * X))
-    compiled = load({"tables": program}, backend=backend)["tables"]
+    compiled = load({"tables": program}, Native(backend=backend))["tables"]
     for x in (*np.random.default_rng(5).uniform(-1.2, 1.2, 100), *X, np.inf, -np.inf):
         assert compiled(x)[0].tobytes() == interpret(program, x)[0].tobytes(), x
 

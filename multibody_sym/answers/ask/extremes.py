@@ -21,8 +21,8 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import Moment
-from multibody_sym.motion.prepare.records import Part
-from multibody_sym.motion.prepare.run_labels import Alone, Told
+from multibody_sym.motion.prepare.records import LegSamples
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, told
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass
@@ -128,8 +128,8 @@ class Sides:
         """Return the value at a time in a stretch."""
         stretch = self._stretches[k]
         time, q, u = self._state(stretch, t)
-        own = Told(Alone(stretch.mechanism)), stretch.compiled, stretch.problem.parameters
-        part = Part(*own, np.array([time]), q[None], u[None], stretch.problem.modes)
+        own = RunLabels(ResolvedAlone(stretch.mechanism)), stretch.compiled, stretch.problem.parameters
+        part = LegSamples(*own, np.array([time]), q[None], u[None], stretch.problem.modes)
         if ASKED in part.told.outputs:
             return float(part.evaluated("outputs")[0][0, part.told.outputs.index(ASKED)])
         if ASKED not in self._asked.run_outputs:

@@ -7,8 +7,8 @@ import os
 from contextlib import ExitStack
 from typing import Final
 
-from multibody_sym.cli.commands.simulate import SETTINGS, add_settings
-from multibody_sym.cli.output import Answer, add_units, asked_units
+from multibody_sym.cli.options import add_run_options, run_options
+from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
 _OWN: Final = {
@@ -26,13 +26,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     for name, (what, described) in _OWN.items():
         parser.add_argument(f"--{name}", metavar=what, help=described)
-    add_settings(parser)
+    add_run_options(parser)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Simulate, and write the motion."""
-    from multibody_sym.cli.model import model, shared
-    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.animation.animate import animate, animation_name
     from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.simulate import simulate
@@ -40,22 +39,14 @@ def run(options: argparse.Namespace) -> Answer:
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
     animation_name(place)
     verify_apart(options.file, place)
-    settings = {name: getattr(options, name) for name in SETTINGS}
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         show = stack.enter_context(progress_bar())
-        done = simulate(
-            system,
-            **settings,
-            **shared(options),
-            native=options.native,
-            backend=options.backend,
-            on_progress=lambda _new, part: show(part),
-        )
+        done = simulate(system, **run_options(options), on_progress=lambda _new, part: show(part))
         found = animate(
             done, place, trace=options.trace, view=options.view, show=options.show,
             units=asked_units(options), speed=options.speed or 1.0,
         )  # fmt: skip
     count = len(found.frames.times)
     text = f"{done.ready.mechanism.name}: {count} frames to t = {done.t_final:g} s\nwrote {place}"
-    return Answer({"frames": count, "t": done.t_final, "written": [place]}, text)
+    return Reply({"frames": count, "t": done.t_final, "written": [place]}, text)

@@ -6,7 +6,8 @@ import argparse
 import json
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply
 
 HELP: Final = "derive energies and equations of motion in symbols"
 _FORMATS: Final = ("text", "latex", "html", "json")
@@ -28,9 +29,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Derive and print in the format asked for."""
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.derivation.derive import derive
     from multibody_sym.derivation.theorems import with_theorems
     from multibody_sym.documents.derivation import derivation_data, derivation_document
@@ -38,13 +39,13 @@ def run(options: argparse.Namespace) -> Answer:
     from multibody_sym.dynamics.theorems.conserved import conserved_quantities
 
     with model(options) as system:
-        equations = derive(system, options.method, budget=options.budget, **shared(options))
-        kept = conserved_quantities(system, **shared(options)) if options.theorems else []
+        equations = derive(system, options.method, budget=options.budget, **model_options(options))
+        kept = conserved_quantities(system, **model_options(options)) if options.theorems else []
         if options.theorems:
             equations = with_theorems(equations, kept)
         data = derivation_data(equations)
         if options.theorems:
             data["conserved"] = {each.name: each.symmetry for each in kept}
         if options.format == "json":
-            return Answer(data, json.dumps(data, indent=1))
-        return Answer(data, write_document(derivation_document(equations, steps=options.steps), options.format))
+            return Reply(data, json.dumps(data, indent=1))
+        return Reply(data, write_document(derivation_document(equations, steps=options.steps), options.format))

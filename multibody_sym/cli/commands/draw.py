@@ -6,7 +6,8 @@ import argparse
 import os
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply, verify_apart
 
 HELP: Final = "draw the mechanism, at its start or at a time, as a book would print it"
 ALIASES: Final = ("show",)
@@ -31,10 +32,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Draw and write the figure."""
-    from multibody_sym.cli.model import model, shared
-    from multibody_sym.cli.output import verify_apart
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.draw import draw
     from multibody_sym.documents.runs import progress_bar
     from multibody_sym.pictures.draw import ending_of
@@ -53,9 +53,9 @@ def run(options: argparse.Namespace) -> Answer:
             redundant=options.redundant,
             mark=options.mark,
             on_progress=progress,
-            **shared(options),
+            **model_options(options),
         )
     figure.write(target)
     width, height = (25.4 / 72 * length for length in figure.size)
     told = {"written": [target], "title": figure.title, "description": figure.description, "size_mm": [width, height]}
-    return Answer(told, f"{figure.description}\nwrote {target} ({width:.0f} mm x {height:.0f} mm)")
+    return Reply(told, f"{figure.description}\nwrote {target} ({width:.0f} mm x {height:.0f} mm)")

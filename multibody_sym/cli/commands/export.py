@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply
 from multibody_sym.program.targets import LANGUAGES
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
@@ -23,17 +24,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Write the files and say how to try them."""
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.motion.prepare.export import export
 
     with model(options) as system:
-        files = export(system, options.to, options.directory, fold=options.fold, **shared(options))
+        files = export(system, options.to, options.directory, fold=options.fold, **model_options(options))
     names, run = [str(file) for file in files], LANGUAGES[options.to].run
     lines = [*(f"wrote {name}" for name in names), *_state_told(files), f"next: cd {options.directory} && {run}"]
     text = "\n".join(lines)
-    return Answer({"to": options.to, "files": names}, text)
+    return Reply({"to": options.to, "files": names}, text)
 
 
 def _state_told(files: Sequence[Path]) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.output import Reply
 
 HELP: Final = "turn a robot description (URDF) into a model file"
 
@@ -19,7 +19,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-mimic", dest="mimic", action="store_false", help="leave joints free that mimic others")
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Write the model; an existing file is never replaced. What was not imported is told on standard error."""
     from multibody_sym.mechanics.model_files import dumps
     from multibody_sym.mechanics.resolve import mechanism
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> Answer:
     text, speeds = dumps(system), len(mechanism(system).speeds)
     answer = {"model": text, "file": options.output, "speeds": speeds}
     if options.output is None:
-        return Answer(answer, text)
+        return Reply(answer, text)
     write_new(options.output, text.encode("utf-8"))
     done = f"wrote {options.output}: {len(system.bodies)} bodies, {speeds} speeds"
-    return Answer(answer, f"{done}; next: multibody-sym simulate {options.output} --plot")
+    return Reply(answer, f"{done}; next: multibody-sym simulate {options.output} --plot")

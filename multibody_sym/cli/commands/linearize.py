@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Answer, add_units, asked_units
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply, add_units, asked_units
 
 HELP: Final = "A, B and eigenvalues about an equilibrium or a steady motion"
 
@@ -20,16 +21,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--period", metavar="T", help=described)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Linearise about the state at t = 0."""
     from multibody_sym.analysis.linearize import linearize, period_multipliers
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.analysis import linearization_text, multipliers_text
 
     units = asked_units(options)
     with model(options) as system:
         if options.period is not None:
-            repeated = period_multipliers(system, options.period, at=options.at, **shared(options))
-            return Answer(repeated.as_json(), multipliers_text(repeated, units))
-        found = linearize(system, at=options.at, **shared(options))
-    return Answer(found.as_json(), linearization_text(found, units))
+            repeated = period_multipliers(system, options.period, at=options.at, **model_options(options))
+            return Reply(repeated.as_json(), multipliers_text(repeated, units))
+        found = linearize(system, at=options.at, **model_options(options))
+    return Reply(found.as_json(), linearization_text(found, units))

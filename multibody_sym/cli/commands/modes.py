@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Answer, add_units, asked_units
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply, add_units, asked_units
 
 HELP: Final = "small oscillations as formulas: frequencies, modes, stability"
 _FORMATS: Final = ("text", "latex")
@@ -22,13 +23,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--period", metavar="NAME", help=swings)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Tell the small motions about the start, or about the state beside it that keeps its speeds."""
     from multibody_sym.analysis.modes.modes import modes
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.analysis import modes_document, modes_text
 
     units = asked_units(options)
     with model(options) as system:
-        found = modes(system, at=options.at, period=options.period, **shared(options))
-    return Answer(found.as_json(), modes_document(found) if options.format == "latex" else modes_text(found, units))
+        found = modes(system, at=options.at, period=options.period, **model_options(options))
+    return Reply(found.as_json(), modes_document(found) if options.format == "latex" else modes_text(found, units))

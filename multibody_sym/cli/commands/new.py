@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.output import Reply
 from multibody_sym.errors import InputError, nearest
 from multibody_sym.text.files import write_new
 
@@ -25,13 +25,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write; default: NAME.yaml")
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """List the examples, or write one; an existing file is never replaced."""
     known = examples()
     if options.list:
         titles = {name: _title(path) for name, path in known.items()}
         width = max(map(len, titles), default=0)
-        return Answer({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
+        return Reply({"examples": titles}, "\n".join(f"{name:{width}}  {title}" for name, title in titles.items()))
     name = options.name
     if name not in known:
         near = nearest(name, known)
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> Answer:
         raise InputError(f"there is no example {name!r}{advice}; `new --list` shows all", number="M106")
     target = options.output or f"{name}.yaml"
     write_new(target, known[name].read_bytes())
-    return Answer({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
+    return Reply({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
 
 
 def examples() -> dict[str, Path]:

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Final
 
-from multibody_sym.cli.output import Answer
+from multibody_sym.cli.output import Reply
 
 HELP: Final = "write the JSON Schema of model files, which editors use"
 
@@ -16,7 +16,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="the file to write; default: standard output")
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Write the schema; an existing file is never replaced."""
     from multibody_sym.model.schema import schema
     from multibody_sym.text.files import write_new
@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> Answer:
     found = schema()
     text = json.dumps(found, indent=1)
     if options.output is None:
-        return Answer(found, text)
+        return Reply(found, text)
     write_new(options.output, f"{text}\n".encode())
     first = f"# yaml-language-server: $schema={options.output}"
-    return Answer({"file": options.output}, f"wrote {options.output}; as first line of a model: {first}")
+    return Reply({"file": options.output}, f"wrote {options.output}; as first line of a model: {first}")

@@ -9,7 +9,8 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.cli.output import Answer, add_units, asked_units
+from multibody_sym.cli.options import add_run_options
+from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import timed
 
@@ -23,16 +24,6 @@ if TYPE_CHECKING:
 HELP: Final = "compute the motion: a table, a plot, a summary"
 _FIGURES: Final = (".png", ".svg", ".pdf")
 _INTERRUPTED: Final = 130
-SETTINGS: Final = {
-    "t_end": "until when, such as 10 or '2*pi*sqrt(l/g)'",
-    "method": "dormand_prince (default), rk4, radau_5 (stiff), ..; 'all' names all",
-    "step": "a fixed step in s",
-    "rtol": "relative tolerance of an adaptive method",
-    "atol": "absolute tolerance of an adaptive method",
-    "samples": "number of rows, evenly spaced, both ends too",
-    "constraints": "projection (default), baumgarte or index_2",
-}
-_VALUES: Final = {"constraints": "HOW"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -49,21 +40,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--verify", action="store_true", help=verify)
     times = "tell what the stages of the run took"
     parser.add_argument("--times", action="store_true", help=times)
-    add_settings(parser)
+    add_run_options(parser)
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Declare how a run is done."""
-    group = parser.add_argument_group("how the run is done")
-    for name, described in SETTINGS.items():
-        group.add_argument("--" + name.replace("_", "-"), metavar=_VALUES.get(name, name.upper()), help=described)
-    group.add_argument("--native", action="store_true", help="code for this processor only")
-    group.add_argument("--backend", choices=("c", "python"), help="default: C, or Python without a compiler")
-
-
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
-    from multibody_sym.cli.output import verify_apart
 
     units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
@@ -90,7 +71,7 @@ def run(options: argparse.Namespace) -> Answer:
     theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
     found = done.as_json() if options.json else {}  # lists of a million rows take longer than the run
     taken = {"times": times.seconds} if options.times else {}
-    return Answer({**found, **theorems, **taken, "written": written}, "\n".join(lines), code, missed)
+    return Reply({**found, **theorems, **taken, "written": written}, "\n".join(lines), code, missed)
 
 
 def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:
@@ -125,9 +106,8 @@ def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajecto
     from multibody_sym.cli.runs import asked_run
     from multibody_sym.documents.runs import progress_bar
 
-    settings = {name: getattr(options, name) for name in SETTINGS}
     with ExitStack() as stack:
-        run = stack.enter_context(asked_run(options, settings))
+        run = stack.enter_context(asked_run(options))
         show = stack.enter_context(progress_bar())
         keep = _forget if table is None else stack.enter_context(table.recorded())
 

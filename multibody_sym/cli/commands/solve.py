@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Answer, add_units, asked_units
+from multibody_sym.cli.options import model_options
+from multibody_sym.cli.output import Reply, add_units, asked_units
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
 _FORMATS: Final = ("text", "latex", "html")
@@ -19,17 +20,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Solve the instant t = 0 and the questions under `ask`."""
     from multibody_sym.answers.solve import solve
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.document import worked_document, write_document
     from multibody_sym.documents.solution import solution_text
 
     units, steps = asked_units(options), options.steps or options.format is not None
     with model(options) as system:
-        solution = solve(system, steps=steps, **shared(options))
+        solution = solve(system, steps=steps, **model_options(options))
     if solution.steps is None:
-        return Answer(solution.as_json(), solution_text(solution, units))
+        return Reply(solution.as_json(), solution_text(solution, units))
     text = write_document(worked_document(solution.steps), options.format or "text", units)
-    return Answer(solution.as_json(), text)
+    return Reply(solution.as_json(), text)

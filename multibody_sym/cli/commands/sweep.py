@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from multibody_sym.cli.commands.simulate import SETTINGS, add_settings, figure_name
-from multibody_sym.cli.options import UsageError
-from multibody_sym.cli.output import Answer, asked_units
+from multibody_sym.cli.commands.simulate import figure_name
+from multibody_sym.cli.options import UsageError, add_run_options, run_options
+from multibody_sym.cli.output import Reply, asked_units, verify_apart
 from multibody_sym.errors import OutputError, RunError, Where
 
 if TYPE_CHECKING:
@@ -46,12 +46,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     shown = "what the figure shows: columns with commas between them, such as 'theta max' (default: all, of maps ends)"
     parser.add_argument("--show", metavar="NAMES", help=shown)
     parser.add_argument("--units", metavar="UNITS", help="units of the figure, such as mm,deg; tables stay SI")
-    add_settings(parser)
+    add_run_options(parser)
 
 
-def run(options: argparse.Namespace) -> Answer:
+def run(options: argparse.Namespace) -> Reply:
     """Run all, and write what was asked for; what Ctrl-C interrupts goes on when it is called again."""
-    from multibody_sym.cli.output import verify_apart
     from multibody_sym.motion.sweep.study import study_summary
 
     figure = figure_name(options)
@@ -65,11 +64,11 @@ def run(options: argparse.Namespace) -> Answer:
     written = [path for path in (study.path, figure) if path is not None]
     text = "\n".join([study_summary(study), *(f"wrote {path}" for path in written)])
     failed = len(study.failures) == len(study)
-    return Answer({**study.as_json(), "written": written}, text, RunError.exit_code if failed else 0)
+    return Reply({**study.as_json(), "written": written}, text, RunError.exit_code if failed else 0)
 
 
 def _swept(options: argparse.Namespace) -> Study:
-    from multibody_sym.cli.model import model, shared
+    from multibody_sym.cli.model import model
     from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.sweep.study import sweep
 
@@ -83,10 +82,7 @@ def _swept(options: argparse.Namespace) -> Study:
             asked,
             **{name: getattr(options, name) for name in (*_OWN, "sobol", "output")},
             executor=executor,
-            **{name: getattr(options, name) for name in SETTINGS},
-            **shared(options),
-            native=options.native,
-            backend=options.backend,
+            **run_options(options),
             on_progress=lambda done, total: show(done / total),
         )
 

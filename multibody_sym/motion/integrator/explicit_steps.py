@@ -6,7 +6,7 @@ from dataclasses import field
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Flow, Step, Trial, combination, hermite, require_finite
+from multibody_sym.motion.integrator.flow import Flow, Step, TrialStep, combination, hermite, require_finite
 from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 from multibody_sym.motion.methods.runge_kutta import Tableau
 from multibody_sym.program.runtime_constants import (
@@ -28,7 +28,7 @@ class ExplicitStepper:
     def restart(self) -> None:
         """Do nothing: a step knows nothing of those before."""
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step; the last slope is among its stages only if the error estimate needs it."""
         tableau, k, end = self.tableau, [slope], self.tableau.stages - 1
         self._extend(t, x, h, k, end)
@@ -38,7 +38,7 @@ class ExplicitStepper:
             k.append(self.flow.slope(t_new, x_new))
         weights = (tableau.error, tableau.coarse_error) if self.flow.step is None else (None, None)
         error, coarse = (None if w is None else h * combination(w[: len(k)], k) for w in weights)
-        return Trial(t, x, slope, h, t_new, x_new, error, k, coarse)
+        return TrialStep(t, x, slope, h, t_new, x_new, error, k, coarse)
 
     def _extend(self, t: float, x: Floats, h: float, k: list[Floats], count: int) -> None:
         """Add the slopes of further stages to `k` until there are `count`."""
@@ -46,7 +46,7 @@ class ExplicitStepper:
             at = x + h * combination(self.tableau.A[stage, :stage], k)
             k.append(self.flow.slope(t + float(self.tableau.c[stage]) * h, at))
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end; a changed end needs one of its own."""
         k = trial.stages
         if not self.tableau.end_in_error:
@@ -111,13 +111,13 @@ class AdamsStepper:
         self.flow = flow
         self.starter = ExplicitStepper(method.starter, flow)
         self.past = Past(method.past)
-        self.last: Trial | None = None
+        self.last: TrialStep | None = None
 
     def restart(self) -> None:
         """Forget the past."""
         self.past.points = []
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step; only one of the starter has stages."""
         if not self.past.fits(h):
             return self.starter.attempt(t, x, slope, h, t_new)
@@ -126,9 +126,9 @@ class AdamsStepper:
         new = self.flow.slope(t_new, predicted)
         x_new = x + h * combination(self.weights["corrector"], [new, *slopes[:-1]])
         require_finite(x_new, t_new)
-        return Trial(t, x, slope, h, t_new, x_new, None, [])
+        return TrialStep(t, x, slope, h, t_new, x_new, None, [])
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end."""
         self.last = trial
         if trial.stages:
@@ -150,7 +150,7 @@ class VerletStepper:
     def restart(self) -> None:
         """Do nothing: a step knows nothing of those before."""
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step."""
         pairing = self.flow.pairing
         nq, u, udot = pairing.nq, x[pairing.nq :], slope[pairing.nq :]
@@ -158,9 +158,9 @@ class VerletStepper:
         new = self.flow.slope(t_new, np.concatenate([q_new, u + h * udot]))
         x_new = np.concatenate([q_new, u + (0.5 * h) * (udot + new[nq:])])
         require_finite(x_new, t_new)
-        return Trial(t, x, slope, h, t_new, x_new, None, [])
+        return TrialStep(t, x, slope, h, t_new, x_new, None, [])
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end."""
         return _finished(self.flow, trial, x_new, None)
 
@@ -181,14 +181,14 @@ class StoermerStepper:
         self.flow = flow
         self.starter = ExplicitStepper(method.starter, flow)
         self.past = Past(method.past)
-        self.last: Trial | None = None
+        self.last: TrialStep | None = None
         self.displacement: Floats | None = None  # of the trial that was finished last
 
     def restart(self) -> None:
         """Forget the past."""
         self.past.points = []
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step; the first of its stages is its displacement, others are the starter's."""
         if not self.past.fits(h) or self._too_short(h) or self._turn() > FARTHEST_TURN:
             return self.starter.attempt(t, x, slope, h, t_new)
@@ -205,7 +205,7 @@ class StoermerStepper:
         rates = moved / h + h * combination(self.weights["corrector"], [ahead, *second[:-1]])
         x_new = np.concatenate([q_new, pairing.speeds(moved, rates)])
         require_finite(x_new, t_new)
-        return Trial(t, x, slope, h, t_new, x_new, None, [moved])
+        return TrialStep(t, x, slope, h, t_new, x_new, None, [moved])
 
     def _too_short(self, h: float) -> bool:
         return self.flow.step is not None and h < SHORTEST_STEP * self.flow.step
@@ -224,7 +224,7 @@ class StoermerStepper:
             found.append(pairing.accelerations(away, point.x[nq:], point.slope[nq:]))
         return found
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end; what settling has moved belongs to its displacement."""
         pairing, nq, nu = self.flow.pairing, self.flow.pairing.nq, len(x_new) - self.flow.pairing.nq
         self.last = trial
@@ -240,7 +240,7 @@ class StoermerStepper:
         self.past.add(Point(step.x, self.last.slope, self.displacement), step.h)
 
 
-def _finished(flow: Flow, trial: Trial, x_new: Floats, before: Point | None) -> Step:
+def _finished(flow: Flow, trial: TrialStep, x_new: Floats, before: Point | None) -> Step:
     """Return the step with the slope at its end, between them the polynomial through both ends and `before`."""
     slope_new = flow.slope(trial.t_new, x_new)
 

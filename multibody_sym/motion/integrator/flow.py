@@ -299,7 +299,7 @@ class Events:
 
 
 @dataclass(frozen=True)
-class Rows:
+class RowClosure:
     """What a step over a singular position needs to know of the constraint rows.
 
     `latest()`: the rows' independence at the latest derivative, at most 1 and 0 where they depend on each other;
@@ -345,7 +345,7 @@ class Flow:
     atol: float = 1e-8
     settle_sample: Settle | None = None
     events: Events | None = None
-    rows: Rows | None = None
+    rows: RowClosure | None = None
     noise: Callable[[], float] = float
     pairs: Pairing | None = None
     stages: StageEquations | None = None
@@ -381,7 +381,7 @@ class Flow:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialStep:
     """A step on trial from (t, x), where the slope is `slope`, over h to (t_new, x_new).
 
     `error`: the estimate of its error (n,), None where the method makes none; `stages`: what its family keeps;
@@ -431,10 +431,10 @@ class Stepper(Protocol):
     def restart(self) -> None:
         """Let nothing that was before count: at the start and where an event has ended a step."""
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return the step over any h, shorter or longer than the one before; raises StepError."""
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step that ends at x_new, which is the end of `trial` put onto constraints; raises StepError."""
 
     def advance(self, step: Step) -> None:

@@ -15,7 +15,7 @@ from sys import float_info
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Flow, Step, StepError, Trial, hermite, require_finite, scaled_norm
+from multibody_sym.motion.integrator.flow import Flow, Step, StepError, TrialStep, hermite, require_finite, scaled_norm
 from multibody_sym.motion.methods.collocation import Scheme
 from multibody_sym.program.runtime_constants import (
     ADAPTIVE_ROUNDS,
@@ -122,7 +122,7 @@ class CollocationStepper:
         self.trials = 0
         self.latest: tuple[float, Floats] | None = None
 
-    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> Trial:
+    def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step; raises StepError where Newton's iteration does not converge with a new Jacobian either."""
         self.trials += 1
         if self.multipliers is None:
@@ -135,7 +135,7 @@ class CollocationStepper:
         x_new = self._end(z) + x
         require_finite(x_new, t_new)
         error = self._error(t, x, slope, h, z, x_new) if self.flow.step is None else None
-        return Trial(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
+        return TrialStep(t, x, slope, h, t_new, x_new, error, list(z), least_growth=LEAST_GROWTH)
 
     def _end(self, stages: Floats) -> Floats:
         total = np.zeros(stages.shape[1])
@@ -144,7 +144,7 @@ class CollocationStepper:
                 total = total + weight * stage
         return total
 
-    def finish(self, trial: Trial, x_new: Floats) -> Step:
+    def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end."""
         slope_new = self.flow.slope(trial.t_new, x_new)
 

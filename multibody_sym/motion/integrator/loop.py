@@ -23,7 +23,7 @@ from multibody_sym.motion.integrator.flow import (
     Step,
     StepError,
     Stepper,
-    Trial,
+    TrialStep,
     sample_times,
     scaled_norm,
     steps_before,
@@ -112,7 +112,7 @@ def _begin(course: _Course, before: Step) -> None:
         course.watch.begin(before.t_new, before.x_new, before.slope_new)
 
 
-def _attempt(course: _Course, before: Step, h: float, t_new: float) -> Trial:
+def _attempt(course: _Course, before: Step, h: float, t_new: float) -> TrialStep:
     if course.watch is not None:
         course.watch.beyond = False
     start = before.t_new, before.x_new
@@ -292,7 +292,7 @@ def control_power(method: Method) -> float:
     return 1.0 / (min(method.order, method.error_order) + 1.0)
 
 
-def _length_after(course: _Course, trial: Trial, errors: tuple[float, float, float], rejected: int) -> float:
+def _length_after(course: _Course, trial: TrialStep, errors: tuple[float, float, float], rejected: int) -> float:
     """Return the length of the step after an accepted trial, by its error, that without noise, and the one before it.
 
     It grows only as the error without the allowance for round-off lets it.
@@ -318,7 +318,7 @@ def _change(flow: Flow, error: float, remembered: float) -> float:
     return max(1.0 / GROWTH, min(SHRINKAGE, change))
 
 
-def _closed(course: _Course, trial: Trial) -> Step:
+def _closed(course: _Course, trial: TrialStep) -> Step:
     settle, approach = course.flow.settle, course.approach
     x_new = trial.x_new if settle is None else settle(trial.t_new, trial.x_new)
     done = course.taking.finish(trial, approach.closed(trial.t_new, x_new))
@@ -326,12 +326,12 @@ def _closed(course: _Course, trial: Trial) -> Step:
     return done
 
 
-def _error_norm(course: _Course, trial: Trial) -> tuple[float, int]:
+def _error_norm(course: _Course, trial: TrialStep) -> tuple[float, int]:
     """Return the error of a trial; near a singular position what round-off does there counts as allowed."""
     return _error_beside(course, trial, course.approach.noise() * float(np.max(np.abs(trial.x_new))))
 
 
-def _error_beside(course: _Course, trial: Trial, noise: float) -> tuple[float, int]:
+def _error_beside(course: _Course, trial: TrialStep, noise: float) -> tuple[float, int]:
     """Return the mean-square error in units of noise + atol + rtol max(|x|, |x_new|), and where most of it is.
 
     Of two estimates the finer, e5, counts as e5^2 / sqrt(e5^2 + 0.01 e3^2), with the coarser, e3: an error of the power

@@ -15,7 +15,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from multibody_sym.motion.integrator.flow import Flow, StageEquations, Step, StepError, Stepper, Trial, require_finite
+from multibody_sym.motion.integrator.flow import (
+    Flow,
+    StageEquations,
+    Step,
+    StepError,
+    Stepper,
+    TrialStep,
+    require_finite,
+)
 from multibody_sym.motion.methods.collocation import Collocation
 from multibody_sym.motion.methods.runge_kutta import RungeKutta
 from multibody_sym.motion.methods.table import Method
@@ -236,7 +244,7 @@ class Approach:
         if self.comes_unforeseen() or self._comes_too_near():
             raise StepError(Status.SINGULAR, t, -1)
 
-    def verify_end(self, trial: Trial, done: Step) -> None:
+    def verify_end(self, trial: TrialStep, done: Step) -> None:
         """Raise StepError if the end comes near unforeseen, too near, or is on another branch of the motion."""
         self.end = self.latest
         self.verify(done.t_new)

@@ -82,7 +82,7 @@ NO_STEP: Final = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class LegAnswer:
     """Where a leg went on, by its number: the state `after` a jump of speeds, by that of the switching function."""
 
     leg: int

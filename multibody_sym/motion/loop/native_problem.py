@@ -42,7 +42,11 @@ def method_struct(method: Method) -> MethodStruct:
 
     if isinstance(method, Collocation):
         return _collocation(method)
-    kinds = {AdamsBashforthMoulton: Family.ADAMS, Stoermer: Family.STOERMER, StoermerVerlet: Family.VERLET}
+    kinds = {
+        AdamsBashforthMoulton: Family.ADAMS,
+        Stoermer: Family.STOERMER,
+        StoermerVerlet: Family.VERLET,
+    }
     if type(method) not in kinds:
         raise TypeError(f"{method!r} is no method")
     assert isinstance(method, (AdamsBashforthMoulton, Stoermer, StoermerVerlet))

@@ -13,7 +13,16 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.motion.integrator.events import Watch
-from multibody_sym.motion.integrator.flow import Counts, Events, Flow, Rows, StageEquations, Step, StepError, ordinary
+from multibody_sym.motion.integrator.flow import (
+    Counts,
+    Events,
+    Flow,
+    RowClosure,
+    StageEquations,
+    Step,
+    StepError,
+    ordinary,
+)
 from multibody_sym.motion.integrator.loop import at_end, reaches, sampled, steps
 from multibody_sym.motion.integrator.singular import strays
 from multibody_sym.motion.loop.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
@@ -145,10 +154,10 @@ class _Run:
                 flow, going = after, steps(after)
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> RowClosure:
         """What steps over singular positions know of the constraint rows."""
         p = self.problem
-        return Rows(lambda: self.independence, self.independence_at, self.closed, p.project, p.crosses)
+        return RowClosure(lambda: self.independence, self.independence_at, self.closed, p.project, p.crosses)
 
     def _jumped(self, flow: Flow, done: Step) -> Flow | None:
         """Return how a run goes on that stands at a switch from which a jump of speeds leads on, None elsewhere."""

@@ -32,10 +32,11 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
-from multibody_sym.motion.prepare.problem import runnable
-from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.prepare.problem import prepare_system
+from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import run_settings
-from multibody_sym.program.loading import Backend, Compiled, load
+from multibody_sym.program.backend import Backend, Native
+from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -240,17 +241,17 @@ class TreeFunction:
         return np.stack(outputs) if len(outputs) > 1 else outputs[0]
 
 
-def tree_function(question: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction:
+def tree_function(question: TreeQuestion, code: Native) -> TreeFunction:
     """Return a question about a tree as a compiled function."""
     resolved = examined(question.system)
-    compiled = _compiled(question, resolved, native=native, backend=backend)
+    compiled = _compiled(question, resolved, code)
     (name,) = (name for name in compiled.functions if name != "inputs")
     return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)
 
 
-def _compiled(question: TreeQuestion, resolved: Mechanism, *, native: bool, backend: Backend | None) -> Compiled:
+def _compiled(question: TreeQuestion, resolved: Mechanism, code: Native) -> Compiled:
     program = question.program(resolved)
-    made = load({"inputs": inputs_program(resolved), program.name: program}, native=native, backend=backend)
+    made = load({"inputs": inputs_program(resolved), program.name: program}, code)
     return replace(made, remake=partial(_compiled, question, resolved))
 
 
@@ -343,18 +344,16 @@ class CanonicalFunction:
         return (time, state, momenta, rest[0], rest[1], rest[2]), np.asarray(u)
 
 
-def canonical_function(
-    question: CanonicalQuestion, *, native: bool = False, backend: Backend | None = None
-) -> CanonicalFunction:
+def canonical_function(question: CanonicalQuestion, code: Native) -> CanonicalFunction:
     """Return Hamilton's equations as compiled functions. Raises what `canonical_programs` does, and for a bad start."""
     state = examined_state(question.system)
-    compiled = _function_compiled(state.mechanism, native=native, backend=backend)
+    compiled = _function_compiled(state.mechanism, code)
     arguments = Arguments(state.mechanism, compiled, np.array(state.start.parameters, dtype=float))
     return CanonicalFunction(arguments, np.array(state.start.q, dtype=float), np.array(state.start.u, dtype=float))
 
 
-def _function_compiled(mechanism: Mechanism, *, native: bool, backend: Backend | None) -> Compiled:
-    made = load(canonical_programs(mechanism), native=native, backend=backend)
+def _function_compiled(mechanism: Mechanism, code: Native) -> Compiled:
+    made = load(canonical_programs(mechanism), code)
     return replace(made, remake=partial(_function_compiled, mechanism))
 
 
@@ -407,7 +406,7 @@ class ImpactFunction:
 
     arguments: Arguments
     rows: tuple[str, ...]
-    modes: Modes | None = None
+    modes: ImpactModes | None = None
 
     def __call__(
         self, t: float, q: ArrayLike, u: ArrayLike, *, parameters: Values = None, inputs: Values = None
@@ -425,22 +424,19 @@ class ImpactFunction:
         return Strike(after, dict(zip(self.rows, impulses.tolist(), strict=True)), dict(zip(names, told, strict=True)))
 
 
-def impact_function(
-    question: ImpactQuestion, *, native: bool = False, backend: Backend | None = None
-) -> ImpactFunction:
+def impact_function(question: ImpactQuestion, code: Native) -> ImpactFunction:
     """Return an impact as a compiled function. Raises NoSolutionError where it has no single mode at the start."""
     posed = posed_impact(question.system)
     at_start = 0.0, np.array(posed.begin.q), np.array(posed.begin.u)
-    return Modes(posed, native, backend).function(posed.blow, outcome(posed), *at_start)
+    return ImpactModes(posed, code).function(posed.blow, outcome(posed), *at_start)
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class ImpactModes:
     """The modes of an impact that were asked for, each as a function; `needed` is what is positive where one holds."""
 
     posed: PosedImpact
-    native: bool
-    backend: Backend | None
+    code: Native
     needed: tuple[tuple[str, str], ...] = ()
     known: dict[Hashable, ImpactFunction] = field(default_factory=dict)
 
@@ -473,7 +469,7 @@ class Modes:
         names = tuple(x.name for x in mode.rows.acting)
         key = (names, tuple(sorted(mode.rows.mode.slips.items())), mode.acting)
         if key not in self.known:
-            compiled = _impact_function_compiled(mode, impact_program(mode), native=self.native, backend=self.backend)
+            compiled = _impact_function_compiled(mode, impact_program(mode), self.code)
             arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))
             modes = replace(self, needed=mode.needed) if mode.needed else None
             self.known[key] = ImpactFunction(arguments, mode.told, modes)
@@ -483,9 +479,9 @@ class Modes:
         return function
 
 
-def _impact_function_compiled(mode: StruckMode, program: Program, *, native: bool, backend: Backend | None) -> Compiled:
+def _impact_function_compiled(mode: StruckMode, program: Program, code: Native) -> Compiled:
     programs = {"inputs": inputs_program(mode.blow.mechanism), "impact": program}
-    made = load(programs, native=native, backend=backend)
+    made = load(programs, code)
     return replace(made, remake=partial(_impact_function_compiled, mode, program))
 
 
@@ -528,7 +524,7 @@ class RightSide:
     With constraints, Baumgarte's coefficients are those that the system's settings state, or zero.
     """
 
-    ready: Runnable
+    ready: PreparedSystem
     arguments: Arguments
 
     def __repr__(self) -> str:
@@ -589,16 +585,16 @@ def compile(
     """
     if isinstance(wanted, System):
         raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
-    native = flag("native", native)
+    code = Native(flag("native", native), backend)
     if isinstance(wanted, ImpactQuestion):
-        return impact_function(wanted, native=native, backend=backend)
+        return impact_function(wanted, code)
     if isinstance(wanted, CanonicalQuestion):
-        return canonical_function(wanted, native=native, backend=backend)
+        return canonical_function(wanted, code)
     if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
         raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
     if not isinstance(wanted, StateDerivative):
-        return tree_function(wanted, native=native, backend=backend)
-    ready = runnable(wanted.system, wanted.formalism, native=native, backend=backend)
+        return tree_function(wanted, code)
+    ready = prepare_system(wanted.system, wanted.formalism, code)
     asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
     values = ready.parameters
     if ready.mechanism.rows and asked is not None:

@@ -25,9 +25,10 @@ from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
 from multibody_sym.motion.prepare.programs import compiled, known, recalled_laws
-from multibody_sym.motion.prepare.records import Numbers, Runnable
+from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
-from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.backend import PORTABLE, Native
+from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import Node, symbol
@@ -45,12 +46,12 @@ _MOST_NUMBERS: Final = 250_000_000  # two gigabytes of samples
 _MOST_STEPS: Final = 200_000_000
 
 
-def settings_of(ready: Runnable) -> RunSettings:
+def settings_of(ready: PreparedSystem) -> RunSettings:
     """Return the settings of a system in numbers. Raises ModelError."""
     return run_settings(ready.system.simulation, ready.parameter_values)
 
 
-def problem_of(ready: Runnable, settings: RunSettings) -> Problem:
+def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     """Return the problem of a run; with rows it projects each step, or stabilises them (Baumgarte 1972) if asked.
 
     Raises ModelError for more samples than memory holds, more steps than a life has time for, where nothing moves, and
@@ -108,7 +109,7 @@ def _letters(node: Node) -> list[Node]:
     return [n for n in postorder([node]) if not n.args and n.shadow is None]
 
 
-def _start_values(ready: Runnable) -> dict[Node, float]:
+def _start_values(ready: PreparedSystem) -> dict[Node, float]:
     """Return the values of parameters, and of coordinates at the start, by their symbols."""
     names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
     return {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}
@@ -126,7 +127,7 @@ def _pairing(mechanism: Mechanism) -> Pairing:
     return Pairing(len(mechanism.coordinates), tuple(plain), tuple(balls))
 
 
-def _verify_size(ready: Runnable, settings: RunSettings) -> None:
+def _verify_size(ready: PreparedSystem, settings: RunSettings) -> None:
     width = len(ready.q0) + len(ready.u0)
     if width == 0 and not ready.mechanism.drives:
         raise ModelError("nothing can move: no joint has freedom", number="M117").under("joints")
@@ -162,22 +163,21 @@ _FEW: Final = 30
 
 
 @on_numbers
-def runnable(
+def prepare_system(
     system: System,
     formalism: str | None = None,
+    code: Native = PORTABLE,
     *,
-    native: bool = False,
-    backend: Backend | None = None,
     modes: bool = False,
-) -> Runnable:
-    """Return the system ready to run by a formalism, in C or Python (`program.loading.load`).
+) -> PreparedSystem:
+    """Return the system ready to run by a formalism, compiled as `code` says.
 
     `modes`: its Programs are those of all modes of what holds one way only, where one set of them serves these; else
     they are those of the mode at its start. Raises InputError for what the model contradicts, and NoSolutionError where
     no start satisfies the constraints or a free direction has no inertia.
     """
     verify_formalism(formalism)
-    finding = _Programs(system, formalism, native, backend)
+    finding = _Programs(system, formalism, code)
     with stage("start"):
         state, made = _started(system, finding)
     state = with_numbers_as_data(state.before_a_run)
@@ -188,7 +188,7 @@ def runnable(
         laws, (name, programs) = None, made or finding.made(state.mechanism)
     begin = state.start
     numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
-    return Runnable(name, programs, numbers, partial(_known, system, state), laws=laws)
+    return PreparedSystem(name, programs, numbers, partial(_known, system, state), laws=laws)
 
 
 def _laws(state: StartState, system: System) -> LawMechanism:
@@ -206,23 +206,22 @@ class _Programs(NamedTuple):
 
     system: System
     formalism: str | None
-    native: bool
-    backend: Backend | None
+    code: Native
 
     def made(self, mechanism: Mechanism) -> Made:
         name = formalism_name(self.formalism, mechanism)
-        return name, compiled(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+        return name, compiled(mechanism, name, self._form(mechanism), self.code)
 
     def of_all_modes(self, laws: LawMechanism) -> Made:
         assert laws.every is not None
         name = formalism_name(self.formalism, laws.every)
         form = form_of(self.system.simulation, constrained=True, varies=True)
-        found = recalled_laws(laws.declared, (name, form), native=self.native, backend=self.backend)
+        found = recalled_laws(laws.declared, (name, form), self.code)
         return name, found.compiled
 
     def recalled(self, mechanism: Mechanism) -> Made | None:
         name = formalism_name(self.formalism, mechanism)
-        found = known(mechanism, name, self._form(mechanism), native=self.native, backend=self.backend)
+        found = known(mechanism, name, self._form(mechanism), self.code)
         return None if found is None else (name, found)
 
     def _form(self, mechanism: Mechanism) -> Form:

@@ -13,8 +13,9 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Coordinate, JointLimit, Mechanism, ParameterEntry, Speed
 from multibody_sym.program import loading
+from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.cache import digest
-from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.loading import Compiled
 from multibody_sym.scalars.node import Node, uncollected
 from multibody_sym.stages import stage
 
@@ -36,26 +37,24 @@ def compiled(
     mechanism: Mechanism,
     formalism: str,
     form: Form = "explicit",
-    *,
-    native: bool = False,
-    backend: Backend | None = None,
+    code: Native = PORTABLE,
 ) -> Compiled:
     """Return a mechanism's Programs by a formalism, ready to be called, with those that a method needs for its `form`.
 
     What was derived for a mechanism of the same structure is recalled, whatever its parameters' values and start. Those
     are among them from which the start values of its loops are found.
     """
-    recalled = known(mechanism, formalism, form, native=native, backend=backend)
+    recalled = known(mechanism, formalism, form, code)
     if recalled is not None:
         return recalled
-    loading.begin(_parts(mechanism, form), native=native, backend=backend)
+    loading.begin(_parts(mechanism, form), code)
     from multibody_sym.dynamics.programs.closing import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
     with uncollected():
         with stage("derive"):
             derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
-        made = loading.load(derived, native=native, backend=backend, rare=closing, multistep=form == "multistep")
+        made = loading.load(derived, code, rare=closing, multistep=form == "multistep")
     loading.remember(structure_key(mechanism, formalism, form), made, {})
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
 
@@ -64,24 +63,20 @@ def known(
     mechanism: Mechanism,
     formalism: str,
     form: Form = "explicit",
-    *,
-    native: bool = False,
-    backend: Backend | None = None,
+    code: Native = PORTABLE,
 ) -> Compiled | None:
     """Return what `compiled` does where it is in the cache, else None."""
-    recalled = loading.recall(structure_key(mechanism, formalism, form), native=native, backend=backend)
+    recalled = loading.recall(structure_key(mechanism, formalism, form), code)
     if recalled is None:
         return None
     again = partial(compiled, mechanism, formalism, form)
-    return replace(recalled.compiled, wanted=backend, native=native, remake=again)
+    return replace(recalled.compiled, wanted=code, remake=again)
 
 
 def recalled_laws(
     mechanism: Mechanism,
     served: tuple[str, Form] | None = None,
-    *,
-    native: bool = False,
-    backend: Backend | None = None,
+    code: Native = PORTABLE,
 ) -> loading.Recalled:
     """Return the Programs `inputs` and `laws` of a mechanism in no mode, recalled likewise, ready to be called.
 
@@ -90,11 +85,11 @@ def recalled_laws(
     """
     formalism, form = served or ("", "explicit")
     key = structure_key(mechanism, f"laws {formalism}", form)
-    recalled = loading.recall(key, native=native, backend=backend)
+    recalled = loading.recall(key, code)
     again = partial(_compiled_laws, mechanism, served)
     if recalled is not None:
-        return replace(recalled, compiled=replace(recalled.compiled, wanted=backend, native=native, remake=again))
-    loading.begin(_parts(mechanism, form) | {"rows", "events"}, native=native, backend=backend)
+        return replace(recalled, compiled=replace(recalled.compiled, wanted=code, remake=again))
+    loading.begin(_parts(mechanism, form) | {"rows", "events"}, code)
     from multibody_sym.dynamics.programs.every_mode import every_mode_programs
     from multibody_sym.dynamics.programs.law_programs import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
@@ -106,7 +101,7 @@ def recalled_laws(
                 derived = {"inputs": inputs_program(mechanism), "laws": program}
             else:
                 derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
-        made = loading.load(derived, native=native, backend=backend, multistep=form == "multistep")
+        made = loading.load(derived, code, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)
 
@@ -120,9 +115,9 @@ def _parts(mechanism: Mechanism, form: Form) -> set[str]:
 
 
 def _compiled_laws(
-    mechanism: Mechanism, served: tuple[str, Form] | None, *, native: bool = False, backend: Backend | None = None
+    mechanism: Mechanism, served: tuple[str, Form] | None, code: Native
 ) -> Compiled:
-    return recalled_laws(mechanism, served, native=native, backend=backend).compiled
+    return recalled_laws(mechanism, served, code).compiled
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

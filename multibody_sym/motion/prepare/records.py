@@ -12,8 +12,9 @@ import numpy as np
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.methods.table import METHODS
-from multibody_sym.motion.prepare.run_labels import Told, recalled
-from multibody_sym.program.loading import Backend, Compiled, load
+from multibody_sym.motion.prepare.run_labels import RunLabels, recalled
+from multibody_sym.program.backend import Native
+from multibody_sym.program.loading import Compiled, load
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -40,7 +41,7 @@ class Numbers(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Runnable:
+class PreparedSystem:
     """A mechanism in its mode at the start, with compiled Programs and the numbers that it starts with.
 
     `begin` tells its system and how it starts. Runs that differ in numbers alone share one mechanism, whose own numbers
@@ -53,7 +54,7 @@ class Runnable:
     compiled: Compiled
     numbers: Numbers
     begin: Callable[[], tuple[System, StartState]]
-    shared: Told | None = None
+    shared: RunLabels | None = None
     known: Mapping[str, Any] | None = None
     laws: LawMechanism | None = None
 
@@ -63,13 +64,13 @@ class Runnable:
         return self.state.mechanism if self.shared is None else self.shared.mechanism
 
     @property
-    def told(self) -> Told:
+    def told(self) -> RunLabels:
         """What results tell of the mechanism."""
         return self._told if self.shared is None else self.shared
 
     @cached_property
-    def _told(self) -> Told:
-        return Told(self) if self.known is None else recalled(self.known["told"], self)
+    def _told(self) -> RunLabels:
+        return RunLabels(self) if self.known is None else recalled(self.known["told"], self)
 
     @cached_property
     def begun_from(self) -> Mapping[str, Any]:
@@ -194,13 +195,13 @@ def _pairs(part: Any) -> tuple[tuple[int, int], ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class LegSamples:
     """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,).
 
     `modes` (nm,) are the numbers of the mode that they are in.
     """
 
-    told: Told
+    told: RunLabels
     compiled: Compiled
     parameters: Floats
     t: Floats
@@ -250,19 +251,19 @@ class Part:
         return values
 
 
-def parts_of(
-    legs: Iterable[tuple[Leg, Told]], samples: tuple[Floats, Floats, Floats], first: int
-) -> tuple[Part, ...]:
+def leg_samples(
+    legs: Iterable[tuple[Leg, RunLabels]], samples: tuple[Floats, Floats, Floats], first: int
+) -> tuple[LegSamples, ...]:
     """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in."""
-    found: list[Part] = []
+    found: list[LegSamples] = []
     for leg, told in legs:
         t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
         if len(t) or not found:
-            found.append(Part(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
+            found.append(LegSamples(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
     return tuple(found)
 
 
-def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
+def reaction_program(mechanism: Mechanism, code: Native) -> Compiled:
     """Return `reactions`: (t, q, u, parameters, inputs, modes, udot (nu), multipliers (ns)) -> values (joints, 6).
 
     The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
@@ -282,4 +283,4 @@ def reaction_program(mechanism: Mechanism, backend: Backend | None) -> Compiled:
     names = mechanism.joint_names
     values = [found[name][component] for name in names for component in COMPONENTS]
     program = trace.finish({"values": ((len(names), len(COMPONENTS)), values)})
-    return load({"reactions": program}, backend=backend)
+    return load({"reactions": program}, code)

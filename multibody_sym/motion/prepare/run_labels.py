@@ -21,7 +21,7 @@ class Resolved(Protocol):
     def mechanism(self) -> Mechanism: ...
 
 
-class Alone(NamedTuple):
+class ResolvedAlone(NamedTuple):
     """A mechanism that is of no run by itself, as a mode is."""
 
     mechanism: Mechanism
@@ -30,7 +30,7 @@ class Alone(NamedTuple):
 Names = tuple[str, ...]
 
 
-class Told:
+class RunLabels:
     """What results tell of a mechanism, each found when it is first asked for."""
 
     def __init__(self, resolved: Resolved) -> None:
@@ -198,16 +198,16 @@ class Told:
         return any(map(varies, self.mechanism.bodies))
 
 
-ALL: Final = tuple(x for x, part in vars(Told).items() if isinstance(part, cached_property) and x[0] != "_")
+ALL: Final = tuple(x for x, part in vars(RunLabels).items() if isinstance(part, cached_property) and x[0] != "_")
 """The names of all that is told."""
 
 
-def as_json(told: Told) -> dict[str, Any]:
+def as_json(told: RunLabels) -> dict[str, Any]:
     """Return all of it as JSON values."""
     return {name: getattr(told, name) for name in ALL}
 
 
-class _Recalled(Told):
+class _Recalled(RunLabels):
     """What was told before; the mechanism is made where it is needed after all."""
 
     def __init__(self, resolved: Resolved, known: Mapping[str, Any]) -> None:
@@ -215,7 +215,7 @@ class _Recalled(Told):
         vars(self).update(known)
 
 
-def recalled(values: Any, resolved: Resolved) -> Told:
+def recalled(values: Any, resolved: Resolved) -> RunLabels:
     """Return what `as_json` wrote; raises KeyError or TypeError for anything else."""
     if set(values) != set(ALL):
         raise KeyError("not what is told of a mechanism")

@@ -24,9 +24,9 @@ from multibody_sym.mechanics.state import arrays, slot_state, state_of
 from multibody_sym.motion.integrator.flow import longest_in_modes
 from multibody_sym.motion.loop.integrate import Integration, integrate
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.records import Part
-from multibody_sym.motion.prepare.run_labels import Alone, Told
-from multibody_sym.program.loading import Backend, Compiled, load
+from multibody_sym.motion.prepare.records import LegSamples
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
@@ -93,7 +93,7 @@ class FineLeg:
         least = LEAST if self.mechanism.mode is None else IN_MODES
         return max(least, self.per_step * self.steps) + 1 & ~1
 
-    def fine(self, pieces: int | None = None) -> Part:
+    def fine(self, pieces: int | None = None) -> LegSamples:
         """Return evenly spaced samples, one more than four times a number of pieces.
 
         These are `pieces`, if any are given, and half as many as it takes steps at least.
@@ -108,10 +108,11 @@ class FineLeg:
         count = 4 * ((len(run.t) - 1) // 4) + 1
         return self.sampled(run.t[:count], run.q[:count], run.u[:count])
 
-    def sampled(self, t: Floats, q: Floats, u: Floats) -> Part:
+    def sampled(self, t: Floats, q: Floats, u: Floats) -> LegSamples:
         """Return samples at times t (m,) in its mode, of q (m, nq) and u (m, nu)."""
         given = self.problem
-        return Part(Told(Alone(self.mechanism)), self.compiled, given.parameters, t, q, u, given.modes)
+        labels = RunLabels(ResolvedAlone(self.mechanism))
+        return LegSamples(labels, self.compiled, given.parameters, t, q, u, given.modes)
 
     @cached_property
     def end(self) -> tuple[Floats, Floats]:
@@ -215,7 +216,7 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
 
 
 def with_program(
-    stretches: Sequence[FineLeg], make: Callable[[Mechanism], Program], backend: Backend | None = None
+    stretches: Sequence[FineLeg], make: Callable[[Mechanism], Program]
 ) -> Iterator[tuple[FineLeg, Compiled]]:
     """Yield what lasts of stretches with the Program that is made of the mechanism of each."""
     programs: dict[int, Compiled] = {}
@@ -225,7 +226,7 @@ def with_program(
         key = id(stretch.mechanism)
         if key not in programs:
             made = make(stretch.mechanism)
-            programs[key] = load({made.name: made}, backend=backend or stretch.compiled.likewise)
+            programs[key] = load({made.name: made}, stretch.compiled.likewise)
         yield stretch, programs[key]
 
 
@@ -268,7 +269,10 @@ def _trace(name: str, mechanism: Mechanism, *more: Array) -> Trace:
 
 
 def told(
-    adding: Adding, stretches: Sequence[FineLeg], parts: Sequence[Part], jumps: Iterable[tuple[float, Floats]] = ()
+    adding: Adding,
+    stretches: Sequence[FineLeg],
+    parts: Sequence[LegSamples],
+    jumps: Iterable[tuple[float, Floats]] = (),
 ) -> dict[str, Floats]:
     """Return outputs at the samples of a run's parts (m,), which are in the modes of its stretches.
 
@@ -288,12 +292,12 @@ def told(
     return _outputs(adding, parts, sums)
 
 
-def _outputs(adding: Adding, parts: Sequence[Part], sums: Floats) -> dict[str, Floats]:
+def _outputs(adding: Adding, parts: Sequence[LegSamples], sums: Floats) -> dict[str, Floats]:
     found, first = [], 0
     for part in parts:
         own = sums[first : first + len(part.t)]
         first += len(part.t)
-        program = load({"run_outputs": adding.outputs(part.mechanism)}, backend=part.compiled.likewise)
+        program = load({"run_outputs": adding.outputs(part.mechanism)}, part.compiled.likewise)
         (values,) = program.map("run_outputs", *part.arguments, *part.derivative[1:3], own)
         found.append(values)
     columns = np.concatenate(found) if found else np.zeros((0, len(adding.asked)))
@@ -312,7 +316,7 @@ def _outputs(adding: Adding, parts: Sequence[Part], sums: Floats) -> dict[str, F
 
 
 @dataclass(frozen=True, eq=False)
-class Passed:
+class ImpactBalance:
     """An impact at time t, of P, L about the origin and T (7): how they `changed`, and how they should have.
 
     `expected` follows from the impulses, `size` is the sum of absolute terms before, after and of what changed them.
@@ -324,7 +328,7 @@ class Passed:
     size: Floats
 
 
-def passed(mechanism: Mechanism, blow: ImpactOutcome) -> Passed:
+def impact_balance(mechanism: Mechanism, blow: ImpactOutcome) -> ImpactBalance:
     """Return both sides of the theorems at an impact."""
     struck = tuple(row for row in every_row(mechanism) if blow.rows.get(row.name))
     before = _motion(replace(mechanism, rows=struck), blow, blow.u)
@@ -339,7 +343,7 @@ def passed(mechanism: Mechanism, blow: ImpactOutcome) -> Passed:
     given += [-x * _driven(row, blow.u) for x, row in zip(z, rows, strict=True)]
     lost = sum(blow.lost.values())
     energy = T0 + T1 + abs(lost) + sum(map(abs, given))
-    return Passed(
+    return ImpactBalance(
         blow.t,
         np.array([*(m1 - m0), T1 - T0]),
         np.array([*(m2 - m0), sum(given) - lost]),
@@ -443,25 +447,21 @@ class _Since:
     halvings: int = 0
 
 
-def verified(
-    stretches: Sequence[FineLeg], backend: Backend | None = None, jumps: Iterable[Passed] = ()
-) -> dict[str, Miss]:
+def verified(stretches: Sequence[FineLeg], jumps: Iterable[ImpactBalance] = ()) -> dict[str, Miss]:
     """Return the largest miss of each theorem along a run, by name: three at each instant, three as integrals.
 
     `jumps` are the impacts of the run in the order of time, which come before the stretches that begin then.
     """
     worst = {name: Miss(0.0, 0.0) for name in (*THEOREMS, *INTEGRAL.values())}
-    for name, miss in _missed(stretches, iter(jumps), backend):
+    for name, miss in _missed(stretches, iter(jumps)):
         if not miss.relative <= worst[name].relative:
             worst[name] = miss
     return worst
 
 
-def _missed(
-    stretches: Sequence[FineLeg], jumps: Iterator[Passed], backend: Backend | None
-) -> Iterator[tuple[str, Miss]]:
+def _missed(stretches: Sequence[FineLeg], jumps: Iterator[ImpactBalance]) -> Iterator[tuple[str, Miss]]:
     since, waiting = _Since(), next(jumps, None)
-    for stretch, program in with_program(stretches, theorems_program, backend):
+    for stretch, program in with_program(stretches, theorems_program):
         while waiting is not None and waiting.t <= stretch.problem.start:
             yield from _of_jump(waiting, since)
             waiting = next(jumps, None)
@@ -472,7 +472,7 @@ def _missed(
             yield from _of_jump(jump, since)
 
 
-def _of_jump(jump: Passed, since: _Since) -> Iterator[tuple[str, Miss]]:
+def _of_jump(jump: ImpactBalance, since: _Since) -> Iterator[tuple[str, Miss]]:
     if since.start is not None:
         since.total, since.size = since.total + jump.expected, since.size + jump.size
     for name, own in THEOREMS.items():

@@ -17,7 +17,7 @@ ERROR_OF_A_RUN: Final = 1e-9
 """How far beyond a limit a motion that rests there may be found."""
 
 
-class Passed(NamedTuple):
+class PassedLimit(NamedTuple):
     """A limit (`lower`, `upper` or `velocity`) of a joint, `bound` in its SI unit, passed first at a sample."""
 
     joint: str
@@ -29,7 +29,7 @@ class Passed(NamedTuple):
 
 def limits_passed(
     mechanism: Mechanism, parameters: Sequence[float] | Floats, samples: Callable[[str], Floats]
-) -> list[Passed]:
+) -> list[PassedLimit]:
     """Return the limits that a motion passes; `samples` gives those (m,) of a coordinate or speed by name."""
     units = MechanismUnits(mechanism).state
     values = {slot("parameters", i): float(x) for i, x in enumerate(parameters)}
@@ -42,5 +42,5 @@ def limits_passed(
             if declared is not None:
                 bound = evaluate_float([declared], values)[0]
                 beyond = np.flatnonzero(side * (size - bound) > ERROR_OF_A_RUN)
-                found += [Passed(limit.joint, name, bound, unit, int(k)) for k in beyond[:1]]
+                found += [PassedLimit(limit.joint, name, bound, unit, int(k)) for k in beyond[:1]]
     return found

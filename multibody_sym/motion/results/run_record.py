@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Loop, Problem, RunFailure
-from multibody_sym.motion.prepare.records import Part, Runnable
-from multibody_sym.motion.prepare.run_labels import Told
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
+from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.loop.chain import Answer
-    from multibody_sym.motion.results.integrals import FineLeg, Passed
+    from multibody_sym.motion.loop.chain import LegAnswer
+    from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
     from multibody_sym.motion.switching.legs import Leg
     from multibody_sym.scalars.node import Node
 
@@ -67,7 +67,7 @@ class RunInModes(Protocol):
     def project(self) -> bool: ...
 
     @property
-    def jumps(self) -> Sequence[Answer]: ...
+    def jumps(self) -> Sequence[LegAnswer]: ...
 
     @property
     def loop(self) -> Loop: ...
@@ -76,19 +76,19 @@ class RunInModes(Protocol):
     def along(self) -> list[FineLeg]: ...
 
     @property
-    def passed(self) -> Iterable[Passed]: ...
+    def passed(self) -> Iterable[ImpactBalance]: ...
 
     def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]: ...
 
-    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]: ...
+    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[LegSamples, ...]: ...
 
     def passed_through(self, t: Floats, q: Floats, u: Floats) -> str: ...
 
 
-class Beginning(NamedTuple):
+class RunStart(NamedTuple):
     """What a run begins with: what is ready, the problem, how it goes from mode to mode, what struck before."""
 
-    ready: Runnable
+    ready: PreparedSystem
     problem: Problem
     modes: RunInModes | None = None
     events: tuple[Mapping[str, Any], ...] = ()
@@ -98,7 +98,7 @@ class Beginning(NamedTuple):
 class Departed(Exception):  # noqa: N818
     """A run that was recalled has not come to where it was before; `begin` makes it from its model."""
 
-    def __init__(self, begin: Callable[[], Beginning]) -> None:
+    def __init__(self, begin: Callable[[], RunStart]) -> None:
         super().__init__()
         self.begin = begin
 
@@ -114,9 +114,9 @@ class Sampled(Protocol):
     """
 
     @property
-    def ready(self) -> Runnable: ...
+    def ready(self) -> PreparedSystem: ...
     @property
-    def told(self) -> Told: ...
+    def told(self) -> RunLabels: ...
     @property
     def parameters(self) -> Floats: ...
     @property
@@ -126,10 +126,10 @@ class Sampled(Protocol):
     @property
     def u(self) -> Floats: ...
     @property
-    def parts(self) -> Sequence[Part]: ...
+    def parts(self) -> Sequence[LegSamples]: ...
 
 
-class Made(Sampled, Protocol):
+class RunRecord(Sampled, Protocol):
     """A run: the `problem` and its `integration`, the `modes` it went through, events of the impact it goes on from."""
 
     @property
@@ -144,34 +144,34 @@ class Made(Sampled, Protocol):
     def begun(self) -> tuple[Mapping[str, Any], ...]: ...
 
 
-class Piece(NamedTuple):
+class NewSamples(NamedTuple):
     """Samples of a run that goes on."""
 
-    ready: Runnable
+    ready: PreparedSystem
     parameters: Floats
     t: Floats
     q: Floats
     u: Floats
-    parts: Sequence[Part]
+    parts: Sequence[LegSamples]
 
     @property
-    def told(self) -> Told:
+    def told(self) -> RunLabels:
         """What is told of the system."""
         return self.ready.told
 
 
-class MadeAlone(NamedTuple):
+class SingleRun(NamedTuple):
     """A run that was made by itself."""
 
-    ready: Runnable
+    ready: PreparedSystem
     problem: Problem
     integration: Integration
-    parts: Sequence[Part] = ()
+    parts: Sequence[LegSamples] = ()
     modes: RunInModes | None = None
     begun: tuple[Mapping[str, Any], ...] = ()
 
     @property
-    def told(self) -> Told:
+    def told(self) -> RunLabels:
         """What is told of the system."""
         return self.ready.told
 

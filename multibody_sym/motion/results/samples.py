@@ -10,8 +10,8 @@ import numpy as np
 
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.model.argument_checks import door
-from multibody_sym.motion.prepare.records import Part, Runnable
-from multibody_sym.motion.prepare.run_labels import Told
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
+from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.motion.results.run_record import Sampled
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -32,12 +32,12 @@ class Samples:
         return len(self.t)
 
     @property
-    def ready(self) -> Runnable:
+    def ready(self) -> PreparedSystem:
         """The system, ready to run."""
         return self._made.ready
 
     @property
-    def _told(self) -> Told:
+    def _told(self) -> RunLabels:
         return self._made.told
 
     @property
@@ -144,7 +144,7 @@ class Samples:
     def multipliers(self) -> Mapping[str, Floats]:
         """The multiplier of each constraint (m,) by name: a rope's or rod's tension; zero where it does not hold."""
         names = dict.fromkeys(name for part in self._parts for name in part.told.rows)
-        return {name: self._of_all(partial(Part.multiplier, name=name)) for name in names}
+        return {name: self._of_all(partial(LegSamples.multiplier, name=name)) for name in names}
 
     @cached_property
     def reactions(self) -> Mapping[str, Mapping[str, Floats]]:
@@ -192,11 +192,11 @@ class Samples:
     # --- evaluated over all samples -------------------------------------------------------------------------------
 
     @cached_property
-    def _parts(self) -> Sequence[Part]:
+    def _parts(self) -> Sequence[LegSamples]:
         own = self._told, self.ready.compiled, self.parameters
-        return self._made.parts or (Part(*own, self.t, self.q, self.u),)
+        return self._made.parts or (LegSamples(*own, self.t, self.q, self.u),)
 
-    def _of_all(self, of_part: Callable[[Part], Floats]) -> Floats:
+    def _of_all(self, of_part: Callable[[LegSamples], Floats]) -> Floats:
         """Return what the parts have, one after the other."""
         return _joined([of_part(part) for part in self._parts])
 
@@ -213,7 +213,7 @@ class Samples:
         return tuple(map(_joined, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
 
 
-def last_part(samples: Samples) -> Part:
+def last_part(samples: Samples) -> LegSamples:
     """Return the last part of a motion: the mechanism in the mode in which it ends."""
     return samples._parts[-1]
 

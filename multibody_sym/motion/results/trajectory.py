@@ -24,7 +24,7 @@ from multibody_sym.motion.results.remarks import (
     pulling_wheels,
     pushing_ropes,
 )
-from multibody_sym.motion.results.run_record import Made
+from multibody_sym.motion.results.run_record import RunRecord
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
@@ -44,7 +44,7 @@ class Trajectory(Samples):
     `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
     """
 
-    _made: Made
+    _made: RunRecord
 
     @property
     def problem(self) -> Problem:
@@ -161,7 +161,7 @@ class Trajectory(Samples):
         from multibody_sym.motion.results.integrals import verified  # which few runs need
 
         jumps = () if self.modes is None else self.modes.passed
-        return verified(self.stretches, jumps=jumps)
+        return verified(self.stretches, jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
         if not self._told.run_outputs:

@@ -34,12 +34,13 @@ from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import problem_of, settings_of
 from multibody_sym.motion.prepare.programs import compiled
-from multibody_sym.motion.prepare.records import Numbers, Part, Runnable
-from multibody_sym.motion.prepare.run_labels import Alone, Told
+from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.prepare.settings import form_of, stabilises
-from multibody_sym.motion.results.run_record import MadeAlone
+from multibody_sym.motion.results.run_record import SingleRun
 from multibody_sym.program import loading
-from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.backend import PORTABLE, Native
+from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
@@ -157,9 +158,9 @@ class Kin(Protocol):
     """What runs of a family have in common."""
 
     @property
-    def told(self) -> Told: ...
-    def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> Runnable: ...
-    def problem(self, ready: Runnable) -> Problem: ...
+    def told(self) -> RunLabels: ...
+    def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> PreparedSystem: ...
+    def problem(self, ready: PreparedSystem) -> Problem: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +177,7 @@ class Batch:
     starts: Sequence[Start | None]
     each: Each | None
 
-    def ready(self, k: int) -> Runnable:
+    def ready(self, k: int) -> PreparedSystem:
         """Return run number k, ready."""
         return self.kin.ready(self.numbers.of(k), self.declared.of(k), self.starts[k])
 
@@ -187,10 +188,10 @@ class Batch:
         return self.each
 
 
-class Member:
+class VariedRun:
     """Run number k of a batch."""
 
-    parts: Final[Sequence[Part]] = ()
+    parts: Final[Sequence[LegSamples]] = ()
     modes: Final = None
     begun: Final[tuple[Mapping[str, Any], ...]] = ()
     failure: Final = None
@@ -200,7 +201,7 @@ class Member:
 
     def __reduce__(self) -> Any:
         """Return what copies it: a run made alone, without those that were integrated with it."""
-        return MadeAlone, (self.ready, self.problem, self.integration)
+        return SingleRun, (self.ready, self.problem, self.integration)
 
     @property
     def done(self) -> bool:
@@ -208,12 +209,12 @@ class Member:
         return self._batch.each is not None and self._batch.each.done[self._k]
 
     @property
-    def told(self) -> Told:
+    def told(self) -> RunLabels:
         """What is told of the system."""
         return self._batch.kin.told
 
     @cached_property
-    def ready(self) -> Runnable:
+    def ready(self) -> PreparedSystem:
         """The system, ready to run."""
         return self._batch.ready(self._k)
 
@@ -277,18 +278,17 @@ class _Varied(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Family:
+class VariedSystem:
     """The `system` with other values of these `parameters`, and of these coordinates and speeds at the start."""
 
     system: System
     parameters: tuple[str, ...]
     initial: tuple[str, ...]
     formalism: str | None = None
-    native: bool = False
-    backend: Backend | None = None
+    code: Native = PORTABLE
     _first: list[Problem] = field(default_factory=list)
 
-    def members(self, parameters: Values, initial: Values) -> Iterator[Member | None]:
+    def members(self, parameters: Values, initial: Values) -> Iterator[VariedRun | None]:
         """Yield the runs with these values, ready; None for those that have to be examined."""
         count = len(next(iter((*parameters.values(), *initial.values()))))
         if not self._is_plain and not self._closes:
@@ -303,11 +303,11 @@ class Family:
             here = slice(begin, begin + together)
             yield from self._together(Numbers(*(x[here] for x in numbers)), clear[here])
 
-    def _together(self, declared: Numbers, clear: Any) -> Iterator[Member | None]:
+    def _together(self, declared: Numbers, clear: Any) -> Iterator[VariedRun | None]:
         """Yield runs, those integrated already that one call does."""
         starts = self._starts(declared, np.flatnonzero(clear).tolist())
         batch = self._batch(declared.of(list(starts)), list(starts.values()))
-        members = {k: Member(batch, place) for place, k in enumerate(starts)}
+        members = {k: VariedRun(batch, place) for place, k in enumerate(starts)}
         yield from map(members.get, range(len(clear)))
 
     def _batch(self, declared: Numbers, starts: Sequence[Start | None]) -> Batch:
@@ -338,16 +338,16 @@ class Family:
         one = self.ready(numbers_of([begin]).of(0), own, begin)
         return begin if self.problem(one).independent == independent else None
 
-    def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> Runnable:
+    def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> PreparedSystem:
         """Return a run that starts with these numbers: as it is declared, or as its loops were closed."""
         layout = self._layout
         begun = partial(_begun, self._varied, declared, start)
-        return Runnable(layout.formalism, layout.compiled, numbers, begun, self.told)
+        return PreparedSystem(layout.formalism, layout.compiled, numbers, begun, self.told)
 
     @cached_property
-    def told(self) -> Told:
+    def told(self) -> RunLabels:
         """What is told of all runs."""
-        return Told(Alone(self._mechanism))
+        return RunLabels(ResolvedAlone(self._mechanism))
 
     @cached_property
     def _varied(self) -> _Varied:
@@ -405,9 +405,9 @@ class Family:
     def _layout(self) -> Layout:
         resolved = self._mechanism
         name, form = formalism_name(self.formalism, resolved), form_of(self.system.simulation, constrained=self._closes)
-        programs = compiled(resolved, name, form, native=self.native, backend=self.backend)
+        programs = compiled(resolved, name, form, self.code)
         looked = {"quick_look": quick_look(self._changed, resolved)}
-        look = loading.load(looked, native=self.native, backend=self.backend)
+        look = loading.load(looked, self.code)
         return Layout(resolved, name, programs, look, self.parameters, self.initial)
 
     @cached_property
@@ -417,7 +417,7 @@ class Family:
         given = (getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples"))
         return all(node is None or node.shadow is not None for node in given)
 
-    def problem(self, ready: Runnable) -> Problem:
+    def problem(self, ready: PreparedSystem) -> Problem:
         """Return the problem of a run; all but its numbers is that of the first, unless settings name parameters."""
         if not self._settled:
             return problem_of(ready, settings_of(ready))

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from multibody_sym.motion.loop.chain import Answer, End, Leg, Switch, chain
+from multibody_sym.motion.loop.chain import End, Leg, LegAnswer, Switch, chain
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Event, Loop, Problem, Progress, Statistics
-from multibody_sym.motion.prepare.records import Part, parts_of, problem_of, values_of
-from multibody_sym.motion.prepare.run_labels import Alone, Told, as_json, recalled
-from multibody_sym.motion.results.run_record import Beginning, Departed, EnergyAccount, FrictionWork, RunInModes
+from multibody_sym.motion.prepare.records import LegSamples, leg_samples, problem_of, values_of
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels, as_json, recalled
+from multibody_sym.motion.results.run_record import Departed, EnergyAccount, FrictionWork, RunInModes, RunStart
 from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
     from collections.abc import Iterable, Iterator
 
     from multibody_sym.mechanics.mechanism import Mechanism
-    from multibody_sym.motion.results.integrals import FineLeg, Passed
+    from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
     from multibody_sym.motion.switching.legs import Leg as LegInMode
     from multibody_sym.scalars.node import Node
 
@@ -36,19 +36,19 @@ MOST: Final = 1000
 """Switches and impacts of a run that are remembered: reading them takes some 10 ms."""
 
 
-def way_of(modes: RunInModes, stop: Event | None, taken: Statistics, number: Callable[[Compiled], int]) -> Any:
+def recorded_legs(modes: RunInModes, stop: Event | None, taken: Statistics, number: Callable[[Compiled], int]) -> Any:
     """Return a run that was made as JSON values; None if it is too long.
 
     `stop` is what ended it, `taken` what it took, `number` the number of what a leg has compiled.
     """
     if len(modes.legs) + len(modes.jumps) > MOST:
         return None
-    told: dict[int, tuple[int, Told]] = {}
+    told: dict[int, tuple[int, RunLabels]] = {}
     legs: list[Any] = []
     first = values_of(modes.legs[0].problem) if modes.legs else {}
     for leg in modes.legs:
         mechanism = leg.program.mechanism
-        mode, _ = told.setdefault(id(mechanism), (len(told), Told(Alone(mechanism))))
+        mode, _ = told.setdefault(id(mechanism), (len(told), RunLabels(ResolvedAlone(mechanism))))
         own = {name: x for name, x in values_of(leg.problem).items() if not legs or x != first[name]}
         legs.append([mode, number(leg.of.compiled), float(leg.until), own])
     return {
@@ -67,7 +67,7 @@ _OUTCOME: Final = ("events", "lost", "lost_at_start", "stabilised", "project")
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class RecordedLegs:
     """The way of a run: the problem of each leg, the number of its mode, and when it ends; the stop at its end.
 
     `modes`: what there is to tell of each; `answers`: where modes did not end; `taken` by the whole run; `at_once`:
@@ -78,22 +78,22 @@ class Way:
     numbers: Sequence[int]
     ends: Sequence[float]
     modes: Sequence[Any]
-    answers: Sequence[Answer]
+    answers: Sequence[LegAnswer]
     stop: Event | None
     taken: Statistics
     at_once: bool
 
     @staticmethod
-    def of(values: Any, compiled: Sequence[Compiled]) -> Way:
-        """Return what `way_of` has told. Raises KeyError, TypeError, ValueError or IndexError for anything else."""
+    def of(values: Any, compiled: Sequence[Compiled]) -> RecordedLegs:
+        """Return what `recorded_legs` wrote; raises KeyError, TypeError, ValueError or IndexError for anything else."""
         legs, stop = values["legs"], values["stop"]
         first = legs[0][3] if legs else {}
-        return Way(
+        return RecordedLegs(
             [problem_of({**first, **own}, compiled[number]) for _, number, _, own in legs],
             [mode for mode, *_ in legs],
             [end for _, _, end, _ in legs],
             values["modes"],
-            [Answer(leg, t, index, np.array(x, dtype=float)) for leg, t, index, x in values["answers"]],
+            [LegAnswer(leg, t, index, np.array(x, dtype=float)) for leg, t, index, x in values["answers"]],
             None if stop is None else Event(stop[0], stop[1], terminal=True),
             Statistics(**values["taken"]),
             values["at_once"],
@@ -107,8 +107,8 @@ class RecalledModes:
     `anew` makes it from its model, for what is seldom asked.
     """
 
-    way: Way
-    anew: Callable[[], Beginning]
+    way: RecordedLegs
+    anew: Callable[[], RunStart]
     account: EnergyAccount
     events: list[dict[str, Any]]
     lost: Mapping[str, float]
@@ -119,13 +119,13 @@ class RecalledModes:
     _answered: int = 0
 
     @staticmethod
-    def of(values: Any, compiled: Sequence[Compiled], anew: Callable[[], Beginning]) -> RecalledModes:
-        """Return the run that `way_of` has told; raises as `Way.of` does."""
+    def of(values: Any, compiled: Sequence[Compiled], anew: Callable[[], RunStart]) -> RecalledModes:
+        """Return the run that `recorded_legs` has told; raises as `RecordedLegs.of` does."""
         account, outcome = values["account"], values["outcome"]
         stabilised = outcome["stabilised"]
         friction = {name: FrictionWork(**work) for name, work in account["friction"].items()}
         return RecalledModes(
-            Way.of(values, compiled),
+            RecordedLegs.of(values, compiled),
             anew,
             EnergyAccount(friction, account["loads"]),
             **{**outcome, "stabilised": None if stabilised is None else tuple(stabilised)},
@@ -172,13 +172,13 @@ class RecalledModes:
             done = latest.statistics.steps == taken.steps  # all legs together, of which some were one in C
             yield replace(latest, statistics=taken) if done else latest
 
-    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
+    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[LegSamples, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
         told = (self._told[number] for number in self.way.numbers)
-        return parts_of(zip(self.done, told, strict=False), (t, q, u), first)
+        return leg_samples(zip(self.done, told, strict=False), (t, q, u), first)
 
     @cached_property
-    def _told(self) -> list[Told]:
+    def _told(self) -> list[RunLabels]:
         return [recalled(told, _Mode(self, number)) for number, told in enumerate(self.way.modes)]
 
     def passed_through(self, _t: Floats, _q: Floats, _u: Floats) -> str:
@@ -194,7 +194,7 @@ class RecalledModes:
         return begin.modes
 
     @property
-    def jumps(self) -> Sequence[Answer]:
+    def jumps(self) -> Sequence[LegAnswer]:
         """Where modes did not end."""
         return self.way.answers
 
@@ -209,7 +209,7 @@ class RecalledModes:
         return self.made.along
 
     @property
-    def passed(self) -> Iterable[Passed]:
+    def passed(self) -> Iterable[ImpactBalance]:
         """Both sides of the general theorems at each impact."""
         return self.made.passed
 

@@ -15,12 +15,13 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from multibody_sym.dynamics.constraints.left_over import Redundancy
-from multibody_sym.motion.prepare.records import Numbers, Runnable, problem_of, values_of
+from multibody_sym.motion.prepare.records import Numbers, PreparedSystem, problem_of, values_of
 from multibody_sym.motion.prepare.run_labels import as_json
-from multibody_sym.motion.results.run_record import Beginning
+from multibody_sym.motion.results.run_record import RunStart
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program import loading
-from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.backend import Native
+from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
 
 _WRONG: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
@@ -30,9 +31,9 @@ _WRONG: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 class Anew(Protocol):
     """A run that is recalled, made from its model, for what is seldom asked of it."""
 
-    def ready(self) -> Runnable: ...
+    def ready(self) -> PreparedSystem: ...
 
-    def begin(self) -> Beginning: ...
+    def begin(self) -> RunStart: ...
 
 
 def remember(key: str, asked: str, done: Trajectory, hints: Sequence[str] = ()) -> None:
@@ -48,9 +49,9 @@ def remember(key: str, asked: str, done: Trajectory, hints: Sequence[str] = ()) 
     stop = integration.events[-1] if done.stop is not None else None
     modes = None
     if done.modes is not None:
-        from multibody_sym.motion.runs.recalled_modes import way_of  # which few runs need
+        from multibody_sym.motion.runs.recalled_modes import recorded_legs  # which few runs need
 
-        modes = way_of(done.modes, stop, integration.statistics, libraries.number)
+        modes = recorded_legs(done.modes, stop, integration.statistics, libraries.number)
     kept = {
         "formalism": ready.formalism,
         "numbers": [values.tolist() for values in ready.numbers],
@@ -86,13 +87,11 @@ class _Libraries:
         return all(compiled.backend == "c" and compiled.notice is None for compiled in self.known.values())
 
 
-def recalled(
-    key: str, asked: str, anew: Anew, *, native: bool = False, backend: Backend | None = None
-) -> Beginning | None:
+def recalled(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
     """Return what was remembered last under a key, if it is what is asked; None where there is nothing of use."""
-    if backend == "python":
+    if code.backend == "python":
         return None
-    found = _Found(key, asked, native, backend)
+    found = _Found(key, asked, code)
     try:
         compiled, metadata = found.library(0)
         kept = json.loads(metadata["run"])
@@ -108,12 +107,11 @@ class _Found:
 
     key: str
     asked: str
-    native: bool
-    backend: Backend | None
+    code: Native
 
     def library(self, number: int) -> tuple[Compiled, Mapping[str, Any]]:
         """Return what was compiled, with what is known of it; raises KeyError where that is nothing, or of another."""
-        found = loading.recall(_key(self.key, number), native=self.native, backend=self.backend)
+        found = loading.recall(_key(self.key, number), self.code)
         if found is None or found.compiled.backend != "c" or found.metadata.get("asked") != self.asked:
             raise KeyError(number)
         return found.compiled, found.metadata
@@ -123,18 +121,18 @@ def _key(key: str, number: int) -> str:
     return f"run {key} {number}" if number else f"run {key}"
 
 
-def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> Beginning:
+def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> RunStart:
     numbers = Numbers(*(np.array(values, dtype=float) for values in kept["numbers"]))
     known = {name: kept[name] for name in ("told", "start", "wheels", "redundancy")}
-    ready = Runnable(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)
+    ready = PreparedSystem(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)
     told, _left_over = ready.told, Redundancy(**known["redundancy"])  # which raise for what is something else
     if (len(told.coordinates), len(told.speeds)) != (len(ready.q0), len(ready.u0)):
         raise ValueError("names and numbers are not of one mechanism")
     library, values = kept["problem"]
     problem, events = problem_of(values, compiled[library]), tuple(kept["events"])
     if kept["modes"] is None:
-        return Beginning(ready, problem, None, events, tuple(kept["hints"]))
+        return RunStart(ready, problem, None, events, tuple(kept["hints"]))
     from multibody_sym.motion.runs.recalled_modes import RecalledModes  # as above
 
     modes = RecalledModes.of(kept["modes"], compiled, anew.begin)
-    return Beginning(ready, modes.begun(problem), modes, events, tuple(kept["hints"]))
+    return RunStart(ready, modes.begun(problem), modes, events, tuple(kept["hints"]))

@@ -8,8 +8,8 @@ from typing import Any
 from multibody_sym.errors import RunError
 from multibody_sym.motion.loop.integrate import Integration, first_loop, integrate
 from multibody_sym.motion.loop.problem import Chunk, Problem
-from multibody_sym.motion.prepare.records import Runnable
-from multibody_sym.motion.results.run_record import Beginning, Departed, Made, MadeAlone, Piece
+from multibody_sym.motion.prepare.records import PreparedSystem
+from multibody_sym.motion.results.run_record import Departed, NewSamples, RunRecord, RunStart, SingleRun
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
@@ -46,7 +46,7 @@ Progressed = Callable[[Samples, float], None] | None
 """What is told of the samples that are new, and of the part of the time that is done."""
 
 
-def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
+def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
     """Return the motion, from mode to mode where some holds one way only; of `told` samples progress tells no more."""
     ready, problem, modes, events, _hints = begin
 
@@ -55,7 +55,7 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
         new, told = chunk.beyond(told), max(told, chunk.first + len(chunk.t))
         if on_progress is not None:
             parts = () if modes is None else modes.parts(new.t, new.q, new.u, new.first)
-            piece = Piece(ready, problem.parameters, new.t, new.q, new.u, parts)
+            piece = NewSamples(ready, problem.parameters, new.t, new.q, new.u, parts)
             on_progress(Samples(piece), new.time / problem.t_end)
 
     loop = first_loop(problem) if modes is None else modes.loop
@@ -65,10 +65,10 @@ def run(begin: Beginning, on_progress: Progressed, told: int = 0) -> Trajectory:
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    return ended(MadeAlone(ready, problem, done, parts, modes, events))
+    return ended(SingleRun(ready, problem, done, parts, modes, events))
 
 
-def ended(made: Made) -> Trajectory:
+def ended(made: RunRecord) -> Trajectory:
     """Return the trajectory of a run. Raises FailedRunError, MotionEndsError."""
     trajectory = Trajectory(made)
     if made.told.loses_mass and (made.failure is not None or trajectory.stop is not None):
@@ -92,7 +92,7 @@ def ended(made: Made) -> Trajectory:
     raise (MotionEndsError if reason.ends else FailedRunError)(reason.text, trajectory)
 
 
-def _kept(ready: Runnable, problem: Problem, done: Integration) -> Integration:
+def _kept(ready: PreparedSystem, problem: Problem, done: Integration) -> Integration:
     """Return a run that kept its constraints, or one as failed at the first sample at which it had left them."""
     if not ready.told.rows or done.failure is not None or done.statistics.drift_position <= problem.closure:
         return done

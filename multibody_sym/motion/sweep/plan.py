@@ -28,7 +28,7 @@ MOST_VALUES: Final = 100_000_000
 
 
 @dataclass(frozen=True)
-class Axis:
+class VariedAxis:
     """What is called `name` among `parameters` or `initial` values, in SI units: its `values`, or the range of them.
 
     A range has a `count` of values, evenly spaced with both ends among them; without it samples are drawn from it.
@@ -73,7 +73,7 @@ def _between(low: float, high: float, part: Floats) -> Floats:
     return found
 
 
-def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[Axis, ...]:
+def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[VariedAxis, ...]:
     """Return what is varied. Raises InputError for unknown names and for what is no range and no values."""
     if not isinstance(vary, Mapping) or not all(isinstance(name, str) for name in vary):
         raise ArgumentError(f"vary is to be a map from names to values, such as {{'m': [1, 2]}}; got {shown(vary)}")
@@ -82,17 +82,17 @@ def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[Axis, ...]:
     return tuple(_axis(system, name, given) for name, given in vary.items())
 
 
-def _axis(system: System, name: str, given: Any) -> Axis:
+def _axis(system: System, name: str, given: Any) -> VariedAxis:
     kind = _kind(system, name)
     with at("vary", name):
         if isinstance(given, str):
             parts = _parts(given, ":")
             if len(parts) > 1:
                 return _range(name, kind, parts[:2], parts[2:], _reader(system, name, kind))
-            return Axis(name, kind, tuple(map(_reader(system, name, kind), _parts(given, ","))))
+            return VariedAxis(name, kind, tuple(map(_reader(system, name, kind), _parts(given, ","))))
         if isinstance(given, tuple):
             return _range(name, kind, given[:2], given[2:], _reader(system, name, kind))
-        return Axis(name, kind, tuple(_values(given, _reader(system, name, kind))))
+        return VariedAxis(name, kind, tuple(_values(given, _reader(system, name, kind))))
 
 
 def _kind(system: System, name: str) -> str:
@@ -143,12 +143,12 @@ def _values(given: Any, read: Any) -> Iterator[float]:
         yield plain + 0.0 if type(plain) is float else read(plain)
 
 
-def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read: Any) -> Axis:
+def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read: Any) -> VariedAxis:
     if len(ends) != 2 or len(rest) > 1:
         raise InputError(f"a range has two ends and a count: {_HOW}")
     low, high = _values(ends, read)
     count = _count(rest[0]) if rest else 0
-    return Axis(name, kind, low=low, high=high, count=count)
+    return VariedAxis(name, kind, low=low, high=high, count=count)
 
 
 def _count(given: Any) -> int:
@@ -201,7 +201,7 @@ class Plan:
     Samples are drawn from a `seed`: `random` ones independently, those of Sobol's scrambled sequence evenly.
     """
 
-    axes: tuple[Axis, ...]
+    axes: tuple[VariedAxis, ...]
     method: str = "grid"
     samples: int = 0
     seed: int = 0
@@ -270,7 +270,7 @@ class Plan:
         return [f"--sample {self.samples}", f"--seed {self.seed}", *(["--sobol"] if self.method == "sobol" else [])]
 
 
-def plan_of(axes: tuple[Axis, ...], sample: Any = None, seed: Any = None, sobol: bool = False) -> Plan:
+def plan_of(axes: tuple[VariedAxis, ...], sample: Any = None, seed: Any = None, sobol: bool = False) -> Plan:
     """Return the plan of a study. Raises InputError for what does not go together."""
     if sample is None:
         for name, given in (("seed", seed is not None), ("sobol", sobol)):
@@ -281,7 +281,7 @@ def plan_of(axes: tuple[Axis, ...], sample: Any = None, seed: Any = None, sobol:
     return Plan(axes, "sobol" if sobol else "random", samples, _whole("seed", 0 if seed is None else seed, least=0))
 
 
-def _grid(axes: tuple[Axis, ...]) -> Plan:
+def _grid(axes: tuple[VariedAxis, ...]) -> Plan:
     for axis in axes:
         if not axis.size:
             message = f"how many values are there from {axis.low:g} to {axis.high:g}? Give a count, or draw samples"

@@ -10,16 +10,16 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import cached_property
 from itertools import takewhile
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
-from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import callback, door, flag, names, text
+from multibody_sym.model.run_options import RunOptions, spelled_out
 from multibody_sym.model.system import System
-from multibody_sym.motion.simulate import run_by
+from multibody_sym.motion.simulate import prepared_by
 from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import rows as tables
 from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of
@@ -29,7 +29,6 @@ from multibody_sym.pictures.page.plot_files import plain_style
 from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, literal
 from multibody_sym.pictures.plots import figure_of as plotted
 from multibody_sym.program.cache import digest
-from multibody_sym.program.loading import Backend
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.files import is_special, path_name
@@ -340,6 +339,7 @@ _TRIED: Final = 20
 """Runs after which a `reduce` that has failed for all is taken to be wrong."""
 
 
+@spelled_out(RunOptions)
 def sweep(
     system: System,
     vary: Mapping[str, Any],
@@ -353,21 +353,7 @@ def sweep(
     workers: int | None = None,
     executor: Executor | None = None,
     on_progress: Counted | None = None,
-    t_end: Any = None,
-    method: str | None = None,
-    step: Any = None,
-    rtol: Any = None,
-    atol: Any = None,
-    samples: Any = None,
-    constraints: Any = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
-    native: bool = False,
-    backend: Backend | None = None,
+    **options: Unpack[RunOptions],
 ) -> Study:
     """Return what many runs of a system give, one row a run, whatever happens to single ones.
 
@@ -385,11 +371,9 @@ def sweep(
     Raises InputError for what cannot be run at all, and OutputError. A run that fails is a row with its reason, and so
     is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
     """
-    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    settings = {"t_end": t_end, "method": method, "step": step, "rtol": rtol, "atol": atol, "samples": samples}
-    asked = run_by(changed, settings, constraints)
-    plan = plan_of(axes_of(asked, vary), sample, seed, flag("sobol", sobol))
-    task = Task(asked, plan, callback("reduce", reduce), formalism, flag("native", native), backend)
+    prepared = prepared_by(system, options)
+    plan = plan_of(axes_of(prepared.system, vary), sample, seed, flag("sobol", sobol))
+    task = Task(prepared, plan, callback("reduce", reduce))
     task.verify()
     named = _key(key, reduce)
     return _done(task, named, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
@@ -473,7 +457,7 @@ def _journal(output: Any, task: Task, key: str) -> Journal:
     if os.path.isdir(name):
         raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
     if task.reduce is not None and not key:
-        warnings.warn(f"no run is kept until the table is whole: {_KEYLESS}", StudyNotice, stacklevel=5)
+        warnings.warn(f"no run is kept until the table is whole: {_KEYLESS}", StudyNotice, stacklevel=6)
         return unnamed(_KEYLESS)
     return opened(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
 

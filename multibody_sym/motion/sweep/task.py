@@ -27,8 +27,8 @@ from multibody_sym.motion.runs.run import FailedRunError, Progressed
 from multibody_sym.motion.simulate import Prepared
 from multibody_sym.motion.sweep.plan import Plan
 from multibody_sym.motion.sweep.rows import Row, Rows, Span
+from multibody_sym.program.backend import Native
 from multibody_sym.program.cache import digest
-from multibody_sym.program.loading import Backend, verify_backend
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -51,17 +51,19 @@ class StoppedError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What all workers of a study need, wherever they are: the `system` with its settings, the plan, what is kept.
+    """What all workers of a study need, wherever they are: the run that was `asked`, the plan, what is kept.
 
     `reduce` makes the numbers of a row from a Trajectory, or its failure; without it they are ends and extremes.
     """
 
-    system: System
+    asked: Prepared
     plan: Plan
     reduce: Reduce | None = None
-    formalism: str | None = None
-    native: bool = False
-    backend: Backend | None = None
+
+    @property
+    def system(self) -> System:
+        """What is run, with its settings."""
+        return self.asked.system
 
     @cached_property
     def about(self) -> dict[str, Any]:
@@ -81,8 +83,8 @@ class Task:
     @cached_property
     def key(self) -> str:
         """What tells the runs of the study from those of every other, whatever is kept of them."""
-        told = json.dumps(self.about), self.plan.text, str(self.formalism), str(self.backend)
-        return digest(*told, str(self.native))
+        how = self.asked.formalism, self.asked.backend, self.asked.native
+        return digest(json.dumps(self.about), self.plan.text, *map(str, how))
 
     def rows(self, first: int, count: int, stop: Event | None = None) -> Rows:
         """Return the rows of the runs from number `first` on; fewer where it is asked to `stop`."""
@@ -102,8 +104,8 @@ class Task:
 
     def verify(self) -> None:
         """Raise InputError for what is wrong whatever the values are: the formalism, the backend, settings."""
-        verify_backend(self.backend)
-        formalism_name(self.formalism, mechanism(self.system))
+        Native(backend=self.asked.backend).verify()
+        formalism_name(self.asked.formalism, mechanism(self.system))
         settings = self.system.simulation
         given = [getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples")]
         if all(node is None or node.shadow is not None for node in given):
@@ -120,7 +122,7 @@ class Task:
         with _preparing:
             found = _prepared.get(self.key)
             if found is None:
-                found = Prepared(self.system, self.formalism, self.native, self.backend)
+                found = self.asked
                 while len(_prepared) >= _KEPT:
                     _prepared.pop(next(iter(_prepared)))
                 _prepared[self.key] = found

@@ -25,8 +25,8 @@ from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import chain
 from multibody_sym.motion.loop.chain import End, Switch
 from multibody_sym.motion.loop.problem import Event
-from multibody_sym.motion.prepare.records import Part, parts_of
-from multibody_sym.motion.prepare.run_labels import Alone, Told
+from multibody_sym.motion.prepare.records import LegSamples, leg_samples
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import FineLeg
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import ImpactOutcome
@@ -143,7 +143,7 @@ class Leg(chain.Leg):
 
 
 @dataclass(frozen=True, eq=False)
-class Jump(chain.Answer):
+class Jump(chain.LegAnswer):
     """Where a leg went on: from a state that had `moved`, and after what struck, if that is the `cause`."""
 
     moved: bool = False
@@ -198,9 +198,10 @@ class Legs:
         jumps = list(reversed(self.jumps))
         return [part for number, leg in enumerate(self.legs) for part in between_jumps(leg, _within(number, jumps))]
 
-    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[Part, ...]:
+    def parts(self, t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[LegSamples, ...]:
         """Return samples, which begin with number `first` of the run, by the modes they are in."""
-        return parts_of(((leg, Told(Alone(leg.program.mechanism))) for leg in self.legs), (t, q, u), first)
+        labelled = ((leg, RunLabels(ResolvedAlone(leg.program.mechanism))) for leg in self.legs)
+        return leg_samples(labelled, (t, q, u), first)
 
 
 def happened(legs: Iterable[Leg], jumps: Iterable[Jump]) -> Iterator[tuple[Cause, dict[str, str]]]:

@@ -24,9 +24,17 @@ from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import own_coefficient
 from multibody_sym.motion.prepare.programs import compiled, recalled_laws
-from multibody_sym.motion.prepare.records import Runnable
+from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of
-from multibody_sym.motion.results.integrals import PIECES, FineLeg, Passed, added, integral, passed, with_program
+from multibody_sym.motion.results.integrals import (
+    PIECES,
+    FineLeg,
+    ImpactBalance,
+    added,
+    impact_balance,
+    integral,
+    with_program,
+)
 from multibody_sym.motion.results.run_record import EnergyAccount, FrictionWork
 from multibody_sym.motion.switching import rare_contacts
 from multibody_sym.motion.switching.decision import NextState
@@ -50,7 +58,8 @@ from multibody_sym.motion.switching.legs import (
 from multibody_sym.motion.switching.modes import Modes, key_of, on_its_way
 from multibody_sym.motion.switching.prepared import PreparedRuns
 from multibody_sym.motion.switching.rare_contacts import first_normal
-from multibody_sym.program.loading import Backend, Compiled
+from multibody_sym.program.backend import Native
+from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -336,9 +345,9 @@ class ModeRun(Legs):
         return energy_account(self.along, self.mechanism, self.blows)
 
     @property
-    def passed(self) -> Iterator[Passed]:
+    def passed(self) -> Iterator[ImpactBalance]:
         """Both sides of the general theorems at each impact."""
-        return (passed(self.mechanism, blow) for blow in self.blows)
+        return (impact_balance(self.mechanism, blow) for blow in self.blows)
 
     def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
         """Return the time of each impact, and what it adds to work and impulses (leaves)."""
@@ -538,17 +547,17 @@ def _turned(run: ModeRun, passage: Passage) -> None:
 
 
 def one_way_runs(
-    ready: Runnable, template: Problem, settings: RunSettings, *, native: bool = False, backend: Backend | None = None
+    ready: PreparedSystem, template: Problem, settings: RunSettings, code: Native
 ) -> Callable[[], ModeRun]:
     """Return what begins a run of a system of which some holds one way only."""
     known = ready.mechanism.parameters.places
     laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
     begun = None if ready.laws else (ready.mechanism, ready.compiled)
-    make = partial(_made, begun, ready.system.simulation, ready.formalism, native, backend)
+    make = partial(_made, begun, ready.system.simulation, ready.formalism, code)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
     form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
-    recalled = recalled_laws(declared, form, native=native, backend=backend)
+    recalled = recalled_laws(declared, form, code)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
@@ -572,8 +581,7 @@ def _made(
     begun: tuple[Mechanism, Compiled] | None,
     settings: Settings,
     formalism: str,
-    native: bool,
-    backend: Backend | None,
+    code: Native,
     entered: Mechanism,
 ) -> Compiled:
     """Return a mechanism in a mode, compiled; that with which a run has `begun` is so. No closure, to be pickled."""
@@ -582,4 +590,4 @@ def _made(
         return begun[1]
     if form == "index_2" and len(entered.held) == len(entered.speeds):
         form = "implicit"  # nothing moves: no rows have to be kept
-    return compiled(entered, formalism, form, native=native, backend=backend)
+    return compiled(entered, formalism, form, code)

@@ -17,7 +17,8 @@ from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.start import parameters
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.motion.prepare.problem import runnable
+from multibody_sym.motion.prepare.problem import prepare_system
+from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import load
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -28,7 +29,7 @@ def by_both(system: mbs.System) -> tuple[ConstraintRows, ConstraintRows]:
     """Return all rows at the start's parameters: walked through, and by Programs in Python."""
     resolved = mechanism(system)
     derived = {"inputs": inputs_program(resolved)} | closing_programs(resolved)
-    programs = load(derived, backend="python").functions
+    programs = load(derived, Native(backend="python")).functions
     walked = ConstraintRows(resolved, start(resolved).parameters, range(len(resolved.rows)))
     return walked, ConstraintRows(resolved, walked.parameters, walked.active, compiled=CompiledRows(resolved, programs))
 
@@ -72,14 +73,14 @@ def test_starts_by_programs_are_those_walked_through(name: str) -> None:
 
 def test_a_start_of_many_loops_walks_through_no_kinematics(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each walk takes as long as hundreds of runs' evaluations: 46 of them were 2.2 of 2.7 s for forty windows."""
-    ready = runnable(windows(6), backend="python")  # from the cache in what follows
+    ready = prepare_system(windows(6), code=Native(backend="python"))  # from the cache in what follows
 
     def walked(*_: object) -> None:
         raise AssertionError("walked through")
 
     monkeypatch.setattr(closing, "motion_of", walked)
     monkeypatch.setattr(parameters, "position", walked)
-    found = runnable(windows(6), backend="python")
+    found = prepare_system(windows(6), code=Native(backend="python"))
     assert found.q0 == pytest.approx([np.pi / 2, -np.pi / 2] * 6 + [np.pi / 2], abs=1e-12)
     assert found.u0 == pytest.approx([-1.0, 1.0] * 6 + [-1.0], abs=1e-12)
     assert (found.q0.tolist(), found.u0.tolist()) == (ready.q0.tolist(), ready.u0.tolist())

@@ -17,7 +17,7 @@ from multibody_sym.model.constraints import Distance, Expression
 from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute
 from multibody_sym.model.system import System
 from multibody_sym.motion.simulate import simulate
-from multibody_sym.program.loading import Backend
+from multibody_sym.program.backend import Backend
 
 
 def found_in(system: System) -> Redundancy:

@@ -18,6 +18,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
+from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program
@@ -56,7 +57,7 @@ def test_the_pivots_are_those_of_the_mass_matrix(count: int) -> None:
     M = np.array(mass_matrix(motion), dtype=float)
     pivots = np.diag(np.linalg.cholesky(M[::-1, ::-1]))[::-1] ** 2
 
-    compiled = load({"quick_look": program}, backend="python").functions["quick_look"]
+    compiled = load({"quick_look": program}, Native(backend="python")).functions["quick_look"]
     found = compiled(0.0, q, u, parameters, [], [])[1][-len(u) :]
     np.testing.assert_allclose(found, pivots - 1e-9 * np.diag(M), rtol=1e-8)
 
