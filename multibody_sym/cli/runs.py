@@ -96,9 +96,7 @@ class _Anew(NamedTuple):
     content: bytes
 
     def ready(self) -> PreparedSystem:
-        from multibody_sym.motion.simulate import ready_of
-
-        return self._made(ready_of)
+        return self._made(lambda prepared: prepared.ready)
 
     def begin(self) -> RunStart:
         from multibody_sym.motion.simulate import beginning

@@ -203,29 +203,32 @@ class Prepared:
 
     @cached_property
     def _start(self) -> tuple[System, tuple[Mapping[str, Any], ...]]:
-        return _begun(self.system)
+        """The system at the start of its run, and the events of an impact that precedes it."""
+        if self.system.impact is None:
+            return self.system, ()
+        # the laws of impacts are loaded for the few runs that begin with one
+        from multibody_sym.dynamics.start.declared_impact import from_impact
+
+        found = from_impact(self.system)
+        return found.system, found.events
 
     @cached_property
-    def _ready(self) -> PreparedSystem:
+    def ready(self) -> PreparedSystem:
+        """What is ready to run."""
         return prepare_system(self._start[0], self.formalism, self._code, modes=True)
 
     @cached_property
     def _problem(self) -> Problem:
-        return problem_of(self._ready, settings_of(self._ready))
+        return problem_of(self.ready, settings_of(self.ready))
 
     @cached_property
     def _one_way(self) -> Callable[[], ModeRun] | None:
-        if not self._ready.state.declared.one_way:
+        if not self.ready.state.declared.one_way:
             return None
         from multibody_sym.motion.switching.mode_run import one_way_runs  # which few runs need
 
-        in_numbers = settings_of(self._ready)
-        return one_way_runs(self._ready, self._problem, in_numbers, self._code)
-
-
-def ready_of(prepared: Prepared) -> PreparedSystem:
-    """Return what is ready to run of a prepared system."""
-    return prepared._ready
+        in_numbers = settings_of(self.ready)
+        return one_way_runs(self.ready, self._problem, in_numbers, self._code)
 
 
 def beginning(prepared: Prepared) -> RunStart:
@@ -233,16 +236,4 @@ def beginning(prepared: Prepared) -> RunStart:
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of
-    return RunStart(prepared._ready, problem, modes, prepared._start[1])
-
-
-def _begun(system: System) -> tuple[System, tuple[Mapping[str, Any], ...]]:
-    """Return the system at the start of its run, and what is told of an impact that precedes it."""
-    if system.impact is None:
-        return system, ()
-    from multibody_sym.dynamics.start.declared_impact import (
-        from_impact,  # brings the laws of impacts, which few runs need
-    )
-
-    found = from_impact(system)
-    return found.system, found.events
+    return RunStart(prepared.ready, problem, modes, prepared._start[1])

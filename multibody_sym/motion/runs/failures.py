@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, Residual
-from multibody_sym.dynamics.constraints.redundancy import RowContradiction, contradiction_of, nearly_dependent
+from multibody_sym.dynamics.constraints.redundancy import contradiction_of, nearly_dependent
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.reactions import ropes
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.contact_geometry import ON_POINTS, Fit, fits, flat_rims
+from multibody_sym.mechanics.contact_geometry import ON_POINTS, fits, flat_rims
 from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, why_locked
@@ -87,8 +87,16 @@ def _fastest(run: Trajectory, time: float) -> tuple[complex, str] | None:
     if end.q_final is None or end.u_final is None or not 0 < len(end.q_final) + len(end.u_final) <= _MOST:
         return None
     x = np.concatenate([end.q_final, end.u_final])
+    size = np.where(np.abs(x) > 0.0, np.abs(x), 1.0)
+    slopes: list[Floats] = []
     try:
-        slopes = [_slope(run, time, x, part) for part in _BESIDE]
+        for part in _BESIDE:  # how the rates follow the state, by differences
+            columns = [
+                (_rates(run, time, x + part * size[k] * e) - _rates(run, time, x - part * size[k] * e))
+                / (2 * part * size[k])
+                for k, e in enumerate(np.eye(len(x)))
+            ]
+            slopes.append(np.stack(columns, axis=1))
     except UNDEFINED:
         return None
     if not all(np.isfinite(slope).all() for slope in slopes):
@@ -100,17 +108,6 @@ def _fastest(run: Trajectory, time: float) -> tuple[complex, str] | None:
     k = int(np.argmax(np.abs(values)))
     coordinates = run.ready.mechanism.coordinates
     return complex(values[k]), coordinates[int(np.argmax(np.abs(vectors[: len(coordinates), k])))].name
-
-
-def _slope(run: Trajectory, time: float, x: Floats, part: float) -> Floats:
-    """Return how the rates of a state (n,) follow it, by differences."""
-    size = np.where(np.abs(x) > 0.0, np.abs(x), 1.0)
-    found: Floats = np.stack(
-        [(_rates(run, time, x + part * size[k] * e) - _rates(run, time, x - part * size[k] * e)) / (2 * part * size[k])
-         for k, e in enumerate(np.eye(len(x)))],
-        axis=1,
-    )
-    return found
 
 
 def _rates(run: Trajectory, t: float, x: Floats) -> Floats:
@@ -130,6 +127,8 @@ _OF_MODE: Final = (Status.NOT_CLOSED, Status.CONTRADICTION)
 """One of those of the mode in which the run ended."""
 _STEP_TOO_LONG: Final = (Status.STEP_UNDERFLOW, Status.NOT_FINITE, Status.NOT_CONVERGED)
 """What too long a step may end in."""
+_OF_STEPS: Final = (*_STEP_TOO_LONG, Status.NO_SLOPE, Status.STEP_LIMIT, Status.CHATTERS)
+"""No further step was taken, and no row is at fault."""
 _LEFT: Final = 1e-3
 """The part of a row's size, as `Missed` has it, by which a run that keeps it never misses it."""
 _TIGHT: Final = 0.9
@@ -165,23 +164,41 @@ _NO_CAUSE: Final = (
 
 def why_failed(run: Trajectory, failure: RunFailure) -> Reason:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
-    failure = _in_rows_of_its_mode(run, failure)
-    tight = _tight(run, failure.time)
-    if tight:
-        at = f"at t = {failure.time:.6g} s"
-        return Reason(f"{at} {tight.text}, and what goes on from there is not told; {tight.advice}")
-    return _happened(run, failure)
-
-
-def _tight(run: Trajectory, time: float) -> Fit | None:
-    """Return what has come into a hollow that bends as much as it does itself, so that it stays; None for nothing."""
-    mechanism = run.ready.mechanism
-    if run.integration.q_final is None or not any(body.is_foot for body in mechanism.bodies):
-        return None
-    rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
-    motion = rows.motion(run.integration.q_final, run.integration.u_final)
-    normals = [row for element in mechanism.one_way for row in element.normals]
-    return next((fit for fit in fits(motion, (*mechanism.rows, *normals)) if fit.ratio > _TIGHT), None)
+    failure, mechanism = _in_rows_of_its_mode(run, failure), run.ready.mechanism
+    if run.integration.q_final is not None and any(body.is_foot for body in mechanism.bodies):
+        # a body in a hollow that bends as much as it does itself stays there
+        rows = ConstraintRows(mechanism, run.parameters.tolist(), [], failure.time)
+        motion = rows.motion(run.integration.q_final, run.integration.u_final)
+        normals = [row for element in mechanism.one_way for row in element.normals]
+        for fit in fits(motion, (*mechanism.rows, *normals)):
+            if fit.ratio > _TIGHT:
+                at = f"at t = {failure.time:.6g} s"
+                return Reason(f"{at} {fit.text}, and what goes on from there is not told; {fit.advice}")
+    if failure.status in _OF_STEPS:
+        return _step_failed(run, failure)
+    if failure.status is Status.SINGULAR:
+        return _singular(run, failure.time)
+    when = f"at t = {failure.time:.6g} s"
+    if failure.status is Status.NO_MODE:
+        assert failure.reason is not None
+        return replace(failure.reason, text=f"{failure.reason.text} {when}")
+    assert failure.status in _BROKEN
+    entered, parameters = _ended_in(run)
+    rows = ConstraintRows(entered, parameters, range(len(entered.rows)), failure.time)
+    generic = entered.parameters.independent_rows(parameters)
+    found = contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
+    if found is not None:
+        return Reason(found.message(entered, when), ends=True)
+    left = failure.status is Status.LEFT
+    what = "the state"
+    if failure.component is not None:
+        what = (mechanism if left else entered).rows[failure.component].name
+    if left:
+        return Reason(
+            f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
+            "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
+        )
+    return _not_satisfied(run, failure, f"constraint {what} cannot be satisfied {when}")
 
 
 def _cause(run: Trajectory, time: float) -> str | None:
@@ -349,60 +366,62 @@ def _turns_fast(run: Trajectory, time: float, last: Motion) -> str | None:
     return f"{name} is {u:.3g} rad/s there, and its turns take the steps; look at what drives it, or end the run before"
 
 
-def _happened(run: Trajectory, failure: RunFailure) -> Reason:
-    mechanism, when = _ended_in(run)[0], f"at t = {failure.time:.6g} s"
-    what = _component(run.ready.mechanism if failure.status is Status.LEFT else mechanism, failure)
-    if failure.status in _STEP_TOO_LONG and _is_too_long(run.problem, failure.time):
-        return Reason(_too_long(run.problem, failure))
+def _step_failed(run: Trajectory, failure: RunFailure) -> Reason:
+    """Return why a method took no further step, where no row is at fault."""
+    problem, when, index = run.problem, f"at t = {failure.time:.6g} s", failure.component
+    what = "the state"
+    if index is not None:
+        mechanism = _ended_in(run)[0]
+        what = [*(each.name for each in mechanism.coordinates), *(each.name for each in mechanism.speeds)][index]
+    if failure.status in _STEP_TOO_LONG and _is_too_long(problem, failure.time):
+        return Reason(
+            f"the run is too long for the steps that the motion needs: floats tell no steps so short apart in "
+            f"{problem.t_end:.3g} s; it got no further than t = {failure.time:.6g} s; ask for a shorter time"
+        )
     if failure.status is Status.NOT_FINITE:
         why = _not_finite(run, failure.time)
-        return replace(why, text=f"{what} {when}: {why.text}")
+        rate = what if index is None else f"the rate of {what} is no finite number"
+        return replace(why, text=f"{rate} {when}: {why.text}")
     if failure.status is Status.NO_SLOPE:
-        name = run.problem.method.name
         return Reason(
-            f"the rate of {what} has no finite derivative {when}, which {name} needs: an expression, "
+            f"the rate of {what} has no finite derivative {when}, which {problem.method.name} needs: an expression, "
             "such as a root at zero, rises without bound there; take an explicit method, or bound its slope"
         )
-    if failure.status is Status.STEP_UNDERFLOW and failure.component is None:
-        name = run.problem.method.name
+    if failure.status is Status.STEP_UNDERFLOW and index is None:
         return Reason(
-            f"{name} takes no further step {when}, and does not say why: the motion has a jump or a singularity there, "
-            "or the method does not fit it; take other tolerances, or one of this package's methods"
+            f"{problem.method.name} takes no further step {when}, and does not say why: the motion has a jump or a "
+            "singularity there, or the method does not fit it; take other tolerances, or one of this package's methods"
         )
     if failure.status is Status.STEP_UNDERFLOW:
         cause = _cause(run, failure.time)
-        told = f"the step became too small {when}, on account of {what}: {cause or _NO_CAUSE}"
-        return Reason(told, ends=cause is not None)
+        text = f"the step became too small {when}, on account of {what}: {cause or _NO_CAUSE}"
+        return Reason(text, ends=cause is not None)
     if failure.status is Status.NOT_CONVERGED:
         advice = "take shorter steps, or tolerances; if that does not help the motion has a jump or a singularity there"
         return Reason(f"Newton's iteration for the step does not converge {when}, on account of {what}: {advice}")
-    if failure.status in (Status.STEP_LIMIT, Status.CHATTERS):
-        got = _steps_taken(run) if failure.status is Status.STEP_LIMIT else "the run gets"
-        return Reason(f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}")
-    if failure.status is Status.SINGULAR:
-        return _singular(run, failure.time)
-    if failure.status is Status.NO_MODE:
-        assert failure.reason is not None
-        return replace(failure.reason, text=f"{failure.reason.text} {when}")
-    assert failure.status in _BROKEN
-    found = _contradiction(run, failure.time)
-    if found is not None:
-        return Reason(found.message(mechanism, when), ends=True)
-    if failure.status is Status.LEFT:
-        return Reason(
-            f"constraint {what} is missed {when} by more than a thousandth of the model's size: the method has lost "
-            "the motion; take shorter steps or tolerances, or projection with one of this package's methods"
+    taken, most = run.integration.statistics.steps, problem.max_steps
+    if failure.status is Status.CHATTERS:
+        got = "the run gets"
+    elif taken >= most:
+        got = "the run took its largest number of steps and got"
+    else:
+        got = (
+            f"the run takes ever more steps, {taken} by now, by which it would take over {most:.0e} "
+            f"to t = {problem.t_end:.6g} s; it got"
         )
-    return _not_satisfied(run, failure, f"constraint {what} cannot be satisfied {when}")
+    return Reason(f"{got} no further than t = {failure.time:.6g} s: {_advice_on_steps(run, failure.time)}")
 
 
 def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
     """Return why a constraint cannot be satisfied, beside what is `told`."""
     mechanism = _ended_in(run)[0]
     row = mechanism.rows[failure.component] if failure.component is not None else None
-    met = _rope_ends(run, row, failure.time) if isinstance(row, RopeRow) else None
-    if met is not None:
-        return Reason(f"{told}: {met}; end the run before", ends=True)
+    end = run.integration
+    if isinstance(row, RopeRow) and end.q_final is not None and end.u_final is not None:
+        rows = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], failure.time)
+        first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
+        if met := _met([(row.name, ends) for ends in pairwise(row.points)], first, last):
+            return Reason(f"{told}: {met}; end the run before", ends=True)
     if isinstance(row, VelocityRow):
         named = {leaf.data[1] for leaf in leaves([row.zero], "slot") if leaf.data[0] == "u"}
         names = [speed.name for k, speed in enumerate(mechanism.speeds) if k in named]
@@ -414,16 +433,6 @@ def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
         f"{told}: no position beyond was found that satisfies it, down to the shortest step; this is where lengths end "
         "the motion, or where the method has lost it: shorter steps or tolerances tell"
     )
-
-
-def _rope_ends(run: Trajectory, rope: RopeRow, time: float) -> str | None:
-    """Return that a piece of a rope has no length left at the end of a run; None where all have some."""
-    end = run.integration
-    if end.q_final is None or end.u_final is None:
-        return None
-    rows = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], time)
-    first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
-    return _met([(rope.name, ends) for ends in pairwise(rope.points)], first, last)
 
 
 def _not_finite(run: Trajectory, time: float) -> Reason:
@@ -483,17 +492,6 @@ def wheel_left(run: Trajectory) -> str | None:
     return None
 
 
-def _steps_taken(run: Trajectory) -> str:
-    """Return that a run took all steps that it may, or would take more of them than that."""
-    taken, most, t_end = run.integration.statistics.steps, run.problem.max_steps, run.problem.t_end
-    if taken >= most:
-        return "the run took its largest number of steps and got"
-    return (
-        f"the run takes ever more steps, {taken} by now, by which it would take over {most:.0e} to t = {t_end:.6g} s; "
-        "it got"
-    )
-
-
 def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
     mechanism, end = run.ready.mechanism, run.integration
@@ -532,13 +530,6 @@ def _jumps_with(run: Trajectory, time: float, place: int) -> bool:
     return changes[1] > _KEPT * changes[0] > 0.0
 
 
-def _too_long(problem: Problem, failure: RunFailure) -> str:
-    return (
-        f"the run is too long for the steps that the motion needs: floats tell no steps so short apart in "
-        f"{problem.t_end:.3g} s; it got no further than t = {failure.time:.6g} s; ask for a shorter time"
-    )
-
-
 def _is_too_long(problem: Problem, failed: float) -> bool:
     """Tell whether a first step as the motion at the start needs it is hardly longer than the least of the run.
 
@@ -563,15 +554,19 @@ def _singular(run: Trajectory, time: float) -> Reason:
     first = rows.motion(run.ready.q0, run.ready.u0)
     if vanishing := _in_line(first, motion) or _grown(run, time, motion):
         return Reason(f"no step was found that leads on from t = {time:.6g} s: {vanishing}", ends=True)
+    end = np.concatenate([run.integration.q_final, run.integration.u_final])
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
-    if run.modes is not None and run.modes.legs and _jams(run, time):
-        sliding = [row.name for row in mechanism.rows if row.sliding]
-        return Reason(
-            f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly move "
-            "what they press (Painleve's paradox), and no change of their sign was found behind which the motion goes "
-            "on; lower the friction, or end the run before"
-        )
+    if run.modes is not None and run.modes.legs:
+        from multibody_sym.motion.switching.jams import jams  # brings what runs without modes do without
+
+        if jams(run.modes.legs[-1], time, end):
+            sliding = [row.name for row in mechanism.rows if row.sliding]
+            return Reason(
+                f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly "
+                "move what they press (Painleve's paradox), and no change of their sign was found behind which the "
+                "motion goes on; lower the friction, or end the run before"
+            )
     if found.independence > _APART and (part := _feeding(run, time)):
         return Reason(
             f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass "
@@ -589,14 +584,6 @@ def _singular(run: Trajectory, time: float) -> Reason:
         "tolerances, or another method",
         ends=True,
     )
-
-
-def _jams(run: Trajectory, time: float) -> bool:
-    from multibody_sym.motion.switching.jams import jams  # brings what runs without modes do without
-
-    assert run.modes is not None
-    last, end = run.modes.legs[-1], run.integration
-    return jams(last, time, np.concatenate([end.q_final, end.u_final]))
 
 
 def _feeding(run: Trajectory, time: float) -> str | None:
@@ -628,53 +615,21 @@ def _in_rows_of_its_mode(run: Trajectory, failure: RunFailure) -> RunFailure:
     return replace(failure, component=own.index(name) if name in own else None)
 
 
-def _contradiction(run: Trajectory, time: float) -> RowContradiction | None:
-    """Return the constraints that contradict each other at a time near the end of a run."""
-    mechanism, parameters = _ended_in(run)
-    rows = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), time)
-    generic = mechanism.parameters.independent_rows(parameters)
-    return contradiction_of(rows, run.integration.q_final, run.integration.u_final, generic)
-
-
-def _component(mechanism: Mechanism, failure: RunFailure) -> str:
-    index = failure.component
-    if index is None:
-        return "the state"
-    if failure.status in _BROKEN:
-        return mechanism.rows[index].name
-    coordinates = len(mechanism.coordinates)
-    if failure.status is Status.NOT_FINITE:
-        named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
-        return f"the rate of {named.name} is no finite number"
-    named = mechanism.coordinates[index] if index < coordinates else mechanism.speeds[index - coordinates]
-    return named.name
-
-
 def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -> Integration:
     """Return a run, as failed at the first sample at which it had left its constraints if it did."""
     rows = ConstraintRows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
-    allowed = _LEFT * _sizes(rows, done)
+    places = np.unique(np.linspace(0, len(done.t) - 1, _SIZED).astype(int))
+    seen = [missed.sizes for missed in (_missed(rows, done, int(k)) for k in places) if missed is not None]
+    largest = np.max(seen, axis=0, initial=0.0)
+    allowed = _LEFT * np.where(largest > 0.0, largest, np.inf)
     for k in range(len(done.t)):
         missed = _missed(rows, done, k)
         left = np.zeros(0) if missed is None else np.flatnonzero(np.abs(missed.residuals) > allowed)
         if len(left):
-            return _ended(done, k, rows.active[int(left[0])])
+            t, q, u = done.t[: k + 1], done.q[: k + 1], done.u[: k + 1]
+            failure = RunFailure(Status.LEFT, float(t[k]), rows.active[int(left[0])])
+            return replace(done, t=t, q=q, u=u, t_final=float(t[k]), q_final=q[k], u_final=u[k], failure=failure)
     return done
-
-
-def _ended(done: Integration, k: int, row: int) -> Integration:
-    """Return the run up to sample k, at which a row is broken."""
-    t, q, u = done.t[: k + 1], done.q[: k + 1], done.u[: k + 1]
-    failure = RunFailure(Status.LEFT, float(t[k]), row)
-    return replace(done, t=t, q=q, u=u, t_final=float(t[k]), q_final=q[k], u_final=u[k], failure=failure)
-
-
-def _sizes(rows: ConstraintRows, done: Integration) -> Floats:
-    """Return the largest size of each row in the run, seen at a few samples; infinite where it has none."""
-    places = np.unique(np.linspace(0, len(done.t) - 1, _SIZED).astype(int))
-    seen = [missed.sizes for missed in (_missed(rows, done, int(k)) for k in places) if missed is not None]
-    largest = np.max(seen, axis=0, initial=0.0)
-    return np.where(largest > 0.0, largest, np.inf)
 
 
 def _missed(rows: ConstraintRows, done: Integration, k: int) -> Residual | None:

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from multibody_sym.errors import RunError
-from multibody_sym.motion.loop.integrate import Integration, first_loop, integrate
-from multibody_sym.motion.loop.problem import Chunk, Problem
-from multibody_sym.motion.prepare.records import PreparedSystem
+from multibody_sym.motion.loop.integrate import first_loop, integrate
+from multibody_sym.motion.loop.problem import Chunk
 from multibody_sym.motion.results.run_record import Departed, NewSamples, RunRecord, RunStart, SingleRun
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
@@ -61,7 +60,11 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
     loop = first_loop(problem) if modes is None else modes.loop
     try:
         with stage("integrate"):
-            done = _kept(ready, problem, integrate(problem, on_chunk=report, loop=loop))
+            done = integrate(problem, on_chunk=report, loop=loop)
+            if ready.told.rows and done.failure is None and not done.statistics.drift_position <= problem.closure:
+                from multibody_sym.motion.runs.failures import until_departure  # which few runs need
+
+                done = until_departure(ready.mechanism, problem, done)
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
@@ -90,12 +93,3 @@ def ended(made: RunRecord) -> Trajectory:
 
     reason = why_failed(trajectory, failure)
     raise (MotionEndsError if reason.ends else FailedRunError)(reason.text, trajectory)
-
-
-def _kept(ready: PreparedSystem, problem: Problem, done: Integration) -> Integration:
-    """Return a run that kept its constraints, or one as failed at the first sample at which it had left them."""
-    if not ready.told.rows or done.failure is not None or done.statistics.drift_position <= problem.closure:
-        return done
-    from multibody_sym.motion.runs.failures import until_departure
-
-    return until_departure(ready.mechanism, problem, done)

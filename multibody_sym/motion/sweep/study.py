@@ -91,8 +91,15 @@ class Study:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `sweep --json` prints; nan becomes None."""
-        failures = self.failures
-        table = {} if self.path else {"table": {name: _plain(column) for name, column in self.columns.items()}}
+        failures, table = self.failures, dict[str, Any]()
+        if not self.path:
+            plain = ((name, column.dtype.kind, column.tolist()) for name, column in self.columns.items())
+            table = {
+                "table": {
+                    name: [x if math.isfinite(x) else None for x in values] if kind == "f" else values
+                    for name, kind, values in plain
+                }
+            }
         return {
             "runs": len(self),
             "computed": self.computed,
@@ -120,7 +127,8 @@ class Study:
         """
         from multibody_sym.pictures.page.plot_files import write_figure
 
-        asked = None if show is None else names("show", _listed(show))
+        listed = [name.strip() for name in show.split(",")] if isinstance(show, str) else show
+        asked = None if show is None else names("show", listed)
         figure = figure_of(self.plan, self.about, self.columns, asked, chosen_units(units))
         if path is not None:
             write_figure(figure, path)
@@ -154,18 +162,6 @@ class Study:
         columns = {name: (tuple(axes), self.columns[name].reshape(shape)) for name in found}
         return xarray.Dataset(columns, coords=axes, attrs=dict(self.about))
 
-
-
-def _plain(column: NDArray[Any]) -> list[Any]:
-    """Return a column as a list, None where a number is not finite."""
-    if column.dtype.kind != "f":
-        return list(column.tolist())
-    return [x if math.isfinite(x) else None for x in column.tolist()]
-
-
-def _listed(show: Any) -> Any:
-    """Return the names in a text that has commas between them."""
-    return [name.strip() for name in show.split(",")] if isinstance(show, str) else show
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -249,7 +245,14 @@ def figure_of(
     for name in show or ():
         if name not in known:
             raise InputError(f"no column of results is called {name!r}", word=name, known=known)
-    names = tuple(show or _usual(len(plan.names), {name: columns[name] for name in known}))
+    names = tuple(show or ())
+    if not names:  # what is not the same in all runs, of maps the values at the end
+        finite = {name: columns[name][np.isfinite(columns[name])] for name in known}
+        names = tuple(name for name, values in finite.items() if len(values) and values.min() < values.max())
+        names = names or tuple(known[:1])
+        if len(plan.names) == 2:
+            ends = tuple(name for name in names if _quantity(name) == name or name.endswith(" end"))
+            names = ends or names
     if not names:
         failed = all(columns[FAILURE] != "")
         raise InputError(f"there is no result to plot: {'every run failed' if failed else 'no run gave a number'}")
@@ -258,19 +261,6 @@ def figure_of(
         return plotted(_curves(study))
     with plain_style():
         return _maps(study)
-
-
-def _usual(varied: int, columns: Mapping[str, Floats]) -> list[str]:
-    """Return what is shown where nothing else is asked for: what is not the same in all runs, end values in maps."""
-    changing = [name for name, values in columns.items() if _changes(values)] or list(columns)[:1]
-    if varied == 2:
-        return [name for name in changing if _quantity(name) == name or name.endswith(" end")] or changing
-    return changing
-
-
-def _changes(values: Floats) -> bool:
-    found = values[np.isfinite(values)]
-    return len(found) > 0 and bool(found.min() < found.max())
 
 
 def _quantity(name: str) -> str:
@@ -292,10 +282,13 @@ def _curves(study: _Shown) -> Plot:
 
 
 def _maps(study: _Shown) -> Any:
+    from multibody_sym.pictures.notebook_figure import ShownFigure
+
     columns = study.names
     wide = min(len(columns), 3)
     high = -(-len(columns) // wide)
-    figure, axes = _empty(high, wide, (1.0 + 4.0 * wide, 0.6 + 3.2 * high))
+    figure = ShownFigure(figsize=(1.0 + 4.0 * wide, 0.6 + 3.2 * high), layout="constrained")
+    axes = figure.subplots(high, wide, squeeze=False)
     x, y = study.plan.names
     for axis, name in zip(axes.flat, columns, strict=False):
         if study.plan.method == "grid":
@@ -311,13 +304,6 @@ def _maps(study: _Shown) -> Any:
         axis.set_visible(False)
     figure.suptitle(literal(study.title))
     return figure
-
-
-def _empty(high: int, wide: int, size: tuple[float, float]) -> tuple[Any, Any]:
-    from multibody_sym.pictures.notebook_figure import ShownFigure
-
-    figure = ShownFigure(figsize=size, layout="constrained")
-    return figure, figure.subplots(high, wide, squeeze=False)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -375,8 +361,13 @@ def sweep(
     plan = plan_of(axes_of(prepared.system, vary), sample, seed, flag("sobol", sobol))
     task = Task(prepared, plan, callback("reduce", reduce))
     task.verify()
-    named = _key(key, reduce)
-    return _done(task, named, output, _workers(workers), _executor(executor), callback("on_progress", on_progress))
+    if key is not None and (reduce is None or not text("key", key)):
+        message = "key names what reduce computes: give it a text, with a reduce"
+        raise InputError(message, where=Where(path=("key",)))
+    many = _workers(workers)
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise ArgumentError(f"executor is to be one of concurrent.futures, got {shown(executor)}")
+    return _done(task, key or "", output, many, executor, callback("on_progress", on_progress))
 
 
 def _done(
@@ -386,7 +377,14 @@ def _done(
     journal = _journal(output, task, key)
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
-        return _study(task, journal, output, computed)
+        about = {**task.about, "units": task.units}
+        content = tables.Content(task.plan, journal, about)
+        if output is None:
+            return Study(task.plan, None, about, computed, tables.gathered(content))
+        path = tables.write(content, path_name(output))
+        found = tables.gathered(content) if is_special(path) else None  # what went into a pipe is not read again
+        journal.discard()
+        return Study(task.plan, path, about, computed, found)
     except _WrongReduceError as wrong:
         journal.discard()
         raise InputError(str(wrong)) from None
@@ -435,17 +433,6 @@ def _verify_reduce(task: Task, journal: Journal) -> None:
         raise _WrongReduceError(f"{REDUCE_FAILED} for {given}{reasons[failed[0]].removeprefix(REDUCE_FAILED)}")
 
 
-def _study(task: Task, journal: Journal, output: Any, computed: int) -> Study:
-    about = {**task.about, "units": task.units}
-    content = tables.Content(task.plan, journal, about)
-    if output is None:
-        return Study(task.plan, None, about, computed, tables.gathered(content))
-    path = tables.write(content, path_name(output))
-    found = tables.gathered(content) if is_special(path) else None  # what went into a pipe is not read again
-    journal.discard()
-    return Study(task.plan, path, about, computed, found)
-
-
 def _journal(output: Any, task: Task, key: str) -> Journal:
     """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no key."""
     if output is None:
@@ -462,16 +449,6 @@ def _journal(output: Any, task: Task, key: str) -> Journal:
     return opened(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
 
 
-def _key(key: Any, reduce: Reduce | None) -> str:
-    """Return the name of what `reduce` computes; empty where there is none. Raises InputError for one of nothing."""
-    if key is None:
-        return ""
-    if reduce is None or not text("key", key):
-        message = "key names what reduce computes: give it a text, with a reduce"
-        raise InputError(message, where=Where(path=("key",)))
-    return str(key)
-
-
 def _workers(given: Any) -> int:
     if given is None:
         return processors()
@@ -479,9 +456,3 @@ def _workers(given: Any) -> int:
         message = f"expected a number of workers, from 1 to 1000, got {shown(given)}"
         raise InputError(message, where=Where(path=("workers",)))
     return int(given)
-
-
-def _executor(given: Any) -> Executor | None:
-    if given is not None and not callable(getattr(given, "submit", None)):
-        raise ArgumentError(f"executor is to be one of concurrent.futures, got {shown(given)}")
-    return given  # type: ignore[no-any-return]

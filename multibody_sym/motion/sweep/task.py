@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import field
-from functools import cached_property, partial
+from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from threading import Event, Lock
 from typing import Any, Final
@@ -30,7 +30,6 @@ from multibody_sym.motion.sweep.rows import Row, Rows, Span
 from multibody_sym.program.backend import Native
 from multibody_sym.program.cache import digest
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
 
 Reduce = Callable[[Trajectory], Mapping[str, float]]
 
@@ -70,7 +69,11 @@ class Task:
         """What a table says it is of."""
         model = digest(dumps(self.system))
         varied = [*map(str, self.plan.axes), *self.plan.words]
-        return {"system": self.system.name, "model": model, "varied": varied, "version": _version()}
+        try:
+            release = version("multibody-sym")
+        except PackageNotFoundError:
+            release = ""
+        return {"system": self.system.name, "model": model, "varied": varied, "version": release}
 
     @property
     def units(self) -> dict[str, str]:
@@ -93,7 +96,11 @@ class Task:
         columns: dict[str, dict[str, list[float]]] = {"parameters": {}, "initial": {}}
         for axis, column in zip(self.plan.axes, values.T.tolist(), strict=True):
             columns[axis.kind][axis.name] = column
-        look = partial(_go_on, stop)
+
+        def look(*_: Any) -> None:
+            if stop is not None and stop.is_set():
+                raise StoppedError
+
         try:
             for run in self.prepared.runs(**columns):
                 look()
@@ -151,13 +158,7 @@ class Task:
 
 
 class _WrongResultError(Exception):
-    """What `reduce` returned is no map of numbers."""
-
-
-def _go_on(stop: Event | None, *_: Any) -> None:
-    """Raise StoppedError where somebody asks to stop."""
-    if stop is not None and stop.is_set():
-        raise StoppedError
+    """`reduce` returned no map of numbers."""
 
 
 def ends_and_extremes(run: Trajectory) -> dict[str, float]:
@@ -167,18 +168,9 @@ def ends_and_extremes(run: Trajectory) -> dict[str, float]:
     taken = {name for name, _ in columns}
     columns += [(f"output {name}" if name in taken else name, values) for name, values in run.outputs.items()]
     for name, values in columns:
-        found.update(zip(_named(name), _of(values), strict=True))
+        ends = (float(values[-1]), float(values.min()), float(values.max())) if len(values) else (math.nan,) * 3
+        found[f"{name} end"], found[f"{name} min"], found[f"{name} max"] = ends
     return found
-
-
-def _named(name: str) -> tuple[str, str, str]:
-    return f"{name} end", f"{name} min", f"{name} max"
-
-
-def _of(values: Floats) -> tuple[float, float, float]:
-    if not len(values):
-        return math.nan, math.nan, math.nan
-    return float(values[-1]), float(values.min()), float(values.max())
 
 
 def told(events: list[dict[str, Any]]) -> str:
@@ -203,13 +195,6 @@ def _numbers(found: Any) -> dict[str, float]:
         except OverflowError:
             raise _WrongResultError(f"{name} is larger than any float") from None
     return numbers
-
-
-def _version() -> str:
-    try:
-        return version("multibody-sym")
-    except PackageNotFoundError:
-        return ""
 
 
 # ----------------------------------------------------------------------------------------------------------------------
