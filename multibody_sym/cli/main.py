@@ -6,7 +6,7 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Final, TextIO, cast
 
 from multibody_sym.cli.options import ShownText, parsed
@@ -29,8 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0 done; 2 the input is wrong; 3 no solution, a failed run or a disagreement; 4 output, compiler, memory;
     70 a defect of the toolkit; 130 Ctrl-C.
     """
-    if arguments is None:  # a process of its own
-        _one_thread()
+    if arguments is None and not any(name in os.environ for name in _THREADS):
+        # in a process of its own linear algebra takes one thread, unless the user chose: solves are small, and threads
+        # wait for busy cores; libraries read it when numpy is imported, which is later
+        os.environ.update(dict.fromkeys(_THREADS, "1"))
     words = list(sys.argv[1:] if arguments is None else arguments)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -50,15 +52,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return answer.exit_code
 
 
-def _one_thread() -> None:
-    """Let linear algebra take one thread, unless the user chose: solves are small, and threads wait for busy cores.
-
-    Libraries read it when numpy is imported, which is later.
-    """
-    if not any(name in os.environ for name in _THREADS):
-        os.environ.update(dict.fromkeys(_THREADS, "1"))
-
-
 def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
     """Return the answer of a command, with its object as text where that was asked for; whatever happens, an answer."""
     as_json = "--json" in words
@@ -68,7 +61,10 @@ def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
     except ShownText as shown:
         answer = Reply({"text": shown.text}, shown.text)
     except MultibodyError as error:
-        answer = Reply(error.as_json(), _all_told(error), error.exit_code)
+        every = (error, *error.others)
+        more = [f"and {len(every) - _MOST} more"] if len(every) > _MOST else []
+        text = "\n".join([*(_told(each.alone, each.number) for each in every[:_MOST]), *more])
+        answer = Reply(error.as_json(), text, error.exit_code)
     except KeyboardInterrupt as interrupt:
         told = "; ".join(("interrupted", *filter(None, map(str, interrupt.args))))
         answer = _failure("interrupted", "X103", told, INTERRUPTED)
@@ -94,16 +90,13 @@ def _run(words: Sequence[str]) -> Reply:
             answer: Reply = options.run(options)
         except MultibodyError as error:
             if error.exit_code == _FAILED:  # what is wrong input has no hints yet
-                _hinted(options.hints())
+                for hint in options.hints():
+                    _say(f"hint: {hint}")
             raise
         hints = list(options.hints())
-    _hinted(hints)
-    return Reply({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
-
-
-def _hinted(hints: Iterable[str]) -> None:
     for hint in hints:
         _say(f"hint: {hint}")
+    return Reply({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
 
 
 def _failure(code: str, number: str, message: str, exit_code: int) -> Reply:
@@ -111,13 +104,6 @@ def _failure(code: str, number: str, message: str, exit_code: int) -> Reply:
     error = {"code": code, "number": number, "message": message, "where": where}
     text = message if code == "interrupted" else _told(message, number)
     return Reply({"error": error, "errors": [error]}, text, exit_code)
-
-
-def _all_told(error: MultibodyError) -> str:
-    """Return an error and the others behind it as people read them, many of them in part."""
-    every = (error, *error.others)
-    more = [f"and {len(every) - _MOST} more"] if len(every) > _MOST else []
-    return "\n".join([*(_told(each.alone, each.number) for each in every[:_MOST]), *more])
 
 
 def _told(message: str, number: str) -> str:

@@ -32,16 +32,6 @@ def model(options: argparse.Namespace) -> Iterator[System]:
         yield system
 
 
-def _verify_settings_of_file(system: System, options: argparse.Namespace) -> None:
-    """Raise ModelError for settings of runs that are wrong in the file, whatever options say of others."""
-    try:
-        _verify_settings(system)
-    except MultibodyError as error:
-        _, of_file = _by_origin(error, options, system)
-        if of_file:
-            raise joined(of_file) from None
-
-
 def _verify_settings(system: System) -> None:
     """Raise ModelError where a run cannot be done as the file says, as far as parameters have values."""
     settings, known = system.simulation, known_values(system)
@@ -57,14 +47,23 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
 
     def verify(part: System) -> None:
-        asked, wrong = with_overrides(part, model_options(options)), gathered()
-        with wrong:
-            _verify_settings_of_file(asked, options)
+        changed, wrong = with_overrides(part, model_options(options)), gathered()
+        with wrong:  # settings of runs that are wrong in the file, whatever options say of others
+            try:
+                _verify_settings(changed)
+            except MultibodyError as error:
+                if of_file := _by_origin(error, options, changed)[1]:
+                    raise joined(of_file) from None
         try:
             with wrong:
-                examined(asked)
+                examined(changed)
         finally:  # numbers that fail elsewhere hide no settings
             wrong.told()
+
+    def hints() -> list[str]:
+        from multibody_sym.analysis.hints import declared_hints  # which a run that is recalled does without
+
+        return [options.told(hint) for hint in declared_hints(asked)]
 
     system, places = load_with_places(options.file, content, verify)
     for table in places.tables:
@@ -73,7 +72,7 @@ def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterato
     try:
         asked = with_overrides(system, model_options(options))
         options.told = partial(_told, options, system, places)
-        options.hints = lambda: _hints(options, asked)
+        options.hints = hints
         with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
     except MultibodyError as error:
@@ -97,13 +96,6 @@ def _by_origin(
     return of_options, of_file
 
 
-def _hints(options: argparse.Namespace, system: System) -> list[str]:
-    """Return what the author of a model may not have meant, with places."""
-    from multibody_sym.analysis.hints import declared_hints  # which a run that is recalled does without
-
-    return [options.told(hint) for hint in declared_hints(system)]
-
-
 def _told(options: argparse.Namespace, system: System, places: ModelPlaces, hint: str) -> str:
     """Return a hint with its place in the file, or the option that it is about."""
     path = getattr(hint, "path", ())
@@ -116,16 +108,11 @@ def _option(path: tuple[str, ...], options: argparse.Namespace, system: System) 
     """Return the option that gave what stands at a path of the model; None where the file did."""
     section, name, key = (*path, "", "", "")[:3]
     if section == "joints" and key == "initial":
-        section, name = key, next(iter(_given_names(name, options, system)), "")
+        declared = system.joints[name]
+        names = (*coordinate_names(name, declared), *speed_names(name, declared))
+        section, name = key, next((each for each in names if each in options.initial), "")
     if section in ASSIGNED and name in getattr(options, section):
         return f"{ASSIGNED[section]} {name}"
     word = name if section == "simulation" else section
     given = word not in ASSIGNED and getattr(options, word, None) is not None
     return f"--{word.replace('_', '-')}" if given else None
-
-
-def _given_names(joint: str, options: argparse.Namespace, system: System) -> list[str]:
-    """Return the coordinates and speeds of a joint whose start values options gave."""
-    declared = system.joints[joint]
-    names = (*coordinate_names(joint, declared), *speed_names(joint, declared))
-    return [name for name in names if name in options.initial]

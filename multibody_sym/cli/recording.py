@@ -80,7 +80,8 @@ class Recording:
             except FailedRunError as error:
                 write()
                 kept = self._growing.partial if self._growing is not None else self.path
-                message = f"{error.message}; what was computed until then is in {_beside(kept, self.path)}"
+                named = os.path.join(os.path.dirname(self.path), os.path.basename(kept))  # as the user names the folder
+                message = f"{error.message}; what was computed until then is in {named}"
                 raise type(error)(message, error.trajectory) from None
         if self._grows and self._growing is not None:
             self.place = self._growing.place
@@ -104,8 +105,3 @@ class Recording:
                 self._growing.discard()
         elif (run.interrupted or run.ready.told.run_outputs) and not self._through:
             write_table(self._table(run), self.place)
-
-
-def _beside(file: str, path: str) -> str:
-    """Return the name of a file in the folder of `path` as the user names that."""
-    return os.path.join(os.path.dirname(path), os.path.basename(file))

@@ -3,14 +3,8 @@
 from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
-from typing import Final
 
-
-def _installed() -> str:
-    try:
-        return version("multibody-sym")
-    except PackageNotFoundError:
-        return "not installed"
-
-
-__version__: Final = _installed()
+try:
+    __version__ = version("multibody-sym")
+except PackageNotFoundError:
+    __version__ = "not installed"

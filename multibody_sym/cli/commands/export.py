@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Final
 
 from multibody_sym.cli.options import model_options
@@ -32,15 +30,11 @@ def run(options: argparse.Namespace) -> Reply:
     with model(options) as system:
         files = export(system, options.to, options.directory, fold=options.fold, **model_options(options))
     names, run = [str(file) for file in files], LANGUAGES[options.to].run
-    lines = [*(f"wrote {name}" for name in names), *_state_told(files), f"next: cd {options.directory} && {run}"]
-    text = "\n".join(lines)
-    return Reply({"to": options.to, "files": names}, text)
-
-
-def _state_told(files: Sequence[Path]) -> Iterator[str]:
-    """Yield of which state of what holds one way only the files are."""
+    lines = [f"wrote {name}" for name in names]
     table = next(file for file in files if file.name == "names.json")
-    mode = json.loads(table.read_text(encoding="utf-8")).get("mode")
-    if mode:
-        told = ", ".join(f"{name}: {word}" for name, word in mode.items())
-        yield f"of the state at the start only, {{{told}}}; it ends where the last values of `events` become positive"
+    if mode := json.loads(table.read_text(encoding="utf-8")).get("mode"):
+        state = ", ".join(f"{name}: {word}" for name, word in mode.items())
+        end = "it ends where the last values of `events` become positive"
+        lines.append(f"of the state at the start only, {{{state}}}; {end}")
+    lines.append(f"next: cd {options.directory} && {run}")
+    return Reply({"to": options.to, "files": names}, "\n".join(lines))

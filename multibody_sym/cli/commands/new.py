@@ -44,13 +44,9 @@ def run(options: argparse.Namespace) -> Reply:
 
 def examples() -> dict[str, Path]:
     """Return the file of each shipped example by name."""
-    return {path.stem: path for path in sorted(_folder().rglob("*.yaml"))}
-
-
-def _folder() -> Path:
-    """Return the examples of the installed package, or of the checkout."""
-    inside = _PACKAGE / "examples"
-    return inside if inside.is_dir() else _PACKAGE.parent / "examples"
+    inside = _PACKAGE / "examples"  # of the installed package, else of the checkout
+    folder = inside if inside.is_dir() else _PACKAGE.parent / "examples"
+    return {path.stem: path for path in sorted(folder.rglob("*.yaml"))}
 
 
 def _title(path: Path) -> str:

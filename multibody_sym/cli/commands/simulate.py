@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
@@ -16,10 +15,8 @@ from multibody_sym.stages import timed
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
-    from multibody_sym.motion.results.integrals import Miss
     from multibody_sym.motion.results.samples import Samples
     from multibody_sym.motion.results.trajectory import Trajectory
-    from multibody_sym.text.values import Units
 
 HELP: Final = "compute the motion: a table, a plot, a summary"
 _FIGURES: Final = (".png", ".svg", ".pdf")
@@ -45,47 +42,58 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Reply:
     """Simulate and write what was asked for; a run that Ctrl-C ends keeps its rows."""
-
     units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
-    table = _recording(options.output, units)
+    table = None
+    if options.output is not None:
+        from multibody_sym.cli.recording import Recording
+
+        table = Recording(options.output, units)
     with timed("other") as times:
-        done = _simulated(options, table)
+        done = _simulate(options, table)
     if table is not None:
         table.finish(done)
     if figure is not None:
         done.plot(figure, units, show=options.show, x=options.x or "t")
     from multibody_sym.documents.runs import run_summary
 
-    misses = done.verified() if options.verify else None
-    written = [path for path in (table and table.place, figure) if path is not None]
-    told = [] if misses is None else _theorems(misses, units)
-    told += [str(times)] if options.times else []
-    lines = [run_summary(done, units), *told, *(f"wrote {path}" for path in written)]
-    code = _INTERRUPTED if done.interrupted else 0
-    missed = ""
+    lines = [run_summary(done, units)]
+    answer = dict(done.as_json()) if options.json else {}  # lists of a million rows take longer than the run
+    if options.verify:
+        from multibody_sym.documents.solution import theorems_text
+
+        misses = done.verified()
+        lines += theorems_text(misses, units)
+        answer["theorems"] = {name: asdict(miss) for name, miss in misses.items()}
+    if options.times:
+        lines.append(str(times))
+        answer["times"] = times.seconds
+    answer["written"] = [path for path in (table and table.place, figure) if path is not None]
+    lines += [f"wrote {path}" for path in answer["written"]]
+    code, missed = _INTERRUPTED if done.interrupted else 0, ""
     if table is not None and table.lost:
         missed = f"{table.path} is another run's: it was written while this one lasted"
         code = code or OutputError.exit_code
-    theorems = {} if misses is None else {"theorems": {name: asdict(miss) for name, miss in misses.items()}}
-    found = done.as_json() if options.json else {}  # lists of a million rows take longer than the run
-    taken = {"times": times.seconds} if options.times else {}
-    return Reply({**found, **theorems, **taken, "written": written}, "\n".join(lines), code, missed)
+    return Reply(answer, "\n".join(lines), code, missed)
 
 
-def _theorems(misses: Mapping[str, Miss], units: Units) -> list[str]:
-    from multibody_sym.documents.solution import theorems_text
+def _simulate(options: argparse.Namespace, table: Recording | None) -> Trajectory:
+    """Return the run, which shows its progress and fills the table."""
+    from multibody_sym.cli.runs import asked_run
+    from multibody_sym.documents.runs import progress_bar
 
-    return theorems_text(misses, units)
+    with ExitStack() as stack:
+        run = stack.enter_context(asked_run(options))
+        show = stack.enter_context(progress_bar())
+        keep = None if table is None else stack.enter_context(table.recorded())
 
+        def progress(new: Samples, part: float) -> None:
+            show(part)
+            if keep is not None:
+                keep(new)
 
-def _recording(output: str | None, units: Units) -> Recording | None:
-    if output is None:
-        return None
-    from multibody_sym.cli.recording import Recording
-
-    return Recording(output, units)
+        return run(progress)
 
 
 def figure_name(options: argparse.Namespace) -> str | None:
@@ -100,23 +108,3 @@ def figure_name(options: argparse.Namespace) -> str | None:
         message = f"a figure is written to {', '.join(_FIGURES)} files, by the ending of the name"
         raise InputError(message, where=Where(file=name), number="U103")
     return name
-
-
-def _simulated(options: argparse.Namespace, table: Recording | None) -> Trajectory:
-    from multibody_sym.cli.runs import asked_run
-    from multibody_sym.documents.runs import progress_bar
-
-    with ExitStack() as stack:
-        run = stack.enter_context(asked_run(options))
-        show = stack.enter_context(progress_bar())
-        keep = _forget if table is None else stack.enter_context(table.recorded())
-
-        def progress(new: Samples, part: float) -> None:
-            show(part)
-            keep(new)
-
-        return run(progress)
-
-
-def _forget(_new: Samples) -> None:
-    """Keep nothing: no table was asked for."""

@@ -31,7 +31,7 @@ from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.elementary import postorder
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.sign_changes import known_zeros
 from multibody_sym.stages import stage
 
@@ -60,7 +60,8 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     """
     _verify_size(ready, settings)
     if ready.start.assembled:  # what is declared is examined already
-        values = _start_values(ready)
+        names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
+        values = {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}
         verify_motions(ready.system, values, settings.t_end)
         verify_mass_laws(ready.system, values, settings.t_end)
     verify_regular_start(ready.mechanism, ready.start)
@@ -69,6 +70,10 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     parameters, modes = ready.parameters, np.empty(0)
     if ready.laws is not None:
         parameters, modes = ready.laws.numbers(mechanism, parameters)
+    # no step leads over the knots of long tables of time: one function tells of all of them
+    letters = {g: [n for n in postorder([g]) if not n.args and n.shadow is None] for g in mechanism.kinks}
+    tables = [g for g in mechanism.kinks if g.op == "table" and letters[g] == [TIME]]
+    knots = {t for g in tables for t in known_zeros(g, TIME, {}) or () if 0.0 < t < settings.t_end}
     problem = Problem(
         compiled=ready.compiled,
         method=settings.method,
@@ -89,30 +94,13 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
         + (False,) * (len(mechanism.kinks) + len(mechanism.fades))
         + (True,) * len(margins),
         margins=margins,
-        moments=_knots(mechanism, settings.t_end),
+        moments=tuple(sorted(knots)),
         pairs=_pairing(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
         return problem
     alpha, beta = settings.baumgarte.chosen(lambda: own_coefficient(problem))
     return replace(problem, parameters=ready.stabilised_by(alpha, beta))
-
-
-def _knots(mechanism: Mechanism, t_end: float) -> tuple[float, ...]:
-    """Return the knots of long tables of time, rising, over which no step leads: one function tells of all of them."""
-    tables = [g for g in mechanism.kinks if g.op == "table" and _letters(g) == [TIME]]
-    found = {t for g in tables for t in known_zeros(g, TIME, {}) or ()}
-    return tuple(sorted(t for t in found if 0.0 < t < t_end))
-
-
-def _letters(node: Node) -> list[Node]:
-    return [n for n in postorder([node]) if not n.args and n.shadow is None]
-
-
-def _start_values(ready: PreparedSystem) -> dict[Node, float]:
-    """Return the values of parameters, and of coordinates at the start, by their symbols."""
-    names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
-    return {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}
 
 
 def _pairing(mechanism: Mechanism) -> Pairing:
@@ -181,20 +169,18 @@ def prepare_system(
     with stage("start"):
         state, made = _started(system, finding)
     state = with_numbers_as_data(state.before_a_run)
-    laws = _laws(state, system) if modes and state.declared.one_way else None
+    laws = None
+    if modes and state.declared.one_way:
+        from multibody_sym.motion.switching.every import LawMechanism  # which few runs need
+
+        laws = LawMechanism.of(state.declared, system.simulation)
     if laws is not None and laws.every is not None:
         name, programs = finding.of_all_modes(laws)
     else:
         laws, (name, programs) = None, made or finding.made(state.mechanism)
     begin = state.start
     numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
-    return PreparedSystem(name, programs, numbers, partial(_known, system, state), laws=laws)
-
-
-def _laws(state: StartState, system: System) -> LawMechanism:
-    from multibody_sym.motion.switching.every import LawMechanism  # which few runs need
-
-    return LawMechanism.of(state.declared, system.simulation)
+    return PreparedSystem(name, programs, numbers, partial(_as_begun, system, state), laws=laws)
 
 
 Made = tuple[str, Compiled]
@@ -249,5 +235,6 @@ def _started(system: System, programs: _Programs) -> tuple[StartState, Made | No
     return found(), made
 
 
-def _known(system: System, state: StartState) -> tuple[System, StartState]:
+def _as_begun(system: System, state: StartState) -> tuple[System, StartState]:
+    """Return both, as a function that can be pickled."""
     return system, state

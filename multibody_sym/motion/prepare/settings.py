@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError, at, gathered
-from multibody_sym.model.settings import Baumgarte, Settings, Stabilisation
+from multibody_sym.model.settings import Baumgarte, Settings
 from multibody_sym.motion.methods.collocation import IMPLICIT, INDEX_2
 from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, LOOKING_BACK, METHODS, LibraryMethod, Method
 from multibody_sym.records import dataclass
@@ -66,25 +66,28 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
             with wrong:
                 baumgarte = _baumgarte(settings, method, values)
         with wrong:
-            step = _step(settings, values)
+            with at("step"):
+                if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
+                    raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
+            step = _number("step", settings.step, values)
         with wrong:
             rtol = _rtol(settings, values)
         with wrong:
             atol = _number("atol", settings.atol, values)
         with wrong:
             t_end = _number("t_end", settings.t_end, values)
-        with wrong:
-            samples = _samples(settings.samples, values)
+        with wrong, at("samples"):
+            number = _value(settings.samples, values)
+            if not 2 <= number < float("inf") or abs(number - round(number)) > 1e-9 * number:
+                raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
+            samples = round(number)
         wrong.told()
         assert t_end is not None
         assert rtol is not None
-        project = baumgarte is None and _puts_back(method, settings.constraints)
+        declared = settings.constraints
+        unwanted = declared is not None and (declared.projection is False or declared.index_2)
+        project = baumgarte is None and not unwanted and not isinstance(method, LibraryMethod)
         return RunSettings(method, t_end, step, rtol, atol or rtol * _ATOL_BY_RTOL, samples, project, baumgarte)
-
-
-def _puts_back(method: Method, constraints: Stabilisation | None) -> bool:
-    unwanted = constraints is not None and (constraints.projection is False or constraints.index_2)
-    return not unwanted and not isinstance(method, LibraryMethod)
 
 
 def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> Form:
@@ -133,13 +136,6 @@ def _method(settings: Settings) -> Method:
         return method
 
 
-def _step(settings: Settings, values: Mapping[Node, float]) -> float | None:
-    with at("step"):
-        if settings.step is not None and (settings.rtol is not None or settings.atol is not None):
-            raise ModelError("give a step or tolerances (rtol, atol), not both", number="M117")
-    return _number("step", settings.step, values)
-
-
 def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
     rtol = _number("rtol", settings.rtol, values) or _RTOL
     if rtol < _LEAST_RTOL:
@@ -176,14 +172,6 @@ def _value(node: Node, values: Mapping[Node, float]) -> float:
         raise ModelError(f"the expression has no value: {problem}", number="M117") from None
 
 
-def _samples(node: Node, values: Mapping[Node, float]) -> int:
-    with at("samples"):
-        number = _value(node, values)
-        if not 2 <= number < float("inf") or abs(number - round(number)) > 1e-9 * number:
-            raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
-        return round(number)
-
-
 def stabilises(settings: Settings) -> bool:
     """Whether Baumgarte's terms are added to rows: asked for, or steps of another library's method need them."""
     if settings.constraints is not None:
@@ -193,11 +181,17 @@ def stabilises(settings: Settings) -> bool:
 
 def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float]) -> Coefficients | None:
     """Return what is asked for; steps of another library's method cannot be put back, so that they need it anyway."""
-    if isinstance(method, LibraryMethod):
-        _verify_no_projection(settings, method)
+    declared = settings.constraints
+    if isinstance(method, LibraryMethod) and declared and declared.projection and declared.baumgarte is None:
+        with at("constraints", "projection"):
+            raise ModelError(
+                f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
+                "or a method that is not another library's",
+                number="M110",
+            )
     if not stabilises(settings):
         return None
-    asked = settings.constraints.baumgarte if settings.constraints else None
+    asked = declared.baumgarte if declared else None
     if asked is None:
         return Coefficients(None, None)
     with at("constraints", "baumgarte"):
@@ -208,17 +202,6 @@ def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float])
             beta = _coefficient(asked, "beta", values)
         wrong.told()
         return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
-
-
-def _verify_no_projection(settings: Settings, method: LibraryMethod) -> None:
-    declared = settings.constraints
-    if declared is not None and declared.projection and declared.baumgarte is None:
-        with at("constraints", "projection"):
-            raise ModelError(
-                f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
-                "or a method that is not another library's",
-                number="M110",
-            )
 
 
 def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:

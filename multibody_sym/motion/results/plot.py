@@ -73,23 +73,18 @@ def plot_of(
         for name in wanted or _all_of(run, x):
             column = _column(run, name, units)
             panels.setdefault(column.unit, []).append(PlottedCurve(name, base.values, column.values, k))
-    found = tuple(Panel(unit, tuple(curves), _size(runs, curves, unit, units)) for unit, curves in panels.items())
+    found = []
+    for unit, curves in panels.items():
+        size = 0.0  # the kinetic energy that energies are judged against: less than a millionth of it is drift
+        if unit == units.of("J") and not any(curve.name == _CHANGE for curve in curves):
+            size = float(max(np.max(run.kinetic_energy, initial=0.0) for run in runs.values())) / units.size("J")
+        found.append(Panel(unit, tuple(curves), size))
     over_time = x == _TIME
     marks = tuple(_marks(next(iter(runs.values())), units, found, over_time)) if len(runs) == 1 else ()
     title = ", ".join(dict.fromkeys(run.ready.told.name for run in runs.values()))
-    equal = not over_time and all(panel.unit and panel.unit == base.unit for panel in found) and _is_length(base, units)
-    return Plot(title, across, found or (Panel("", ()),), marks, tuple(runs), over_time, equal)
-
-
-def _size(runs: Mapping[str, Samples], curves: Sequence[PlottedCurve], unit: str, units: Units) -> float:
-    """Return the kinetic energy that a panel of energies is judged against: less than a millionth of it is drift."""
-    if unit != units.of("J") or any(curve.name == _CHANGE for curve in curves):
-        return 0.0
-    return float(max(np.max(run.kinetic_energy, initial=0.0) for run in runs.values())) / units.size("J")
-
-
-def _is_length(column: _Column, units: Units) -> bool:
-    return column.unit == units.of(_LENGTH)
+    equal = not over_time and all(panel.unit and panel.unit == base.unit for panel in found)
+    equal = equal and base.unit == units.of(_LENGTH)
+    return Plot(title, across, tuple(found) or (Panel("", ()),), marks, tuple(runs), over_time, equal)
 
 
 def _by_name(runs: Any) -> Mapping[str, Samples]:
@@ -147,7 +142,7 @@ def _column(run: Samples, name: str, units: Units) -> _Column:
     raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
 
 
-def _marks(run: Samples, units: Units, panels: tuple[Panel, ...], over_time: bool) -> Iterator[PlotMark]:
+def _marks(run: Samples, units: Units, panels: Sequence[Panel], over_time: bool) -> Iterator[PlotMark]:
     for event in (*getattr(run, "begun", ()), *run.changes):
         text, t = f"{event['element']} {event['kind']}", float(event["t"])
         if over_time:
