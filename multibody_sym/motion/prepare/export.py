@@ -7,26 +7,25 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
 from multibody_sym.errors import InputError, OutputError, Where, at, shown
-from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
+from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program
-from multibody_sym.program.target_layout import Samples, spread_samples
+from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.targets import LANGUAGES
 from multibody_sym.program.trace import folded
 from multibody_sym.text.files import is_special, path_name, write_whole
@@ -115,18 +114,14 @@ def _digest(content: bytes) -> str:
 _SAMPLES: Final = 2
 
 
+@spelled_out(ModelOptions)
 def export(
     system: System,
     to: str,
     directory: str | os.PathLike[str],
     *,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    formalism: str | None = None,
     fold: bool = False,
+    **options: Unpack[ModelOptions],
 ) -> list[Path]:
     """Write a system's Programs as source code with a self-test and `names.json`; return the files.
 
@@ -142,33 +137,31 @@ def export(
     if text_of("to", to) not in LANGUAGES:
         with at("to"):
             raise InputError(f"there is no language {shown(to)}", number="M104", word=to, known=LANGUAGES)
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    asked, formalism = with_overrides(system, options), options.get("formalism")
     verify_formalism(formalism)
     placed = with_numbers_as_data(examined_state(asked))
     resolved, begin = placed.mechanism, placed.start
-    name = formalism_name(formalism, resolved)
-    made = programs(resolved, FORMALISMS[name]).exported()
+    route = formalism_name(formalism, resolved)
+    made = programs(resolved, FORMALISMS[route]).exported()
     state = (0.0, begin.q, begin.u, begin.parameters)
-    samples = _samples(made, state)
+    values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
+    others = spread_samples(made, _SAMPLES)
+    samples = {name: [list(values[: len(program.inputs)]), *others[name]] for name, program in made.items()}
     if fold:
         made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = LANGUAGES[to].files(made, samples)
     ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
     mode = {"mode": placed.words, "mode_ends": ends} if resolved.one_way else {}
-    table = {"formalism": name, "folded": fold, **mode, **_names(resolved, state), "programs": _signatures(made)}
+    signatures = {
+        name: {
+            "inputs": {array.name: array.shape for array in program.inputs},
+            "outputs": {output.name: output.shape for output in program.outputs},
+        }
+        for name, program in made.items()
+    }
+    table = {"formalism": route, "folded": fold, **mode, **_names(resolved, state), "programs": signatures}
     return write_export(Path(folder), texts, table)
-
-
-def _samples(made: Mapping[str, Program], state: tuple[ArrayLike, ...]) -> Samples:
-    """Return the start and a few other states as samples for each Program."""
-    inputs = interpret(made["inputs"], *state)[0]
-    others = spread_samples(made, _SAMPLES)
-    return {name: [_arguments(program, (*state, inputs, np.empty(0))), *others[name]] for name, program in made.items()}
-
-
-def _arguments(program: Program, values: tuple[ArrayLike, ...]) -> list[ArrayLike]:
-    return list(values[: len(program.inputs)])
 
 
 def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
@@ -192,14 +185,4 @@ def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:
         "withheld_reasons": reasons(resolved.withheld),
         "constraints": [row.name for row in resolved.rows],
         "units": {"inputs": told.inputs, "outputs": told.outputs, "constraints": told.multipliers},
-    }
-
-
-def _signatures(made: Mapping[str, Program]) -> dict[str, Any]:
-    return {
-        name: {
-            "inputs": {array.name: array.shape for array in program.inputs},
-            "outputs": {output.name: output.shape for output in program.outputs},
-        }
-        for name, program in made.items()
     }

@@ -83,7 +83,15 @@ def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[VariedAxis, ...]:
 
 
 def _axis(system: System, name: str, given: Any) -> VariedAxis:
-    kind = _kind(system, name)
+    initial = [
+        x
+        for joint, declared in system.joints.items()
+        for x in (*coordinate_names(joint, declared), *speed_names(joint, declared))
+    ]
+    if name not in (known := [*system.parameters, *initial]):
+        with at("vary"):
+            raise ModelError(f"no parameter, coordinate or speed is called {name!r}", word=name, known=known)
+    kind = "parameters" if name in system.parameters else "initial"
     with at("vary", name):
         if isinstance(given, str):
             parts = _parts(given, ":")
@@ -93,22 +101,6 @@ def _axis(system: System, name: str, given: Any) -> VariedAxis:
         if isinstance(given, tuple):
             return _range(name, kind, given[:2], given[2:], _reader(system, name, kind))
         return VariedAxis(name, kind, tuple(_values(given, _reader(system, name, kind))))
-
-
-def _kind(system: System, name: str) -> str:
-    initial = [x for joint, declared in system.joints.items() for x in _state_names(joint, declared)]
-    if name in system.parameters:
-        return "parameters"
-    if name in initial:
-        return "initial"
-    with at("vary"):
-        known = [*system.parameters, *initial]
-        raise ModelError(f"no parameter, coordinate or speed is called {name!r}", word=name, known=known)
-
-
-def _state_names(joint: str, declared: Any) -> Iterator[str]:
-    yield from coordinate_names(joint, declared)
-    yield from speed_names(joint, declared)
 
 
 def _reader(system: System, name: str, kind: str) -> Any:
@@ -147,15 +139,14 @@ def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read:
     if len(ends) != 2 or len(rest) > 1:
         raise InputError(f"a range has two ends and a count: {_HOW}")
     low, high = _values(ends, read)
-    count = _count(rest[0]) if rest else 0
+    count = 0
+    if rest:
+        whole = digits(rest[0])
+        if not whole or not 1 <= int(whole) <= MOST_VALUES:
+            message = f"{shown(rest[0])} is no count of values, at least 1 and at most {MOST_VALUES}: {_HOW}"
+            raise InputError(message)
+        count = int(whole)
     return VariedAxis(name, kind, low=low, high=high, count=count)
-
-
-def _count(given: Any) -> int:
-    whole = digits(given)
-    if not whole or not 1 <= int(whole) <= MOST_VALUES:
-        raise InputError(f"{shown(given)} is no count of values, at least 1 and at most {MOST_VALUES}: {_HOW}")
-    return int(whole)
 
 
 def digits(given: Any) -> str:
@@ -276,20 +267,16 @@ def plan_of(axes: tuple[VariedAxis, ...], sample: Any = None, seed: Any = None, 
         for name, given in (("seed", seed is not None), ("sobol", sobol)):
             if given:
                 raise InputError(f"{name} is for samples: say how many (sample)", where=_at(name))
-        return _grid(axes)
+        for axis in axes:
+            if not axis.size:
+                message = f"how many values are there from {axis.low:g} to {axis.high:g}? Give a count, or draw samples"
+                raise InputError(message, where=Where(path=("vary", axis.name)))
+        plan = Plan(axes)
+        if len(plan) > _MOST:
+            raise InputError(f"{len(plan)} runs are too many; draw samples instead", where=_at("vary"))
+        return plan
     samples = _whole("sample", sample, least=1, most=_MOST)
     return Plan(axes, "sobol" if sobol else "random", samples, _whole("seed", 0 if seed is None else seed, least=0))
-
-
-def _grid(axes: tuple[VariedAxis, ...]) -> Plan:
-    for axis in axes:
-        if not axis.size:
-            message = f"how many values are there from {axis.low:g} to {axis.high:g}? Give a count, or draw samples"
-            raise InputError(message, where=Where(path=("vary", axis.name)))
-    plan = Plan(axes)
-    if len(plan) > _MOST:
-        raise InputError(f"{len(plan)} runs are too many; draw samples instead", where=_at("vary"))
-    return plan
 
 
 def _whole(name: str, given: Any, least: int, most: int = _LARGEST) -> int:
