@@ -28,7 +28,7 @@ import numpy as np
 
 import multibody_sym as mbs
 from multibody_sym.motion.simulate import Prepared
-from multibody_sym.motion.sweep.rows import opened
+from multibody_sym.motion.sweep.rows import open_journal
 from multibody_sym.motion.sweep.task import Task
 
 MODEL = Path(__file__).parents[1] / "examples" / "double_pendulum.yaml"
@@ -95,7 +95,7 @@ def of_a_sweep(system: mbs.System) -> None:
     loop = watched(task.prepared, parameters={"m1": 1.5})
     with tempfile.TemporaryDirectory() as folder:
         for size in (1, 32, 320):
-            journal = opened(f"{folder}/{size}", task.key, ROUNDS * 320)
+            journal = open_journal(f"{folder}/{size}", task.key, ROUNDS * 320)
             work = lambda n=size, kept=journal: kept.add(replace(task.rows(0, n), first=len(kept)))  # noqa: E731
             whole, inside = least(work, loop, max(10, ROUNDS // size))
             told = f"{whole / inside:.3f} loops, {1e6 * (whole - inside) / size:.1f} us a run beside it"

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Sequence
 from typing import Any, Final, TextIO, cast
 
-from multibody_sym.cli.options import ShownText, parsed
+from multibody_sym.cli.options import ShownText, parse_words
 from multibody_sym.cli.output import Reply, first_lines
 from multibody_sym.errors import MultibodyError, OutputError
 
@@ -81,7 +81,7 @@ def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
 
 def _run(words: Sequence[str]) -> Reply:
     """Return the answer of a command; hints about its model are printed, and stand in its object, if there are any."""
-    options = parsed(words)
+    options = parse_words(words)
     options.hints = tuple
     with warnings.catch_warnings():
         warnings.simplefilter("always")

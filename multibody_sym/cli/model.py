@@ -27,7 +27,7 @@ def model(options: argparse.Namespace) -> Iterator[System]:
     Errors about the model that are raised inside name their place in the file, or the option they come from. Settings
     of runs are verified though the command makes none: commands that do read the same file.
     """
-    with opened(options) as (system, _tables):
+    with open_model(options) as (system, _tables):
         _verify_settings(with_overrides(system, model_options(options)))
         yield system
 
@@ -43,7 +43,7 @@ def _verify_settings(system: System) -> None:
 
 
 @contextmanager
-def opened(options: argparse.Namespace, content: bytes | None = None) -> Iterator[tuple[System, tuple[str, ...]]]:
+def open_model(options: argparse.Namespace, content: bytes | None = None) -> Iterator[tuple[System, tuple[str, ...]]]:
     """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
 
     def verify(part: System) -> None:

@@ -221,7 +221,7 @@ class _Completion(argparse.Action):
         raise ShownText(completion(shell, *_parser()))
 
 
-def parsed(words: Sequence[str]) -> argparse.Namespace:
+def parse_words(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; `run` is the function of the command. Raises UsageError and ShownText."""
     parser, commands = _parser([word for word in words[:1] if word in COMMANDS] or COMMANDS)
     _verify_options(words, parser, commands)

@@ -44,11 +44,11 @@ def asked_run(options: argparse.Namespace) -> Iterator[Run]:
             with _placed(options):
                 yield partial(run, begin)
             return
-    from multibody_sym.cli.model import opened
+    from multibody_sym.cli.model import open_model
     from multibody_sym.motion.runs.replay import remember
     from multibody_sym.motion.simulate import prepared_by
 
-    with opened(options, None if asked is None else asked.content) as (system, tables):
+    with open_model(options, None if asked is None else asked.content) as (system, tables):
 
         def make(on_progress: Progressed) -> Trajectory:
             done = prepared_by(system, run_options(options)).run(on_progress=on_progress)
@@ -99,15 +99,15 @@ class _Anew(NamedTuple):
         return self._made(lambda prepared: prepared.ready)
 
     def begin(self) -> RunStart:
-        from multibody_sym.motion.simulate import beginning
+        from multibody_sym.motion.simulate import run_start
 
-        return self._made(beginning)
+        return self._made(run_start)
 
     def _made(self, make: Callable[[Prepared], _T]) -> _T:
-        from multibody_sym.cli.model import opened
+        from multibody_sym.cli.model import open_model
         from multibody_sym.motion.simulate import prepared_by
 
-        with opened(self.options, self.content) as (system, _tables):
+        with open_model(self.options, self.content) as (system, _tables):
             return make(prepared_by(system, run_options(self.options)))
 
 
@@ -117,7 +117,7 @@ def _placed(options: argparse.Namespace) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        from multibody_sym.cli.model import opened
+        from multibody_sym.cli.model import open_model
 
-        with opened(options):
+        with open_model(options):
             raise error from error.__cause__

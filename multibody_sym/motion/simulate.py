@@ -19,7 +19,7 @@ from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.results.run_record import RunStart
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
-from multibody_sym.motion.runs.run import FailedRunError, Progressed, ended, run
+from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.records import dataclass
 
@@ -112,7 +112,7 @@ class Prepared:
         if any(values is not None for values in (parameters, initial, inputs)):
             changed = Overrides(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
-        return run(beginning(self), on_progress)
+        return run(run_start(self), on_progress)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
         """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
@@ -155,7 +155,7 @@ class Prepared:
         if member is not None:
             try:
                 if member.done:
-                    return ended(member)
+                    return trajectory_of(member)
                 return run(RunStart(member.ready, member.problem), on_progress)
             except FailedRunError as error:
                 failed = error
@@ -231,7 +231,7 @@ class Prepared:
         return one_way_runs(self.ready, self._problem, in_numbers, self._code)
 
 
-def beginning(prepared: Prepared) -> RunStart:
+def run_start(prepared: Prepared) -> RunStart:
     """Return what a run of a prepared system begins with."""
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()

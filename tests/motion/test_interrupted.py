@@ -26,7 +26,7 @@ from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.sweep import rows as tables
 from multibody_sym.motion.sweep import task
-from multibody_sym.motion.sweep.rows import ENDING, Journal, Row, Rows, missing, opened
+from multibody_sym.motion.sweep.rows import ENDING, Journal, Row, Rows, missing, open_journal
 
 MOST = 2**30
 ROOT = Path(__file__).parents[2]
@@ -49,7 +49,7 @@ def journal_of(path: Path) -> Journal:
     with closing(sqlite3.connect(path)) as database:
         begun = database.execute("SELECT name FROM sqlite_master WHERE name = 'study'").fetchall()
         ((key,),) = database.execute("SELECT key FROM study").fetchall() if begun else (("",),)
-    return opened(str(path), key, MOST)
+    return open_journal(str(path), key, MOST)
 
 
 # --- the journal -----------------------------------------------------------------------------------------------------
@@ -62,7 +62,7 @@ def rows(first: int, count: int) -> Rows:
 def test_a_journal_whose_log_is_cut_anywhere_keeps_what_was_whole(tmp_path: Path) -> None:
     """What a power cut leaves: of parts that are in the log alone those before the cut."""
     file, log, whole = tmp_path / "j", tmp_path / "j-wal", tmp_path / "whole"
-    journal, ends = opened(str(file), "key", MOST), []
+    journal, ends = open_journal(str(file), "key", MOST), []
     for first, count in ((0, 3), (8, 1), (3, 2)):
         ends.append((log.stat().st_size, list(journal.spans)))
         journal.add(rows(first, count))
@@ -72,7 +72,7 @@ def test_a_journal_whose_log_is_cut_anywhere_keeps_what_was_whole(tmp_path: Path
     for size in {*range(ends[0][0], ends[-1][0] + 1, 701), *(end for end, _ in ends)}:
         shutil.copy(whole / "j", file)
         log.write_bytes((whole / "j-wal").read_bytes()[:size])
-        again = opened(str(file), "key", MOST)
+        again = open_journal(str(file), "key", MOST)
         kept = [spans for end, spans in ends if end <= size][-1]
         assert again.spans == sorted(kept)
         found = [(part.first, part.numbers.tolist(), part.texts) for part in again]
@@ -80,14 +80,14 @@ def test_a_journal_whose_log_is_cut_anywhere_keeps_what_was_whole(tmp_path: Path
         again.add(rows(20, 1))
         again.close()
         assert not log.exists()
-        again = opened(str(file), "key", MOST)
+        again = open_journal(str(file), "key", MOST)
         assert again.spans[-1] == (20, 21)
         again.close()
 
 
 def test_rows_come_back_with_the_same_bits(tmp_path: Path) -> None:
     values = np.array([[0.0, -0.0, np.nan, np.inf, 5e-324, -1 / 3]])
-    journal = opened(str(tmp_path / "j"), "key", MOST)
+    journal = open_journal(str(tmp_path / "j"), "key", MOST)
     journal.add(Rows(7, tuple("abcdef"), values, {"events": ["a\nb\0 \u00b0"], "failure": [""]}))
     (found,) = journal
     assert found.numbers.tobytes() == values.tobytes()

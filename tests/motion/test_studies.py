@@ -16,7 +16,7 @@ from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.loop import native_problem
 from multibody_sym.motion.sweep import rows, task
 from multibody_sym.motion.sweep.plan import axes_of, plan_of
-from multibody_sym.motion.sweep.rows import Rows, unnamed
+from multibody_sym.motion.sweep.rows import Rows, unnamed_journal
 
 PENDULUM = """
 multibody_sym: 1
@@ -211,7 +211,7 @@ def test_tables_have_the_same_bytes_whatever_parts_rows_came_in(
 
 def test_a_long_text_does_not_make_an_npz_long(tmp_path: Path, system: mbs.System) -> None:
     columns = {"events": ["", "x" * 2000], "failure": ["", ""]}
-    content = rows.Content(plan_of(axes_of(system, {"l": (0.2, 0.9, 1000)})), unnamed(), {})
+    content = rows.Content(plan_of(axes_of(system, {"l": (0.2, 0.9, 1000)})), unnamed_journal(), {})
     for first in range(0, 1000, 2):
         content.journal.add(Rows(first, (), np.empty((2, 0)), columns))
     path = rows.write(content, str(tmp_path / "o.npz"))

@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.mechanics.resolve import mechanism as resolved
-from multibody_sym.motion.prepare.programs import recalled_laws
+from multibody_sym.motion.prepare.programs import recall_laws
 from multibody_sym.motion.switching.law_values import Laws
 
 _ROD = """
@@ -82,7 +82,7 @@ def test_a_ladder_lifted_off_the_floor_falls_back_on_it_along_its_wall(start: di
 
 def test_forces_are_measured_by_the_weight_of_what_touches_and_not_of_what_falls_elsewhere() -> None:
     mechanism = resolved(mbs.loads(_STONE))
-    recalled = recalled_laws(mechanism)
+    recalled = recall_laws(mechanism)
     laws = Laws(mechanism, recalled.compiled, recalled.metadata, np.array([10.0]))
     facts = laws.at(0.0, np.zeros(3), np.zeros(3), Scale(1.0, 1.0))
     assert facts.weights([0]) == pytest.approx(np.sqrt(1.0 / (1.0 / 3.0 + 1.0 / 2.0)) * np.sqrt(3.0 + 2.0) * 10.0)

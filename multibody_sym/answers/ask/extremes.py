@@ -23,7 +23,7 @@ from multibody_sym.model.settings import Ask
 from multibody_sym.model.states import Moment
 from multibody_sym.motion.prepare.records import LegSamples
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
-from multibody_sym.motion.results.integrals import Adding, FineLeg, told
+from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -137,7 +137,7 @@ class Sides:
         adding, middle = Adding(self._asked.run_outputs), stretch.problem.start + stretch.duration / 2
         jumps = [] if self._run.modes is None else self._run.modes.added(adding.leaves)
         before = [(-np.inf, more) for at, more in jumps if at < middle]
-        return float(told(adding, self._run.stretches, [part], before)[ASKED][0])
+        return float(integrated_outputs(adding, self._run.stretches, [part], before)[ASKED][0])
 
     def when(self, crossing: Crossing) -> float:
         """Return when a function crosses zero, to rounding."""

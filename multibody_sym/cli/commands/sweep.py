@@ -72,7 +72,7 @@ def _swept(options: argparse.Namespace) -> Study:
     from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.sweep.study import sweep
 
-    asked = varied(options.vary)
+    asked = parse_varied(options.vary)
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         executor = stack.enter_context(_cluster(options.scheduler))
@@ -87,7 +87,7 @@ def _swept(options: argparse.Namespace) -> Study:
         )
 
 
-def varied(texts: Sequence[str]) -> dict[str, str]:
+def parse_varied(texts: Sequence[str]) -> dict[str, str]:
     """Return what `--vary` was given, by name. Raises UsageError."""
     found: dict[str, str] = {}
     for text in texts:

@@ -24,7 +24,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
-from multibody_sym.motion.prepare.programs import compiled, known, recalled_laws
+from multibody_sym.motion.prepare.programs import compiled, recall_laws, recall_programs
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
 from multibody_sym.program.backend import PORTABLE, Native
@@ -202,12 +202,12 @@ class _Programs(NamedTuple):
         assert laws.every is not None
         name = formalism_name(self.formalism, laws.every)
         form = form_of(self.system.simulation, constrained=True, varies=True)
-        found = recalled_laws(laws.declared, (name, form), self.code)
+        found = recall_laws(laws.declared, (name, form), self.code)
         return name, found.compiled
 
     def recalled(self, mechanism: Mechanism) -> Made | None:
         name = formalism_name(self.formalism, mechanism)
-        found = known(mechanism, name, self._form(mechanism), self.code)
+        found = recall_programs(mechanism, name, self._form(mechanism), self.code)
         return None if found is None else (name, found)
 
     def _form(self, mechanism: Mechanism) -> Form:

@@ -44,7 +44,7 @@ def compiled(
     What was derived for a mechanism of the same structure is recalled, whatever its parameters' values and start. Those
     are among them from which the start values of its loops are found.
     """
-    recalled = known(mechanism, formalism, form, code)
+    recalled = recall_programs(mechanism, formalism, form, code)
     if recalled is not None:
         return recalled
     loading.begin(_parts(mechanism, form), code)
@@ -59,7 +59,7 @@ def compiled(
     return replace(made, remake=partial(compiled, mechanism, formalism, form))
 
 
-def known(
+def recall_programs(
     mechanism: Mechanism,
     formalism: str,
     form: Form = "explicit",
@@ -73,7 +73,7 @@ def known(
     return replace(recalled.compiled, wanted=code, remake=again)
 
 
-def recalled_laws(
+def recall_laws(
     mechanism: Mechanism,
     served: tuple[str, Form] | None = None,
     code: Native = PORTABLE,
@@ -117,7 +117,7 @@ def _parts(mechanism: Mechanism, form: Form) -> set[str]:
 def _compiled_laws(
     mechanism: Mechanism, served: tuple[str, Form] | None, code: Native
 ) -> Compiled:
-    return recalled_laws(mechanism, served, code).compiled
+    return recall_laws(mechanism, served, code).compiled
 
 
 def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit") -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.methods.table import METHODS
-from multibody_sym.motion.prepare.run_labels import RunLabels, recalled
+from multibody_sym.motion.prepare.run_labels import RunLabels, labels_from_json
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.records import dataclass
@@ -70,7 +70,7 @@ class PreparedSystem:
 
     @cached_property
     def _told(self) -> RunLabels:
-        return RunLabels(self) if self.known is None else recalled(self.known["told"], self)
+        return RunLabels(self) if self.known is None else labels_from_json(self.known["told"], self)
 
     @cached_property
     def begun_from(self) -> Mapping[str, Any]:

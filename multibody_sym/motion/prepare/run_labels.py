@@ -215,7 +215,7 @@ class _Recalled(RunLabels):
         vars(self).update(known)
 
 
-def recalled(values: Any, resolved: Resolved) -> RunLabels:
+def labels_from_json(values: Any, resolved: Resolved) -> RunLabels:
     """Return what `as_json` wrote; raises KeyError or TypeError for anything else."""
     if set(values) != set(ALL):
         raise KeyError("not what is told of a mechanism")

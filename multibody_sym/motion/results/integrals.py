@@ -268,7 +268,7 @@ def _trace(name: str, mechanism: Mechanism, *more: Array) -> Trace:
     return Trace(name, (*arrays(mechanism), *unknown, *more))
 
 
-def told(
+def integrated_outputs(
     adding: Adding,
     stretches: Sequence[FineLeg],
     parts: Sequence[LegSamples],
@@ -447,7 +447,7 @@ class _Since:
     halvings: int = 0
 
 
-def verified(stretches: Sequence[FineLeg], jumps: Iterable[ImpactBalance] = ()) -> dict[str, Miss]:
+def theorem_misses(stretches: Sequence[FineLeg], jumps: Iterable[ImpactBalance] = ()) -> dict[str, Miss]:
     """Return the largest miss of each theorem along a run, by name: three at each instant, three as integrals.
 
     `jumps` are the impacts of the run in the order of time, which come before the stretches that begin then.

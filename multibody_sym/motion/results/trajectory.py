@@ -158,19 +158,19 @@ class Trajectory(Samples):
         `work` from the start on, through impacts, which tell the accuracy of the integration too. Relative to the sums
         of absolute values of the terms. Every stretch is run once more, in fine samples.
         """
-        from multibody_sym.motion.results.integrals import verified  # which few runs need
+        from multibody_sym.motion.results.integrals import theorem_misses  # which few runs need
 
         jumps = () if self.modes is None else self.modes.passed
-        return verified(self.stretches, jumps)
+        return theorem_misses(self.stretches, jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
         if not self._told.run_outputs:
             return {}
-        from multibody_sym.motion.results.integrals import Adding, told
+        from multibody_sym.motion.results.integrals import Adding, integrated_outputs
 
         adding = Adding(self.ready.mechanism.run_outputs)
         jumps = () if self.modes is None else self.modes.added(adding.leaves)
-        return told(adding, self.stretches, self._parts, jumps)
+        return integrated_outputs(adding, self.stretches, self._parts, jumps)
 
     @property
     def energy_at_start(self) -> float:

@@ -18,7 +18,7 @@ from multibody_sym.motion.loop.chain import End, Leg, LegAnswer, Switch, chain
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Event, Loop, Problem, Progress, Statistics
 from multibody_sym.motion.prepare.records import LegSamples, leg_samples, problem_of, values_of
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels, as_json, recalled
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels, as_json, labels_from_json
 from multibody_sym.motion.results.run_record import Departed, EnergyAccount, FrictionWork, RunInModes, RunStart
 from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
@@ -179,7 +179,7 @@ class RecalledModes:
 
     @cached_property
     def _told(self) -> list[RunLabels]:
-        return [recalled(told, _Mode(self, number)) for number, told in enumerate(self.way.modes)]
+        return [labels_from_json(told, _Mode(self, number)) for number, told in enumerate(self.way.modes)]
 
     def passed_through(self, _t: Floats, _q: Floats, _u: Floats) -> str:
         """Return which point got through a bar without thickness: none, or it would not have been remembered."""

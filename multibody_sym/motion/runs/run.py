@@ -68,10 +68,10 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
     parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    return ended(SingleRun(ready, problem, done, parts, modes, events))
+    return trajectory_of(SingleRun(ready, problem, done, parts, modes, events))
 
 
-def ended(made: RunRecord) -> Trajectory:
+def trajectory_of(made: RunRecord) -> Trajectory:
     """Return the trajectory of a run. Raises FailedRunError, MotionEndsError."""
     trajectory = Trajectory(made)
     if made.told.loses_mass and (made.failure is not None or trajectory.stop is not None):

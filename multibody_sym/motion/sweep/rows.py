@@ -195,7 +195,7 @@ class Journal:
         self.database.close()
 
 
-def unnamed(reason: str = "") -> Journal:
+def unnamed_journal(reason: str = "") -> Journal:
     """Return a journal that nobody else knows, for some reason, and that ends with the process. Raises OutputError."""
     with _errors("a temporary file"):
         journal = Journal(sqlite3.connect(""), "", [], reason)
@@ -203,7 +203,7 @@ def unnamed(reason: str = "") -> Journal:
         return journal
 
 
-def opened(name: str, key: str, total: int) -> Journal:
+def open_journal(name: str, key: str, total: int) -> Journal:
     """Return the journal `name` of the study `key` of `total` runs, with what is in it; a new one where there is none.
 
     Raises InputError for the journal of another study, a damaged one, or a file that is none, and OutputError where it

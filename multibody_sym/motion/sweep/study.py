@@ -23,7 +23,7 @@ from multibody_sym.motion.simulate import prepared_by
 from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import rows as tables
 from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of
-from multibody_sym.motion.sweep.rows import ENDING, FAILURE, TEXTS, Journal, opened, results, unnamed
+from multibody_sym.motion.sweep.rows import ENDING, FAILURE, TEXTS, Journal, open_journal, results, unnamed_journal
 from multibody_sym.motion.sweep.task import REDUCE_FAILED, Reduce, Task, crew, processors
 from multibody_sym.pictures.page.plot_files import plain_style
 from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, literal
@@ -436,17 +436,17 @@ def _verify_reduce(task: Task, journal: Journal) -> None:
 def _journal(output: Any, task: Task, key: str) -> Journal:
     """Return the journal of a study: beside its table, or unnamed where there is none, a pipe, or no key."""
     if output is None:
-        return unnamed()
+        return unnamed_journal()
     name = path_name(output)
     tables.verify_format(name)
     if is_special(name):
-        return unnamed()
+        return unnamed_journal()
     if os.path.isdir(name):
         raise OutputError("the file cannot be written: it is a folder", where=Where(file=name))
     if task.reduce is not None and not key:
         warnings.warn(f"no run is kept until the table is whole: {_KEYLESS}", StudyNotice, stacklevel=6)
-        return unnamed(_KEYLESS)
-    return opened(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
+        return unnamed_journal(_KEYLESS)
+    return open_journal(os.path.realpath(name) + ENDING, digest(task.key, key), len(task.plan))
 
 
 def _workers(given: Any) -> int:

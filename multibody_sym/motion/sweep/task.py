@@ -144,7 +144,7 @@ class Task:
             return Row({}, failure=str(error).partition("\n")[0])
         if run.interrupted:
             raise StoppedError
-        return Row(ends_and_extremes(run), told(run.events)) if self.reduce is None else self._reduced(run)
+        return Row(ends_and_extremes(run), events_text(run.events)) if self.reduce is None else self._reduced(run)
 
     def _reduced(self, run: Trajectory) -> Row:
         assert self.reduce is not None
@@ -173,7 +173,7 @@ def ends_and_extremes(run: Trajectory) -> dict[str, float]:
     return found
 
 
-def told(events: list[dict[str, Any]]) -> str:
+def events_text(events: list[dict[str, Any]]) -> str:
     """Return events as text: kind, element and time of each."""
     words = [f"{event['kind']} {event['element']} at {event['t']!r}" for event in events[:_MOST_EVENTS]]
     more = len(events) - len(words)

@@ -23,7 +23,7 @@ from multibody_sym.model.settings import Settings
 from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import own_coefficient
-from multibody_sym.motion.prepare.programs import compiled, recalled_laws
+from multibody_sym.motion.prepare.programs import compiled, recall_laws
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of
 from multibody_sym.motion.results.integrals import (
@@ -557,7 +557,7 @@ def one_way_runs(
     make = partial(_made, begun, ready.system.simulation, ready.formalism, code)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
     form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
-    recalled = recalled_laws(declared, form, code)
+    recalled = recall_laws(declared, form, code)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
     looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
