@@ -44,7 +44,7 @@ def _verify_settings(system: System) -> None:
 
 @contextmanager
 def open_model(options: argparse.Namespace, content: bytes | None = None) -> Iterator[tuple[System, tuple[str, ...]]]:
-    """Give the same, with the files of the tables that the model names; `content` of its own file if that is read."""
+    """Give the system with the files of its tables; `content`: that of the model file, if it is read already."""
 
     def verify(part: System) -> None:
         changed, wrong = with_overrides(part, model_options(options)), gathered()
@@ -85,7 +85,7 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
 def _by_origin(
     error: MultibodyError, options: argparse.Namespace, system: System
 ) -> tuple[list[MultibodyError], list[MultibodyError]]:
-    """Return an error and the others that it carries: those about options, which they name, and those of the file."""
+    """Return an error and those that it carries, about options and about the file; the former name the options."""
     of_options, of_file = list[MultibodyError](), list[MultibodyError]()
     every, error.others = (error, *error.others), ()
     for each in every:

@@ -13,18 +13,18 @@ from multibody_sym.errors import InputError, Where, nearest
 from multibody_sym.model.run_options import ASSIGNED, MODEL_OPTIONS, RUN_OPTIONS, ModelOptions, RunOptions
 
 # ----------------------------------------------------------------------------------------------------------------------
-# How a line of words ends that names no command, or asks for what is shown instead.
+# Command lines that run no command.
 
 
 class UsageError(InputError):
-    """The words of a command line make no command."""
+    """The command line is wrong."""
 
     code = "usage"
     number = "U101"
 
 
 class ShownText(SystemExit):
-    """What `--help` and `--version` show, instead of ending the process."""
+    """The text of `--help`, `--version` or `--print-completion`."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -125,7 +125,7 @@ class Brief(argparse.HelpFormatter):
 
 
 def usage(parser: argparse.ArgumentParser) -> str:
-    """Return how a command is called: its arguments, the options that it needs, and that there are others."""
+    """Return the usage line of a command: its arguments and the options that it needs."""
     words = [parser.prog]
     for action in parser._actions:
         if not action.option_strings:
@@ -144,7 +144,7 @@ def whole_help(purpose: str, commands: Mapping[str, str]) -> str:
 
 
 def _short(told: str, width: int) -> str:
-    """Return what a command does, as much of it as fits in a line: parts behind a comma or colon are left out."""
+    """Return a help text cut to a line, at a comma or colon."""
     while len(told) > width:
         end = max(told.rfind(", "), told.rfind(": "))
         told = told[:end] if end > 0 else f"{told[: width - 2]}.."
@@ -185,7 +185,7 @@ class _Parser(argparse.ArgumentParser):
             self.register("action", action, _Once)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Refuse a word that is not among those of an option, or no command, with the one that is near."""
+        """Refuse an unknown choice or command, and name the nearest one."""
         if action.choices is not None and value not in action.choices:
             known = list(map(str, action.choices))
             near = _suggestion(str(value), known)
@@ -266,7 +266,7 @@ def _refuse(word: str, command: str, parser: argparse.ArgumentParser) -> NoRetur
 
 
 def _place(words: Sequence[str]) -> str | Mapping[str, str]:
-    """Return where to linearise: one word, or values by name."""
+    """Return the state to linearise at: one word, or values by name."""
     from multibody_sym.analysis.state_asked_about import REST
 
     odd = next((word for word in words if "=" not in word), None)
@@ -283,12 +283,12 @@ def _suggestion(word: str, known: Sequence[str]) -> str:
 
 
 def command_module(name: str) -> ModuleType:
-    """Return the module of a command; one is imported when it is asked for."""
+    """Import and return the module of a command."""
     return import_module(f"multibody_sym.cli.commands.{f'{name}_' if iskeyword(name) else name}")
 
 
 class _Program(_Parser):
-    """The program, whose help has a line for each command."""
+    """The parser of the program, whose help has a line for each command."""
 
     def format_help(self) -> str:
         return whole_help(_PURPOSE, {name: command_module(name).HELP for name in COMMANDS})

@@ -1,4 +1,4 @@
-"""What a command gives: an object for programs, text for people, and the code that the process ends with."""
+"""The reply of a command: an object for programs, text for people, the exit code of the process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def first_lines(hints: Iterable[str]) -> list[str]:
-    """Return hints for programs: without the lines of the model file that stand below them."""
+    """Return the first lines of hints, without the lines of the model file."""
     return [hint.partition("\n")[0] for hint in hints]
 
 
@@ -23,7 +23,7 @@ def first_lines(hints: Iterable[str]) -> list[str]:
 class Reply:
     """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output.
 
-    `missed`: what was asked for and not done, on standard error in either case.
+    `missed`: work that was asked for and not done, on standard error in either case.
     """
 
     json: Mapping[str, Any]

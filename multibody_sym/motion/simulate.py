@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from multibody_sym.motion.switching.mode_run import ModeRun
 
 Columns = Mapping[str, Sequence[float]]
-"""Numbers of some runs by name, of each as many."""
+"""Numbers of runs by name, as many for each name."""
 
 
 @spelled_out(RunOptions)
@@ -76,10 +76,10 @@ def prepared_by(system: System, options: RunOptions) -> Prepared:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A `system` that is resolved, started and compiled once, and run as often as it is asked.
+    """A `system` that is resolved, started and compiled once, for many runs.
 
-    What was found for it serves all runs with its own values. Other values are resolved and started anew, since what
-    touches and slides may be other things then; Programs are not compiled again.
+    Runs with other values are resolved and started anew, since other contacts may touch or slide then; Programs are not
+    compiled again.
     """
 
     system: System
@@ -98,9 +98,9 @@ class Prepared:
         samples: Any = None,
         on_progress: Callable[[Samples, float], None] | None = None,
     ) -> Trajectory:
-        """Return the motion, with other values where they are given; arguments, result and errors as for `simulate`.
+        """Return the motion, with other values if they are given; arguments, result and errors as for `simulate`.
 
-        It has the bits of the run that `simulate` makes of the same values, whatever was run before.
+        It has the bits of the run that `simulate` makes of the same values.
         """
         on_progress = callback("on_progress", on_progress)
         if t_end is not None or samples is not None:
@@ -115,7 +115,7 @@ class Prepared:
         return run(run_start(self), on_progress)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
-        """Return the same, prepared for another end or number of samples; the one that was asked for last is kept."""
+        """Return the system prepared for another end or number of samples; the latest one is kept."""
         key = repr((t_end, samples))
         if key not in self._others:
             self._others.clear()
@@ -129,7 +129,7 @@ class Prepared:
 
     @door
     def runs(self, parameters: Columns, initial: Columns) -> Iterator[Callable[[Progressed], Trajectory]]:
-        """Yield a function for each of some runs that makes it, given of each number by name as many values.
+        """Yield a function for each run that makes it; each name has a value for each run.
 
         Each has the bits of the run that is made alone.
         """
@@ -151,7 +151,7 @@ class Prepared:
         initial: Columns,
         on_progress: Progressed = None,
     ) -> Trajectory:
-        """Return run number k, ready as a member of a family; of none, and of one that fails, all is examined."""
+        """Return run number k; without a member, or if it fails, the system is examined as by `simulate`."""
         if member is not None:
             try:
                 if member.done:
@@ -167,7 +167,7 @@ class Prepared:
         raise failed
 
     def _in_numbers(self, parameters: Any, initial: Any) -> tuple[Columns, Columns] | None:
-        """Return what is changed as numbers by name, if it is numbers of known names alone."""
+        """Return the changes as columns of one number, if all are numbers of known names."""
         given = [{} if values is None else values for values in (parameters, initial)]
         if not any(given) or not all(isinstance(values, Mapping) for values in given):
             return None
@@ -182,7 +182,7 @@ class Prepared:
 
     @cached_property
     def _known(self) -> tuple[frozenset[str], frozenset[str]]:
-        """The parameters, and the coordinates and speeds of joints, that may have other values."""
+        """The names of parameters, and of coordinates and speeds of joints."""
         joints = self.system.joints.items()
         named = ((*coordinate_names(name, joint), *speed_names(name, joint)) for name, joint in joints)
         state = [name for names in named for name in names]
@@ -197,7 +197,7 @@ class Prepared:
         return Native(self.native, self.backend)
 
     def verify(self) -> None:
-        """Prepare now what a run takes. Raises InputError and NoSolutionError."""
+        """Prepare everything now. Raises InputError and NoSolutionError."""
         if self._problem and self._one_way is not None:
             self._one_way()
 
@@ -232,7 +232,7 @@ class Prepared:
 
 
 def run_start(prepared: Prepared) -> RunStart:
-    """Return what a run of a prepared system begins with."""
+    """Return the start of a run of a prepared system."""
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of

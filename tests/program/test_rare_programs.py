@@ -56,12 +56,12 @@ def test_both_are_callable_and_have_the_bits_of_others(backend: str) -> None:
 def test_the_programs_of_the_start_of_a_loop_are_rare(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: dict[str, set[str]] = {}
 
-    def load(programs: dict[str, Program], **options: object) -> None:
+    def load(programs: dict[str, Program], _code: object, **options: object) -> None:
         asked.update(often=set(programs), rare=set(options["rare"]))  # type: ignore[call-overload]
         raise RuntimeError("told")
 
     monkeypatch.setattr(recall.loading, "load", load)
-    monkeypatch.setattr(recall, "known", lambda *_given, **_options: None)
+    monkeypatch.setattr(recall, "recall_programs", lambda *_given, **_options: None)
     with pytest.raises(RuntimeError, match="told"):
         recall.compiled(mechanism(mbs.load(EXAMPLES / "four_bar.yaml")), "composite_body")
     assert {"state_derivative", "missed", "put_back", "energy", "outputs"} <= asked["often"]

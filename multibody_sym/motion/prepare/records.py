@@ -65,7 +65,7 @@ class PreparedSystem:
 
     @property
     def told(self) -> RunLabels:
-        """What results tell of the mechanism."""
+        """Names and units of results."""
         return self._told if self.shared is None else self.shared
 
     @cached_property
@@ -74,7 +74,7 @@ class PreparedSystem:
 
     @cached_property
     def begun_from(self) -> Mapping[str, Any]:
-        """What of the start was kept, and what was found: `held`, `assembled` and `shifts` of a `Start`."""
+        """`held`, `assembled` and `shifts` of the `Start`."""
         if self.known is not None:
             return dict(self.known["start"])
         return {name: getattr(self.start, name) for name in ("held", "assembled", "shifts")}
@@ -94,7 +94,7 @@ class PreparedSystem:
 
     @property
     def shifts(self) -> Mapping[str, float]:
-        """By how much start values that were given changed."""
+        """The changes of given start values."""
         shifts: Mapping[str, float] = self.begun_from["shifts"]
         return shifts
 

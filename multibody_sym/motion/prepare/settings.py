@@ -30,7 +30,7 @@ class Coefficients:
     beta: float | None
 
     def chosen(self, own: Callable[[], float]) -> tuple[float, float]:
-        """Return both, with the one that `own` chooses, which takes a run, for what is left to it."""
+        """Return (alpha, beta); a missing one comes from `own()`, which makes a trial run."""
         if self.alpha is not None and self.beta is not None:
             return self.alpha, self.beta
         found = own()

@@ -86,7 +86,7 @@ class RunInModes(Protocol):
 
 
 class RunStart(NamedTuple):
-    """What a run begins with: what is ready, the problem, how it goes from mode to mode, what struck before."""
+    """The start of a run: the prepared system, the problem, its modes, the events of an impact before it."""
 
     ready: PreparedSystem
     problem: Problem
@@ -96,7 +96,7 @@ class RunStart(NamedTuple):
 
 
 class Departed(Exception):  # noqa: N818
-    """A run that was recalled has not come to where it was before; `begin` makes it from its model."""
+    """A replayed run has not come to the state that was cached; `begin` makes it from its model."""
 
     def __init__(self, begin: Callable[[], RunStart]) -> None:
         super().__init__()
@@ -104,7 +104,7 @@ class Departed(Exception):  # noqa: N818
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# How runs came about: what samples and trajectories tell of, and the run that was made alone.
+# Records of runs, which samples and trajectories read.
 
 
 class Sampled(Protocol):
@@ -156,12 +156,12 @@ class NewSamples(NamedTuple):
 
     @property
     def told(self) -> RunLabels:
-        """What is told of the system."""
+        """Names and units."""
         return self.ready.told
 
 
 class SingleRun(NamedTuple):
-    """A run that was made by itself."""
+    """A run that was not made with others."""
 
     ready: PreparedSystem
     problem: Problem
@@ -172,7 +172,7 @@ class SingleRun(NamedTuple):
 
     @property
     def told(self) -> RunLabels:
-        """What is told of the system."""
+        """Names and units."""
         return self.ready.told
 
     @property

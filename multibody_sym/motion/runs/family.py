@@ -155,7 +155,7 @@ def _constant(node: Node | None) -> float:
 
 
 class Kin(Protocol):
-    """What runs of a family have in common."""
+    """The varied system that runs have in common."""
 
     @property
     def told(self) -> RunLabels: ...
@@ -165,10 +165,9 @@ class Kin(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Runs of one `kin`: the numbers that are `declared`, those with which they begin, and what came of `each`.
+    """Runs of one system: the `declared` numbers, those with which they begin, and the result of `each`.
 
-    `starts`: how loops were closed, None where runs begin as they are declared. `each` is None where no single call
-    integrates them.
+    `starts`: the closed loops, None where runs begin as declared. `each`: None unless one call integrates all.
     """
 
     kin: Kin
@@ -183,7 +182,7 @@ class Batch:
 
     @property
     def integrated(self) -> Each:
-        """What came of the runs, for those that are done."""
+        """The result of the runs, if they are done."""
         assert self.each is not None
         return self.each
 
@@ -210,22 +209,22 @@ class VariedRun:
 
     @property
     def told(self) -> RunLabels:
-        """What is told of the system."""
+        """Names and units."""
         return self._batch.kin.told
 
     @cached_property
     def ready(self) -> PreparedSystem:
-        """The system, ready to run."""
+        """The prepared system."""
         return self._batch.ready(self._k)
 
     @cached_property
     def problem(self) -> Problem:
-        """What is integrated."""
+        """Its problem."""
         return self._batch.kin.problem(self.ready)
 
     @cached_property
     def integration(self) -> Integration:
-        """How that ended, if it is done."""
+        """Its integration, if it is done."""
         return self._batch.integrated.integration(self._k)
 
     @property
@@ -269,7 +268,7 @@ Those of small systems, which do, are as many as have so many numbers in their s
 
 
 class _Varied(NamedTuple):
-    """What the runs of a family are made of."""
+    """The system, its mechanism, and the names that are varied."""
 
     system: System
     base: Mechanism
@@ -279,7 +278,7 @@ class _Varied(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class VariedSystem:
-    """The `system` with other values of these `parameters`, and of these coordinates and speeds at the start."""
+    """The `system`, of which these `parameters`, and these coordinates and speeds at the start, are varied."""
 
     system: System
     parameters: tuple[str, ...]
@@ -339,14 +338,14 @@ class VariedSystem:
         return begin if self.problem(one).independent == independent else None
 
     def ready(self, numbers: Numbers, declared: Numbers, start: Start | None) -> PreparedSystem:
-        """Return a run that starts with these numbers: as it is declared, or as its loops were closed."""
+        """Return the prepared system that starts with these numbers: as declared, or with its loops closed."""
         layout = self._layout
         begun = partial(_begun, self._varied, declared, start)
         return PreparedSystem(layout.formalism, layout.compiled, numbers, begun, self.told)
 
     @cached_property
     def told(self) -> RunLabels:
-        """What is told of all runs."""
+        """Names and units of all runs."""
         return RunLabels(ResolvedAlone(self._mechanism))
 
     @cached_property
@@ -355,7 +354,7 @@ class VariedSystem:
 
     @cached_property
     def _changed(self) -> System:
-        """The system with values given to what is varied, whatever they are: what stands where is what counts."""
+        """The system with placeholders for varied names; only their positions matter."""
         given = dict.fromkeys(self.parameters, 1.0), dict.fromkeys(self.initial, 0.0)
         return Overrides(*given).of(self.system)
 

@@ -68,10 +68,10 @@ _OUTCOME: Final = ("events", "lost", "lost_at_start", "stabilised", "project")
 
 @dataclass(frozen=True, eq=False)
 class RecordedLegs:
-    """The way of a run: the problem of each leg, the number of its mode, and when it ends; the stop at its end.
+    """The legs of a run: the problem of each, the number of its mode, its end; the stop that ended the run.
 
-    `modes`: what there is to tell of each; `answers`: where modes did not end; `taken` by the whole run; `at_once`:
-    whether the stop ends the last leg before its first step.
+    `modes`: the labels of each; `answers`: switches at which a mode goes on; `taken`: steps of the whole run;
+    `at_once`: whether the stop ends the last leg before its first step.
     """
 
     problems: Sequence[Problem]
@@ -102,9 +102,9 @@ class RecordedLegs:
 
 @dataclass(eq=False)
 class RecalledModes:
-    """A run that goes its `way` once more, with what there is to tell of it, as `ModeRun` has it.
+    """Replays a cached run; has the attributes of `ModeRun` that results read.
 
-    `anew` makes it from its model, for what is seldom asked.
+    `anew` makes the run from its model, for the attributes that are seldom read.
     """
 
     way: RecordedLegs

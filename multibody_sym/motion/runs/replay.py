@@ -1,7 +1,6 @@
-"""Runs that were prepared before: their numbers, their compiled Programs, and what results tell of them.
+"""Cached runs: their numbers, their compiled Programs, and the labels of their results, as text and numbers.
 
-What is remembered is text and numbers. A run is recalled where all that it follows from is the same; else, and where
-anything is odd, it is prepared anew.
+A run is recalled if everything that it follows from is the same; else, or if an entry is damaged, it is prepared anew.
 """
 
 from __future__ import annotations
@@ -25,11 +24,11 @@ from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
 
 _WRONG: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
-"""What values raise that nobody has remembered."""
+"""What damaged entries raise."""
 
 
 class Anew(Protocol):
-    """A run that is recalled, made from its model, for what is seldom asked of it."""
+    """Makes a recalled run from its model, for attributes that are seldom read."""
 
     def ready(self) -> PreparedSystem: ...
 
@@ -73,12 +72,12 @@ def remember(key: str, asked: str, done: Trajectory, hints: Sequence[str] = ()) 
 
 @dataclass(eq=False)
 class _Libraries:
-    """What was compiled for a run, by the files that it is in."""
+    """The compiled Programs of a run, by file."""
 
     known: dict[Path | None, Compiled] = field(default_factory=dict)
 
     def number(self, compiled: Compiled) -> int:
-        """Return the number of something compiled, counted from what was asked for first."""
+        """Return the number of a library, in the order of the first calls."""
         self.known.setdefault(compiled.path, compiled)
         return list(self.known).index(compiled.path)
 
@@ -88,7 +87,7 @@ class _Libraries:
 
 
 def recalled(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
-    """Return what was remembered last under a key, if it is what is asked; None where there is nothing of use."""
+    """Return the run that was remembered last under a key, if it is the one asked for; else None."""
     if code.backend == "python":
         return None
     found = _Found(key, asked, code)
@@ -103,14 +102,14 @@ def recalled(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
 
 @dataclass(frozen=True)
 class _Found:
-    """Where a run is looked for."""
+    """The entries of a cached run."""
 
     key: str
     asked: str
     code: Native
 
     def library(self, number: int) -> tuple[Compiled, Mapping[str, Any]]:
-        """Return what was compiled, with what is known of it; raises KeyError where that is nothing, or of another."""
+        """Return a library and what was stored with it; raises KeyError for none, or that of another run."""
         found = loading.recall(_key(self.key, number), self.code)
         if found is None or found.compiled.backend != "c" or found.metadata.get("asked") != self.asked:
             raise KeyError(number)

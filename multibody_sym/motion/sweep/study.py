@@ -1,4 +1,4 @@
-"""What a study found: its table, and what can be made of it."""
+"""`sweep`: many runs of one system, their table, its summary and figure."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from multibody_sym.text.files import is_special, path_name
 from multibody_sym.text.values import Units, chosen_units
 
 _TOLD: Final = 100
-"""Failures that are told with their reasons where the table does."""
+"""The most failures that `as_json` lists."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,7 +72,7 @@ class Study:
 
     @cached_property
     def columns(self) -> Mapping[str, NDArray[Any]]:
-        """All columns (runs,) by name, numbers and texts; read from the file where there is one."""
+        """All columns (runs,) by name, numbers and texts; read from the file if there is one."""
         if self.content is not None:
             return self.content
         assert self.path is not None
@@ -165,7 +165,7 @@ class Study:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What people read of a study when it is done.
+# The summary of a study.
 
 
 _MOST: Final = 24
@@ -207,7 +207,7 @@ _DOTTED: Final = 200
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What is shown of a study: the `columns` of these `names`, told in `units`; `known` are the SI units."""
+    """The `columns` of a study with these `names`, in `units`; `known`: their SI units."""
 
     plan: Plan
     system: str
@@ -315,14 +315,14 @@ class StudyNotice(UserWarning):
 
 
 class _WrongReduceError(Exception):
-    """There is no run of which `reduce` makes a row."""
+    """`reduce` makes a row of no run."""
 
 
 Counted = Callable[[int, int], None]
 _NOTHING_KEPT: Final = "no run is kept: a study with output= keeps those that are done"
 _KEYLESS: Final = "give key=, a text that names what reduce computes, and the same call goes on from its runs"
 _TRIED: Final = 20
-"""Runs after which a `reduce` that has failed for all is taken to be wrong."""
+"""Runs after which a `reduce` that failed for all is wrong."""
 
 
 @spelled_out(RunOptions)
@@ -373,7 +373,7 @@ def sweep(
 def _done(
     task: Task, key: str, output: Any, workers: int, executor: Executor | None, on_progress: Counted | None
 ) -> Study:
-    """Return the study when all its runs are done, those in its journal before."""
+    """Do the runs that are not in the journal, and return the study."""
     journal = _journal(output, task, key)
     try:
         computed = _computed(task, journal, workers, executor, on_progress)
@@ -400,7 +400,7 @@ def _done(
 def _computed(
     task: Task, journal: Journal, workers: int, executor: Executor | None, on_progress: Counted | None
 ) -> int:
-    """Let the runs be done that are not in the journal, and return their number. What is done by then is kept."""
+    """Do the runs that are not in the journal, keep them there, and return their number."""
     total, before = len(task.plan), len(journal)
     show = on_progress or (lambda _done, _total: None)
     left = list(journal.left(total))

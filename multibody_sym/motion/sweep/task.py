@@ -1,4 +1,4 @@
-"""The task of a worker: some runs of a study, from their numbers to rows."""
+"""The workers of a study: runs from their numbers to rows, by threads or any executor."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ _preparing = Lock()
 
 
 class StoppedError(Exception):
-    """A run was given up because its study is."""
+    """The study of a run was stopped."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What all workers of a study need, wherever they are: the run that was `asked`, the plan, what is kept.
+    """What all workers of a study need: the prepared run, the plan, and `reduce`.
 
     `reduce` makes the numbers of a row from a Trajectory, or its failure; without it they are ends and extremes.
     """
@@ -66,7 +66,7 @@ class Task:
 
     @cached_property
     def about(self) -> dict[str, Any]:
-        """What a table says it is of."""
+        """The description of a table: model, plan, version."""
         model = digest(dumps(self.system))
         varied = [*map(str, self.plan.axes), *self.plan.words]
         try:
@@ -85,7 +85,7 @@ class Task:
 
     @cached_property
     def key(self) -> str:
-        """What tells the runs of the study from those of every other, whatever is kept of them."""
+        """A hash of everything that the runs follow from."""
         how = self.asked.formalism, self.asked.backend, self.asked.native
         return digest(json.dumps(self.about), self.plan.text, *map(str, how))
 
@@ -162,7 +162,7 @@ class _WrongResultError(Exception):
 
 
 def ends_and_extremes(run: Trajectory) -> dict[str, float]:
-    """Return what a run reached and passed: the time, and of each coordinate, speed and output end, min and max."""
+    """Return the end time of a run, and end, min and max of each coordinate, speed and output."""
     found = {TIME: run.t_final}
     columns = [*run.coordinates.items(), *run.speeds.items()]
     taken = {name for name, _ in columns}
@@ -198,19 +198,19 @@ def _numbers(found: Any) -> dict[str, float]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Who computes the rows of a study: threads of this process, or the workers of any executor.
+# Workers: threads of this process, or those of any executor.
 
 
 Answer = tuple[Rows, float]
 _SECONDS: Final = 0.25
-"""About how long a worker is busy with what it is given at once: what is lost where it is killed."""
+"""About how long a task lasts: the work that is lost if a worker is killed."""
 _MOST: Final = 2000
-"""Rows that one answer has at most, so that memory is bounded."""
+"""The most rows of a task, which bounds memory."""
 _GROWTH: Final = 8
 _AHEAD: Final = 2
-"""What each worker has been given: that at which it is and that which comes next."""
+"""Tasks given to each thread: the current one and the next."""
 _OUT: Final = 64
-"""The most that is given at once to the workers of an executor, of which nobody knows how many they are."""
+"""Tasks given to an executor, whose number of workers is unknown."""
 
 
 def processors() -> int:
@@ -223,7 +223,7 @@ def processors() -> int:
 
 @dataclass(eq=False)
 class Crew:
-    """Those who compute: `submit` gives somebody a number of rows from a first one on; `most` are given out at once."""
+    """The workers: `submit(first, count)` gives a task to one; at most `most` are given out."""
 
     task: Task
     submit: Callable[[int, int], Future[Answer]]
@@ -249,7 +249,7 @@ class Crew:
                 yield rows
 
     def finished(self) -> Iterator[Rows]:
-        """Yield what those who were told to stop had done until then."""
+        """Yield the rows that stopped workers had done."""
         for future in self.given:
             future.cancel()
         for future in [future for future in self.given if not future.cancelled()]:
@@ -259,16 +259,16 @@ class Crew:
                     yield rows
 
     def _submitted(self, first: int, count: int) -> Future[Answer]:
-        """Return what somebody is going to compute. Raises OutputError where nobody takes it."""
+        """Submit a task. Raises OutputError if the executor refuses it."""
         try:
             return self.submit(first, count)
         except RuntimeError as problem:
             raise OutputError(f"the executor takes no work: {_line(problem)}") from problem
 
     def _answer(self, future: Future[Answer]) -> Answer:
-        """Return what somebody computed.
+        """Return the rows of a task.
 
-        Raises ArgumentError where nobody could be sent what to do, OutputError where those who compute are gone.
+        Raises ArgumentError if `reduce` cannot be pickled, OutputError if the workers are gone.
         """
         try:
             return future.result()
@@ -281,7 +281,7 @@ class Crew:
             raise OutputError(f"the workers do not answer any more: {_line(problem)}") from problem
 
     def _adapt(self, span: Span, seconds: float) -> None:
-        """Let answers take about as long as they are meant to."""
+        """Choose the size of tasks by the time that one took."""
         fitting = int((span[1] - span[0]) * _SECONDS / max(seconds, 1e-6))
         self.size = max(1, min(fitting, _GROWTH * self.size, _MOST))
 
@@ -292,7 +292,7 @@ def _line(problem: Exception) -> str:
 
 @contextmanager
 def crew(task: Task, workers: int, executor: Executor | None) -> Iterator[Crew]:
-    """Give those who compute: threads that can be stopped between two runs, or what an executor has."""
+    """Give the workers: threads that stop between two runs, or those of an executor."""
     if executor is not None:
         lent = executor
         yield Crew(task, lambda first, count: lent.submit(task.timed, first, count), most=_OUT, stop=lambda: None)
