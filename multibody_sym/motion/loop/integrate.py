@@ -60,7 +60,7 @@ def integrate(
     to write them. `loop` is the one that fits `problem.compiled` unless another is given.
     """
     run = loop or loop_for(problem)
-    times, samples = problem.times(), np.empty((problem.samples, len(problem.x0)))
+    times, samples, nq = problem.times(), np.empty((problem.samples, len(problem.x0))), len(problem.q0)
     progress = Progress(0, problem.t0, problem.x0, _NOTHING, None)
     try:
         with np.errstate(all="ignore"):
@@ -69,10 +69,23 @@ def integrate(
                 if _stopped(latest.events):
                     times[latest.written - 1] = latest.time
                 if on_chunk is not None:
-                    on_chunk(_chunk(problem, times, samples, before, latest))
+                    new = slice(before.written, latest.written)
+                    on_chunk(Chunk(before.written, times[new], samples[new, :nq], samples[new, nq:], latest.time))
     except KeyboardInterrupt:
         progress = replace(progress, failure=RunFailure(Status.INTERRUPTED, progress.time, None))
-    return _integration(problem, times, samples, progress)
+    written = slice(progress.written)
+    return Integration(
+        t=times[written],
+        q=samples[written, :nq],
+        u=samples[written, nq:],
+        t_final=progress.time,
+        q_final=progress.x[:nq],
+        u_final=progress.x[nq:],
+        taken=progress.statistics,
+        failure=progress.failure,
+        events=progress.events,
+        singular=progress.singular,
+    )
 
 
 def _stopped(events: tuple[Event, ...]) -> bool:
@@ -113,24 +126,3 @@ def end_at_once(problem: Problem, samples: Floats) -> Iterator[Progress]:
     assert index is not None
     samples[0] = problem.x0
     yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))
-
-
-def _chunk(problem: Problem, times: Floats, samples: Floats, before: Progress, latest: Progress) -> Chunk:
-    new, nq = slice(before.written, latest.written), len(problem.q0)
-    return Chunk(before.written, times[new], samples[new, :nq], samples[new, nq:], latest.time)
-
-
-def _integration(problem: Problem, times: Floats, samples: Floats, progress: Progress) -> Integration:
-    written, nq = slice(progress.written), len(problem.q0)
-    return Integration(
-        t=times[written],
-        q=samples[written, :nq],
-        u=samples[written, nq:],
-        t_final=progress.time,
-        q_final=progress.x[:nq],
-        u_final=progress.x[nq:],
-        taken=progress.statistics,
-        failure=progress.failure,
-        events=progress.events,
-        singular=progress.singular,
-    )

@@ -12,13 +12,13 @@ import numpy as np
 
 from multibody_sym.motion.integrator.flow import steps_before
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
-from multibody_sym.motion.loop.problem import Begun, Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
+from multibody_sym.motion.loop.problem import Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
 from multibody_sym.program.native import StateStruct
 from multibody_sym.program.runtime_constants import Phase, Status
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.loop.native_course import NativeCourse
+    pass
 
 _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes less
 _SMALL: Final = 20_000  # numbers of the state in the first piece
@@ -28,7 +28,11 @@ _SECONDS: Final = 0.1
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
-    course = _course(problem)
+    course = None
+    if problem.course is not None:
+        from multibody_sym.motion.loop.native_course import NativeCourse
+
+        course = NativeCourse.of(problem)
     now = NativeProblem(problem) if course is None else course.now
     x0 = problem.x0
     state, steps, done = StateStruct(), piece_of(problem), False
@@ -39,7 +43,10 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     room, first, width = address(work), samples.ctypes.data, samples.itemsize * len(x0)
     library.mbs_start(now.handle, address(x0), at, room)
     if problem.begun is not None:
-        _go_on(problem, problem.begun, state)
+        state.t = state.t_new = problem.begun.time
+        state.sample = problem.begun.written
+        if problem.step is not None:
+            state.grid = steps_before(problem.t0, problem.begun.time, problem.step)
     while not done:
         begin, before = time.perf_counter(), state.steps
         left = steps
@@ -65,28 +72,16 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             singular += state.singular[: state.passed]
         seconds = max(time.perf_counter() - begin, 1e-6)
         steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
-        yield _progress(problem, state, work[: len(x0)], tuple(events), tuple(singular))
-
-
-def _course(problem: Problem) -> NativeCourse | None:
-    """Return the course of a problem; None where it has none, or none that leads on."""
-    if problem.course is None:
-        return None
-    from multibody_sym.motion.loop.native_course import NativeCourse
-
-    return NativeCourse.of(problem)
+        status, failure = Status(state.status), None
+        if status not in (Status.RUNNING, Status.DONE, Status.STOPPED):
+            failure = RunFailure(status, state.failure_time, state.component if state.component >= 0 else None)
+        x, statistics = work[: len(x0)].copy(), statistics_of(problem, state)
+        yield Progress(state.sample, state.t, x, statistics, failure, tuple(events), tuple(singular))
 
 
 def piece_of(problem: Problem) -> int:
     """Return how many steps of a problem take no time that anybody waits for."""
     return max(_FIRST_PIECE, _SMALL // len(problem.x0))
-
-
-def _go_on(problem: Problem, begun: Begun, state: StateStruct) -> None:
-    state.t = state.t_new = begun.time
-    state.sample = begun.written
-    if problem.step is not None:
-        state.grid = steps_before(problem.t0, begun.time, problem.step)
 
 
 def _jumped(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Floats) -> bool:
@@ -100,13 +95,6 @@ def _jumped(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Flo
     now.margins[index] = min(now.margins[index], 0.0)
     state.status, state.phase, state.crossing, state.origin = Status.RUNNING, Phase.STARTING, -1, -1
     return True
-
-
-def _progress(
-    problem: Problem, state: StateStruct, x: Floats, events: tuple[Event, ...], singular: tuple[float, ...]
-) -> Progress:
-    statistics = statistics_of(problem, state)
-    return Progress(state.sample, state.t, x.copy(), statistics, _failure(state), events, singular)
 
 
 def statistics_of(problem: Problem, state: StateStruct) -> Statistics:
@@ -129,10 +117,3 @@ def statistics_of(problem: Problem, state: StateStruct) -> Statistics:
         state.conditioning if rows else 1.0,
         state.conditioning_time,
     )
-
-
-def _failure(state: StateStruct) -> RunFailure | None:
-    status = Status(state.status)
-    if status in (Status.RUNNING, Status.DONE, Status.STOPPED):
-        return None
-    return RunFailure(status, state.failure_time, state.component if state.component >= 0 else None)

@@ -30,20 +30,19 @@ def crossed_boxes(run: Samples) -> list[dict[str, Any]]:
 
     Both its ends are outside, so that no corner tells.
     """
-    pairs = boxes_that_touch(run.ready.mechanism.one_way)
+    mechanism = run.ready.mechanism
+    pairs = boxes_that_touch(mechanism.one_way)
     found: dict[str, float] = {}
     for k in np.unique(np.linspace(0, len(run) - 1, min(len(run), _MOST)).astype(int)).tolist() if pairs else ():
-        motion = _motion(run, k)
+        at, q, u = float(run.t[k]), run.q[k].tolist(), run.u[k].tolist()
+        motion = motion_of(mechanism, state_of(mechanism, float, at, q, u, run.parameters.tolist()))
         for name, faces in pairs.items():
-            if name not in found and _cross(*(_Box.of(motion, sides) for sides in faces)):
-                found[name] = float(run.t[k])
+            if name in found:
+                continue
+            first, second = (_Box.of(motion, sides) for sides in faces)
+            if first.depth(second.edges()) > _DEPTH or second.depth(first.edges()) > _DEPTH:
+                found[name] = at
     return [{"t": t, "kind": EDGES_CROSS, "element": name} for name, t in found.items()]
-
-
-def _motion(run: Samples, k: int) -> Motion:
-    mechanism = run.ready.mechanism
-    q, u = run.q[k].tolist(), run.u[k].tolist()
-    return motion_of(mechanism, state_of(mechanism, float, float(run.t[k]), q, u, run.parameters.tolist()))
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,3 @@ class _Box:
         middle = before + ((first + last) / 2)[:, None] * whole
         leads = (first > 0.0) & (last < 1.0) & (first < last)
         return float((1.0 - np.abs(middle).max(axis=1))[leads].max(initial=0.0))
-
-
-def _cross(first: _Box, second: _Box) -> bool:
-    return first.depth(second.edges()) > _DEPTH or second.depth(first.edges()) > _DEPTH

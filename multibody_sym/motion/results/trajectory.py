@@ -219,11 +219,13 @@ class Trajectory(Samples):
         was normalised; `energy`: largest change of T + V in J, an error only where forces outside V do no work; nan
         where prescribed motion does, as T + V then tells nothing about the integration.
         """
-        statistics = self.integration.statistics
+        statistics, energy = self.integration.statistics, math.nan
+        if not self._told.drives:
+            energy = float(np.max(np.abs(self.energy - self.energy[0]))) if len(self.energy) else 0.0
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
-            "energy": math.nan if self._told.drives else _largest_change(self.energy),
+            "energy": energy,
             "quaternion": statistics.quaternion_deviation,
         }
 
@@ -316,11 +318,6 @@ class Trajectory(Samples):
         from multibody_sym.motion.results.plot import plot
 
         return plot(self, path, units, show=show, x=x)
-
-
-def _largest_change(values: Floats) -> float:
-    """Return how far values (m,) go from the first."""
-    return float(np.max(np.abs(values - values[0]))) if len(values) else 0.0
 
 
 def _plain(values: Floats) -> list[float | None]:
