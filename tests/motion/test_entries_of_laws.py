@@ -29,7 +29,7 @@ def test_entries_stand_in_their_places(name: str) -> None:
     u = np.array(begin.u) + np.random.default_rng(1).normal(size=len(begin.u))
     state = state_of(resolved, float, 0.0, begin.q, u.tolist(), begin.parameters)
     rows = contact_problem.one_way_rows(resolved, motion_of(resolved, state))
-    recalled = recall_laws(resolved, Native(backend="python"))
+    recalled = recall_laws(resolved, code=Native(backend="python"))
     laws = Laws(resolved, recalled.compiled, recalled.metadata, np.array(begin.parameters, dtype=float))
     facts = laws.at(0.0, np.array(begin.q, dtype=float), u, rows.scale)
     closed = [element.name for element in resolved.one_way]
