@@ -101,7 +101,7 @@ forces:
   drag: {type: damper, joint: A, damping: 15}
   drive: {type: torque, on: arm, value: [0, 0, 15]}
 """
-    monkeypatch.setattr(python_loop, "_LEAST_PACE", steps)
+    monkeypatch.setattr(python_loop, "LEAST_PACE", steps)
     with pytest.raises(mbs.RunError, match=f"takes ever more steps, {steps} by now, .*: {cause}") as caught:
         mbs.simulate(mbs.loads(model), t_end=1.0, samples=3, backend=backend)
     assert 0.0 < caught.value.trajectory.final["coordinates"]["r"] < 0.01

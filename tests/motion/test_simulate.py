@@ -229,7 +229,7 @@ forces: {drive: {type: torque, on: b, frame: b, value: [0, 0, 30*J_wz]}}
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_a_run_that_would_take_too_many_steps_ends_soon(monkeypatch: pytest.MonkeyPatch, backend: Any) -> None:
     """By hand: omega = 30 e^(30 t), half the steps are taken in the last ln(2)/30 s, 1 s takes e^30 of them."""
-    monkeypatch.setattr(python_loop, "_LEAST_PACE", 1 << 12)
+    monkeypatch.setattr(python_loop, "LEAST_PACE", 1 << 12)
     with pytest.raises(FailedRunError, match=r"ever more steps, .* to t = 1 s.*J_wz is .* rad/s there") as caught:
         mbs.simulate(mbs.loads(WINDING), t_end=1, backend=backend)
     run = caught.value.trajectory
