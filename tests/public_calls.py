@@ -204,6 +204,7 @@ def _doors(system: mbs.System) -> list[Call]:
         "parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "coordinates": "relative",
         "project": False, "formalism": None,
     }
+    asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
     exported = {"to": "python", "directory": "out", "fold": False}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
@@ -235,6 +236,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("inverse_dynamics", mbs.inverse_dynamics, whole),
         Call("impact", mbs.impact, {"system": replace(system, impact=mbs.Impact(impulse=[1, 0, 0], at="bob"))}),
         Call("hybrid_dynamics", mbs.hybrid_dynamics, {**whole, "given": ["hinge"]}),
+        Call("function", mbs.function, {**whole, "what": "bias", **asked}),
         Call("compile", _compile, {"wanted": mbs.state_derivative(system), "native": False, "backend": "python"}),
     ]
 
@@ -264,6 +266,7 @@ def _compiled(system: mbs.System) -> list[Call]:
     inertia = mbs.compile(mbs.mass_matrix(system), backend="python")
     forces = mbs.compile(mbs.inverse_dynamics(system), backend="python")
     hybrid = mbs.compile(mbs.hybrid_dynamics(system, ["hinge"]), backend="python")
+    asked = mbs.function(system, "state_derivative", backend="python")
     tree = {"t": 0.0, "q": [0.1], "u": [0.2], "udot": None, **more}
     values = [1, 0.5, 9.81, 1]
     numeric = {"q": [0.1], "u": [0.2], "t": 0.0, "parameters": values}
@@ -279,6 +282,11 @@ def _compiled(system: mbs.System) -> list[Call]:
         Call("compiled mass matrix", inertia.__call__, tree),
         Call("compiled inverse dynamics", forces.__call__, {**tree, "udot": [0.3]}),
         Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
+        Call("function at a state", asked.__call__, {**tree, "out": None, "threads": 1}),
+        Call("derivative", asked.derivative, {"by": "q"}),
+        Call("vjp", partial(_vjp, asked), {"weights": [1.0]}),
+        Call("ode", asked.ode().__call__, {"t": 0.0, "x": [0.1, 0.2]}),
+        Call("jac", asked.ode().jac, {"t": 0.0, "x": [0.1, 0.2]}),
         Call("lambdify", equations.lambdify, {"result": "terms"}, slow=True),
         Call("lambdified terms", equations.lambdify("terms"), numeric),
         Call("lambdified accelerations", equations.lambdify(), numeric),
@@ -286,10 +294,14 @@ def _compiled(system: mbs.System) -> list[Call]:
     ]
 
 
+def _vjp(function: mbs.Function, weights: Any) -> Any:
+    return function.vjp(0.0, [0.1], [0.2], by="q", udot=weights)
+
+
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
-    records += [mbs.CanonicalEquations, mbs.FirstIntegral]
+    records += [mbs.CanonicalEquations, mbs.FirstIntegral, mbs.Function]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     records += [mbs.Figure, mbs.Animation, mbs.Report]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]

@@ -1,0 +1,431 @@
+"""What can be asked of a system at a state, each as one Program with named outputs; and their derivatives.
+
+Inputs of all are t, q, u, parameters, inputs, modes as of every system Program; `udot` follows where it is read. Column
+k of a derivative by q is the rate of the function while speed k alone is one: q moves along the tangent of the
+configuration, a quaternion on its sphere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final, Literal, get_args
+
+from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
+from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
+from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, centre_of_mass, momentum
+from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
+from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.programs.system import energy_program, inputs_program, state_derivative
+from multibody_sym.dynamics.programs.tree_functions import (
+    hybrid_dynamics_program,
+    inverse_dynamics_program,
+    mass_matrix_program,
+)
+from multibody_sym.dynamics.start.parameters import evaluation_order
+from multibody_sym.errors import InputError
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose
+from multibody_sym.mechanics.points import acceleration, position, velocity
+from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.row_records import Marker
+from multibody_sym.mechanics.state import arrays, slot_state
+from multibody_sym.program.derivatives import Direction, jacobian_along, known, resumed
+from multibody_sym.program.program import Program
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import gradient
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
+from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, apply, apply_transposed, cross, product, subtract
+from multibody_sym.text.printer import COMPONENTS
+
+Axes = Literal["world", "local", "local_world_aligned"]
+"""Axes and reference point of velocities: of the world at its origin, of the body at its point, of the world at it."""
+Outputs = dict[str, tuple[tuple[int, ...], list[Node]]]
+"""Name -> shape and elements, row by row."""
+
+
+@dataclass(frozen=True)
+class FunctionOptions:
+    """What a function may ask beside its name: joints with `given` accelerations, a `frame` and its `axes`."""
+
+    formalism: Formalism
+    given: tuple[str, ...] = ()
+    frame: str | None = None
+    axes: Axes = "world"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Functions of t, q, u.
+
+
+def _at_state(name: str, outputs: Callable[[Motion], Outputs], mechanism: Mechanism) -> Program:
+    return Trace(name, arrays(mechanism)).finish(outputs(motion_of(mechanism, slot_state(mechanism))))
+
+
+def _vector(values: Sequence[S]) -> tuple[tuple[int, ...], list[Node]]:
+    return (len(values),), [as_node(x) for x in values]
+
+
+def _matrix(rows: Sequence[Sequence[S]], columns: int) -> tuple[tuple[int, ...], list[Node]]:
+    return (len(rows), columns), [as_node(x) for row in rows for x in row]
+
+
+def _state_derivative(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> qdot (nq), udot (nu), multipliers (ns)."""
+    whole = state_derivative(mechanism, options.formalism(mechanism, slot_state(mechanism)))
+    trace = Trace("state_derivative", arrays(mechanism))
+    names = [output.name for output in whole.outputs][:3]
+    found = trace.call(whole, [trace[array.name] for array in whole.inputs])
+    return trace.finish({name: _vector(values) for name, values in zip(names, found, strict=False)})
+
+
+def _bias(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> bias (nu): c of M udot + c = Q, of velocities and weight, without applied loads."""
+
+    def outputs(motion: Motion) -> Outputs:
+        of_velocities = inverse_dynamics(motion, [0] * len(motion.state.u))
+        return {"bias": _vector([a + b for a, b in zip(of_velocities, _weight(motion), strict=True)])}
+
+    return _at_state("bias", outputs, mechanism)
+
+
+def _gravity(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> gravity (nu): the part of c that the weight has."""
+    return _at_state("gravity", lambda motion: {"gravity": _vector(_weight(motion))}, mechanism)
+
+
+def _weight(motion: Motion) -> list[S]:
+    return [-x for x in applied_generalized_forces(motion, applied_forces(motion, ()))]
+
+
+def _momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> linear (3), angular (3): the momentum of all bodies, about the world's origin."""
+
+    def outputs(motion: Motion) -> Outputs:
+        parts = body_momenta(motion)
+        return {"linear": _vector(momentum(parts)), "angular": _vector(angular_momentum(parts))}
+
+    return _at_state("momentum", outputs, mechanism)
+
+
+def _centroidal_momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> momentum (6), linear and about the centre of mass, and centre_of_mass (3)."""
+
+    def outputs(motion: Motion) -> Outputs:
+        parts = body_momenta(motion)
+        centre = centre_of_mass(parts)
+        both = [*momentum(parts), *angular_momentum(parts, centre)]
+        return {"momentum": _vector(both), "centre_of_mass": _vector(centre)}
+
+    return _at_state("centroidal_momentum", outputs, mechanism)
+
+
+def _constraints(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> phi, phidot, gamma (ns) and jacobian H (ns, nu): phi = 0, H u + phi_t = 0, H udot = gamma."""
+
+    def outputs(motion: Motion) -> Outputs:
+        rows = row_motions(motion)
+        return {
+            "phi": _vector([row.phi if row.holonomic else 0 for row in rows]),
+            "phidot": _vector([row.phidot for row in rows]),
+            "gamma": _vector([row.gamma for row in rows]),
+            "jacobian": _matrix([row.jacobian for row in rows], len(mechanism.speeds)),
+        }
+
+    return _at_state("constraints", outputs, mechanism)
+
+
+def _reactions(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> reactions (joints, 6): of each joint fx .. mz on its child, about the child's joint point."""
+    trace = Trace("reactions", arrays(mechanism))
+    whole = _state_derivative(mechanism, options)
+    _, udot, multipliers = trace.call(whole, [trace[array.name] for array in whole.inputs])
+    motion = motion_of(mechanism, slot_state(mechanism))
+    found = reactions(motion, udot, row_motions(motion), multipliers)
+    rows = [[found[joint][component] for component in COMPONENTS] for joint in mechanism.joint_names]
+    return trace.finish({"reactions": _matrix(rows, len(COMPONENTS))})
+
+
+def _outputs(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> the declared outputs by their names."""
+    trace, values = _answers(mechanism, options)
+    return trace.finish({name: ((), [x]) for name, x in zip(mechanism.outputs, values, strict=True)})
+
+
+def expressions_program(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> values (k) of the outputs of a mechanism, in their order."""
+    trace, values = _answers(mechanism, options)
+    return trace.finish({"values": _vector(values)})
+
+
+def _answers(mechanism: Mechanism, options: FunctionOptions) -> tuple[Trace, list[Node]]:
+    trace = Trace("outputs", arrays(mechanism))
+    whole = state_derivative(mechanism, options.formalism(mechanism, slot_state(mechanism)))
+    sources = Sources(whole, energy_program(mechanism), lambda _: motion_of(mechanism, slot_state(mechanism)))
+    return trace, with_quantities(trace, sources, list(mechanism.outputs.values()))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Frames: bodies, their points and named frames.
+
+
+def _frame(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> position (3), rotation (3, 3), velocity (6), drift (6): the acceleration at udot = 0."""
+    marker = _marker(mechanism, options)
+
+    def outputs(motion: Motion) -> Outputs:
+        moved = _Moved.of(motion, marker)
+        return {
+            "position": _vector(moved.position),
+            "rotation": _matrix(moved.rotation, 3),
+            "velocity": _vector(moved.velocity_in(options.axes)),
+            "drift": _vector(moved.drift_in(options.axes)),
+        }
+
+    return _at_state("frame", outputs, mechanism)
+
+
+def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> jacobian J (6, nu), rate J' (6, nu): velocity = J u + its prescribed part."""
+    marker = _marker(mechanism, options)
+
+    def velocities(motion: Motion) -> Outputs:
+        return {"jacobian": _vector(_Moved.of(motion, marker).velocity_in(options.axes))}
+
+    jacobian = jacobian_along(_at_state("twist", velocities, mechanism), _directions(mechanism, "u"), name="columns")
+    state = slot_state(mechanism)
+    onward = {"t": (ONE,), "q": _rates(mechanism, state.u)}
+    rate = jacobian_along(jacobian, [onward], name="rates")
+    trace = Trace("jacobian", arrays(mechanism))
+    given = [trace[array.name] for array in jacobian.inputs]
+    shape = jacobian.output("jacobian").shape
+    (columns,), (rates,) = trace.call(jacobian, given), trace.call(rate, given)
+    return trace.finish({"jacobian": (shape, list(columns)), "rate": (shape, list(rates))})
+
+
+def _marker(mechanism: Mechanism, options: FunctionOptions) -> Marker:
+    name = options.frame
+    if name is None:
+        raise InputError('which frame? Say frame="body", "body.point" or the name of a frame.')
+    if name not in mechanism.markers:
+        raise InputError(f"there is no frame {name!r}", number="M106", word=name, known=mechanism.markers)
+    return mechanism.markers[name]
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """The place and motion of a frame in world axes: of its origin, and angular; accelerations at udot = 0."""
+
+    position: Vec
+    rotation: Mat
+    velocity: tuple[Vec, Vec]
+    acceleration: tuple[Vec, Vec]
+
+    @staticmethod
+    def of(motion: Motion, marker: Marker) -> _Moved:
+        of_body, turned = motion.rotation(marker.body), pose(motion.state, marker.pose)[0]
+        bodies = accelerations(motion, [0] * len(motion.state.u))
+        turning = motion.bodies[marker.body].w_WB if marker.body >= 0 else ZERO_VECTOR
+        growing = bodies[marker.body][1] if marker.body >= 0 else ZERO_VECTOR
+        return _Moved(
+            position(motion, marker),
+            product(of_body, turned),
+            (velocity(motion, marker), apply(of_body, turning)),
+            (acceleration(motion, marker, bodies), apply(of_body, growing)),
+        )
+
+    def velocity_in(self, axes: Axes) -> list[S]:
+        """Return the linear and angular velocity (6)."""
+        v, w = self.velocity
+        if axes == "world":
+            v = subtract(v, cross(w, self.position))
+        return self._in(axes, v, w)
+
+    def drift_in(self, axes: Axes) -> list[S]:
+        """Return the rate (6) of the components of the velocity."""
+        (v, w), (a, alpha) = self.velocity, self.acceleration
+        if axes == "world":
+            a = subtract(subtract(a, cross(alpha, self.position)), cross(w, v))
+        elif axes == "local":
+            a = subtract(a, cross(w, v))
+        return self._in(axes, a, alpha)
+
+    def _in(self, axes: Axes, linear: Vec, angular: Vec) -> list[S]:
+        if axes == "local":
+            linear, angular = (apply_transposed(self.rotation, x) for x in (linear, angular))
+        return [*linear, *angular]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+Name = Literal[
+    "state_derivative",
+    "mass_matrix",
+    "inverse_dynamics",
+    "hybrid_dynamics",
+    "bias",
+    "gravity",
+    "energies",
+    "momentum",
+    "centroidal_momentum",
+    "constraints",
+    "reactions",
+    "outputs",
+    "frame",
+    "jacobian",
+]
+STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Program]]] = {
+    "state_derivative": _state_derivative,
+    "mass_matrix": lambda mechanism, _: mass_matrix_program(mechanism),
+    "inverse_dynamics": lambda mechanism, _: inverse_dynamics_program(mechanism),
+    "hybrid_dynamics": lambda mechanism, options: hybrid_dynamics_program(mechanism, options.given),
+    "bias": _bias,
+    "gravity": _gravity,
+    "energies": lambda mechanism, _: energy_program(mechanism),
+    "momentum": _momentum,
+    "centroidal_momentum": _centroidal_momentum,
+    "constraints": _constraints,
+    "reactions": _reactions,
+    "outputs": _outputs,
+    "frame": _frame,
+    "jacobian": _jacobian,
+}
+OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hybrid_dynamics": ("given",),
+    "frame": ("frame", "axes"),
+    "jacobian": ("frame", "axes"),
+}
+"""The options of FunctionOptions that a function has; others have none."""
+
+
+def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
+    """Return the Program in which inputs have their declared expressions, whatever the array `inputs` holds."""
+    if not mechanism.inputs:
+        return program
+    trace = Trace(program.name, program.inputs)
+    inputs = inputs_program(mechanism)
+    (values,) = trace.call(inputs, [trace[array.name] for array in inputs.inputs])
+    given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
+    found = zip(program.outputs, trace.call(program, given), strict=True)
+    return trace.finish({output.name: (output.shape, list(map(known, x, output.values))) for output, x in found})
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Derivatives.
+
+
+Variable = Literal["t", "q", "u", "udot", "inputs", "parameters"]
+"""By what a function is differentiated; by q along the tangent."""
+VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
+
+
+def derivative_program(mechanism: Mechanism, program: Program, variable: Variable, *, declared: bool) -> Program:
+    """Return the Program of the derivatives of all outputs of one: one axis more, the last.
+
+    By "q" along the tangent (nu), by "parameters" by those that follow from no others, which the others follow. Inputs
+    move as they are `declared`, or stand still.
+    """
+    name = f"{program.name}_by_{variable}"
+    return jacobian_along(program, _directions(mechanism, variable, declared=declared), name=name)
+
+
+def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Variable, *, declared: bool) -> Program:
+    """Return the Program of d(qdot, udot) / d variable of a tree: M d(udot) = -d(M udot + c - Q) at fixed udot."""
+    ways = _directions(mechanism, variable, declared=declared)
+    slopes = jacobian_along(inverse_dynamics_program(mechanism), ways, name=f"forces_by_{variable}")
+    qdot, udot, multipliers = (output.name for output in whole.outputs)
+    trace = Trace(f"{whole.name}_by_{variable}", whole.inputs)
+    given = {array.name: trace[array.name] for array in whole.inputs}
+    rates = trace.call(whole, list(given.values()))[1]
+    (forces,) = trace.call(slopes, [*given.values(), rates])
+    count, width = len(mechanism.speeds), len(ways)
+    forces = tuple(map(known, forces, slopes.outputs[0].values))
+    factors = tree_factors(motion_of(mechanism, slot_state(mechanism)))
+    columns = [factors.solve([negate(forces[row * width + k]) for row in range(count)]) for k in range(width)]
+    of_q = jacobian_along(_coordinate_rates(mechanism, whole), ways, name=f"rates_by_{variable}")
+    found: Outputs = {
+        qdot: ((len(mechanism.coordinates), width), list(of_q.outputs[0].values)),
+        udot: ((count, width), [as_node(column[row]) for row in range(count) for column in columns]),
+        multipliers: ((0, width), []),
+    }
+    return trace.finish(found)
+
+
+def _coordinate_rates(mechanism: Mechanism, whole: Program) -> Program:
+    trace = Trace("coordinate_rates", whole.inputs)
+    return trace.finish({"qdot": _vector(coordinate_rates(mechanism, trace["q"], trace["u"]))})
+
+
+def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
+    """Return -> jacobian (nq + nu, nq + nu) of a state derivative by the elements of x = (q, u), inputs as declared.
+
+    Quaternions are taken by their directions: x' is that of the state in which they have length one.
+    """
+    nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
+    ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
+    slopes = jacobian_along(whole, [_with_inputs(mechanism, way) for way in ways], name="state_jacobian")
+    of_q, of_u, *_ = (output.values for output in slopes.outputs)
+    trace = resumed(slopes, "state_jacobian", ())
+    return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
+
+
+def _directions(mechanism: Mechanism, variable: Variable, *, declared: bool = False) -> list[Direction]:
+    """Return the directions in which a variable moves, with inputs as they are `declared`, or at rest."""
+    count = len(mechanism.speeds)
+    ways: list[Direction]
+    if variable == "q":
+        ways = [{"q": _rates(mechanism, way)} for way in _units(count)]
+    elif variable == "parameters":
+        ways = [{"parameters": way} for way in _parameter_ways(mechanism)]
+    else:
+        size = {"t": 1, "u": count, "udot": count, "inputs": len(mechanism.inputs)}[variable]
+        ways = [{variable: way} for way in _units(size)]
+    if not declared or variable == "inputs":
+        return ways
+    return [_with_inputs(mechanism, way) for way in ways]
+
+
+def _with_inputs(mechanism: Mechanism, way: Direction) -> Direction:
+    """Return a direction with the rates that declared inputs have along it."""
+    moving = {slot(name, k): rate for name, rates in way.items() for k, rate in enumerate(rates) if rate is not ZERO}
+    found = []
+    for expression in mechanism.inputs.values():
+        on = [x for x in leaves([expression], "slot") if x in moving]
+        slopes = zip(on, gradient(expression, on), strict=True)
+        found.append(sum((slope * moving[leaf] for leaf, slope in slopes), ZERO))
+    return {**way, "inputs": tuple(found)} if found else way
+
+
+def _units(size: int) -> list[tuple[Node, ...]]:
+    return [tuple(ONE if i == k else ZERO for i in range(size)) for k in range(size)]
+
+
+def _rates(mechanism: Mechanism, u: Sequence[Node]) -> tuple[Node, ...]:
+    return tuple(as_node(x) for x in coordinate_rates(mechanism, slot_state(mechanism).q, u))
+
+
+def _parameter_ways(mechanism: Mechanism) -> list[tuple[Node, ...]]:
+    """Return by how much all parameters (np) move with each that follows from no others."""
+    entries, places = mechanism.parameters, [slot("parameters", k) for k in range(len(mechanism.parameters))]
+    ways = []
+    for k in independent_parameters(mechanism):
+        moving: dict[Node, Node] = {places[k]: ONE}
+        for index in evaluation_order(mechanism, {}):
+            expression = entries[index].value
+            if expression is None or index == k:
+                continue
+            if on := [x for x in leaves([expression], "slot") if x in moving]:
+                slopes = zip(on, gradient(expression, on), strict=True)
+                moving[places[index]] = sum((slope * moving[leaf] for leaf, slope in slopes), ZERO)
+        ways.append(tuple(moving.get(place, ZERO) for place in places))
+    return ways
+
+
+def independent_parameters(mechanism: Mechanism) -> list[int]:
+    """Return the places of the parameters that are declared by a number."""
+    entries = enumerate(mechanism.parameters)
+    declared = ((k, entry) for k, entry in entries if entry.source is Source.DECLARED)
+    return [k for k, entry in declared if entry.value is None or not leaves([entry.value], "slot")]

@@ -1,0 +1,582 @@
+"""What a system answers at a state, as functions: called for one state or many, differentiated, handed to solvers."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from itertools import accumulate, pairwise
+from typing import Any, Final, cast, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
+from multibody_sym.dynamics.programs.state_functions import (
+    OPTIONS,
+    STATE_FUNCTIONS,
+    VARIABLES,
+    Axes,
+    FunctionOptions,
+    Name,
+    Variable,
+    acceleration_derivative,
+    derivative_program,
+    expressions_program,
+    independent_parameters,
+    state_jacobian,
+    with_declared_inputs,
+)
+from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.errors import ArgumentError, InputError, ModelError, shown
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import names as listed_names
+from multibody_sym.model.system import System, verify_system
+from multibody_sym.motion.prepare.functions import Arguments, Values
+from multibody_sym.motion.prepare.problem import prepare_system
+from multibody_sym.motion.prepare.settings import run_settings
+from multibody_sym.program.backend import Backend, Native
+from multibody_sym.program.batches import Door, run_many
+from multibody_sym.program.loading import Compiled, load
+from multibody_sym.program.native import NativeFunction
+from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.numbers import floats, number
+
+_FLOAT: Final = np.dtype(np.float64)
+_MOST_THREADS: Final = 1024
+
+
+def function(
+    system: System,
+    what: Name | Sequence[str],
+    *,
+    given: Sequence[str] | str = (),
+    frame: str | None = None,
+    axes: Axes = "world",
+    formalism: str | None = None,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> Function:
+    """Return what a system answers at a state as a compiled Function f(t, q, u).
+
+    `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
+    bias, gravity, energies, momentum, centroidal_momentum, constraints, reactions, outputs, frame or jacobian (of
+    `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `native` and `backend` as for `simulate`.
+
+    Raises InputError for unknown names, and ModelError where the model has no such function.
+    """
+    verify_system(system)
+    verify_formalism(formalism)
+    chosen = {"given": listed_names("given", given), "frame": frame, "axes": axes}
+    _verify_options(what, chosen)
+    made = _Question(system, what if isinstance(what, str) else tuple(what), formalism, chosen)
+    program = made.program
+    code = Native(flag("native", native), backend)
+    code.verify()
+    return Function(made, program, program, (), code)
+
+
+def _verify_options(what: object, chosen: Mapping[str, Any]) -> None:
+    if isinstance(what, str) and what not in STATE_FUNCTIONS:
+        raise InputError(f"there is no function {what!r}", number="M106", word=what, known=STATE_FUNCTIONS)
+    texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)
+    if not isinstance(what, str) and not texts:
+        raise ArgumentError(f"what is a name or a list of expressions, not {shown(what)}")
+    if chosen["axes"] not in get_args(Axes):
+        known = ", ".join(get_args(Axes))
+        raise InputError(f"there are no axes {shown(chosen['axes'])}; known: {known}")
+    if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
+        raise ArgumentError(f"frame is a name, not {shown(chosen['frame'])}")
+    has = OPTIONS.get(what, ()) if isinstance(what, str) else ()
+    usual = {"given": (), "frame": None, "axes": "world"}
+    for name, value in chosen.items():
+        if value != usual[name] and name not in has:
+            raise InputError(f"{what if isinstance(what, str) else 'an expression'} has no option {name}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """What is asked of a system."""
+
+    system: System
+    what: str | tuple[str, ...]
+    formalism: str | None
+    options: Mapping[str, Any]
+
+    @cached_property
+    def _numbers(self) -> tuple[Mechanism, Floats]:
+        """The mechanism, and its parameters."""
+        system = self.system
+        if not isinstance(self.what, str):
+            system = replace(system, outputs={f"y{k}": cast(Any, text) for k, text in enumerate(self.what)})
+        resolved = examined(system)
+        if resolved.one_way:
+            names = ", ".join(element.name for element in resolved.one_way[:3])
+            raise ModelError(
+                f"{names} may hold or let go: a function has one state of them; use compile(state_derivative(system)) "
+                "for that of the start, or leave them out",
+                number="M110",
+            )
+        if not resolved.rows:
+            return resolved, np.array(parameter_values(resolved, {}))
+        ready = prepare_system(system, self.formalism)
+        asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
+        if asked is None:
+            return ready.mechanism, ready.parameters
+        return ready.mechanism, ready.stabilised_by(asked.alpha or 0.0, asked.beta or 0.0)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The resolved mechanism."""
+        return self._numbers[0]
+
+    @property
+    def parameters(self) -> Floats:
+        """The parameter vector (np)."""
+        return self._numbers[1]
+
+    @property
+    def name(self) -> str:
+        """The name of the function."""
+        return self.what if isinstance(self.what, str) else "outputs"
+
+    @property
+    def program(self) -> Program:
+        """The Program whose inputs are given."""
+        formalism = FORMALISMS[formalism_name(self.formalism, self.mechanism)]
+        options = FunctionOptions(formalism, **self.options)
+        for name in options.given:
+            if name not in self.system.joints:
+                raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=self.system.joints)
+        if not isinstance(self.what, str):
+            return expressions_program(self.mechanism, options)
+        return STATE_FUNCTIONS[self.what](self.mechanism, options)
+
+    def units(self, output: str) -> Any:
+        """Return the units of the elements of an output, nested as its axes are; None where they differ by model."""
+        coordinates, speeds = self.mechanism.coordinates, [x.unit for x in self.mechanism.speeds]
+        turns = [unit.startswith("rad") for unit in speeds]
+        found = {
+            "qdot": tuple(f"{x.unit}/s" if x.unit else "1/s" for x in coordinates),
+            "udot": tuple(f"{unit}^2" for unit in speeds),
+            **dict.fromkeys(("forces", "bias", "gravity"), tuple("N*m" if turn else "N" for turn in turns)),
+            "mass_matrix": tuple(tuple(("kg", "kg*m", "kg*m^2")[a + b] for a in turns) for b in turns),
+            **dict.fromkeys(("kinetic", "potential"), "J"),
+            "linear": ("kg*m/s",) * 3,
+            "angular": ("kg*m^2/s",) * 3,
+            "momentum": (*("kg*m/s",) * 3, *("kg*m^2/s",) * 3),
+            "position": ("m",) * 3,
+            "centre_of_mass": ("m",) * 3,
+            "velocity": (*("m/s",) * 3, *("rad/s",) * 3),
+            "drift": (*("m/s^2",) * 3, *("rad/s^2",) * 3),
+        }
+        return found.get(output)
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A function of the state of a system: f(t, q, u), or f(t, q, u, udot), for one state or for n of them.
+
+    `names` of its results, their `shapes` and `units`; `arguments` that it takes. A call returns an array, or a tuple
+    with these names if there are several.
+    """
+
+    _question: _Question
+    _program: Program
+    _total: Program
+    _by: tuple[Variable, ...]
+    _code: Native
+    _derivatives: dict[Any, Function] = field(default_factory=dict, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {shape}" for name, shape in self.shapes.items())
+        return f"<Function {self.name} of {self._question.mechanism.name}: ({', '.join(self.arguments)}) -> {shapes}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        question = self._question
+        made = {"formalism": question.formalism, "native": self._code.native, "backend": self._code.backend}
+        return _again, (question.system, question.what, {**question.options, **made}, self._by)
+
+    def __hash__(self) -> int:
+        return hash(program_hash(self._program))
+
+    @property
+    def system(self) -> System:
+        """The system that is asked."""
+        return self._question.system
+
+    @property
+    def program(self) -> Program:
+        """Its Program, over t, q, u, parameters, inputs, modes and udot; derivatives are those with declared inputs."""
+        return self._total
+
+    @property
+    def name(self) -> str:
+        """What it returns, and by what it is differentiated."""
+        return "_by_".join((self._question.name, *self._by))
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The arguments that it takes, in their order."""
+        return ("t", "q", "u", *(["udot"] if self._takes_udot else []))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of what it returns."""
+        return tuple(output.name for output in self._program.outputs)
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shape of each result for one state."""
+        return {output.name: output.shape for output in self._program.outputs}
+
+    @property
+    def units(self) -> dict[str, Any]:
+        """The units of each result, nested as its axes; None for derivatives and what depends on declared outputs."""
+        return {name: None if self._by else self._question.units(name) for name in self.names}
+
+    @property
+    def sparsity(self) -> dict[str, tuple[np.ndarray[Any, np.dtype[np.intp]], ...]]:
+        """The places of the elements that are not zero by construction, one array an axis."""
+        flags = {x.name: np.array([v is not ZERO for v in x.values]).reshape(x.shape) for x in self._total.outputs}
+        return {name: flag.nonzero() for name, flag in flags.items()}
+
+    @property
+    def operations(self) -> OperationCount:
+        """The operations of one call."""
+        return operation_count(self._declared)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of the parameters, in the order of a vector of them."""
+        return tuple(entry.name for entry in self._question.mechanism.parameters)
+
+    @property
+    def independent_parameters(self) -> tuple[str, ...]:
+        """The names of the columns of a derivative by "parameters"."""
+        return tuple(self.parameters[k] for k in independent_parameters(self._question.mechanism))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of the inputs, in the order of a vector of them."""
+        return tuple(self._question.mechanism.inputs)
+
+    # --- calls --------------------------------------------------------------------------------------------------------
+
+    def __call__(
+        self,
+        t: ArrayLike,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike | None = None,
+        *,
+        inputs: Values | Mapping[str, ArrayLike] = None,
+        parameters: Values = None,
+        out: Any = None,
+        threads: int = 1,
+    ) -> Any:
+        """Return the results at one state, or at n: q is (nq,) or (n, nq), and all others alike.
+
+        `inputs` and `parameters` in place of declared ones, by name or as vectors; `out`: arrays for the results, as
+        they are returned; `threads`: so many run a batch. Raises InputError for wrong names and shapes.
+        """
+        if (
+            inputs is None
+            and parameters is None
+            and out is None
+            and type(t) is float
+            and type(q) is type(u) is np.ndarray
+            and (q.shape, u.shape) == self._sizes
+            and q.dtype is u.dtype is _FLOAT
+            and (udot is None) is not self._takes_udot
+            and self._in_c
+        ):
+            if udot is None:
+                return self._at_once(t, q, u)
+            if type(udot) is np.ndarray and udot.shape == u.shape and udot.dtype is _FLOAT:
+                return self._at_once(t, q, u, udot)
+        return self._call(t, q, u, udot, inputs, parameters, out, threads)
+
+    def _at_once(self, t: float, q: Floats, u: Floats, udot: Floats | None = None) -> Any:
+        """Return the results at a state whose arrays are as C reads them."""
+        try:
+            door = self._doors.pop()
+        except IndexError:  # the first call, or one beside another in a thread
+            door = Door.of(cast(NativeFunction, self._function), self._question.parameters)
+        door.t[0], door.q[:], door.u[:] = t, q, u
+        if udot is not None:
+            door.udot[:] = udot
+        door.run(door.given, door.results)
+        whole = door.outputs.copy()
+        self._doors.append(door)
+        if len(self._pieces) == 1:
+            return whole if self._flat else whole.reshape(self._pieces[0][2])
+        if self._flat:
+            return self._tuple(*[whole[first:last] for first, last, _ in self._pieces])
+        return self._tuple(*[whole[first:last].reshape(shape) for first, last, shape in self._pieces])
+
+    def _call(
+        self, t: Any, q: Any, u: Any, udot: Any, inputs: Any, parameters: Any, out: Any, threads: int
+    ) -> Any:
+        if self._takes_udot != (udot is not None):
+            raise InputError(f"{self.name} {'needs' if self._takes_udot else 'takes no'} udot")
+        (nq,), (nu,) = self._sizes
+        arrays = {
+            "t": _array("t", t, None),
+            "q": _array("q", q, nq),
+            "u": _array("u", u, nu),
+            "parameters": self._parameters(parameters),
+        }
+        if udot is not None:
+            arrays["udot"] = _array("udot", udot, nu)
+        if type(threads) is not int or not 1 <= threads <= _MOST_THREADS:
+            raise ArgumentError(f"threads is a number from 1 to {_MOST_THREADS}, not {shown(threads)}")
+        own = self._own_inputs(inputs)
+        count = _count({**arrays, **own})
+        given = [arrays[name] for name in ("t", "q", "u", "parameters")]
+        values = self._input_values(own, given, count)
+        given += [values, np.empty(0), *([arrays["udot"]] if udot is not None else [])]
+        function = self._compiled["given"] if own else self._function
+        outputs = self._space(out, count)
+        run_many(function, given, outputs, count, threads)
+        if out is not None:
+            return out
+        return outputs[0] if len(outputs) == 1 else self._tuple(*outputs)
+
+    def _parameters(self, given: Any) -> Floats:
+        if given is not None and not isinstance(given, Mapping) and np.ndim(given) == 2:
+            return _array("parameters", given, len(self._question.parameters))
+        return self._arguments._parameter_vector(given)
+
+    def _own_inputs(self, given: Any) -> dict[str, Floats]:
+        """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
+        if given is None:
+            return {}
+        self._arguments._verify_free(given if isinstance(given, Mapping) else self.inputs)
+        if not isinstance(given, Mapping):
+            return {"inputs": _array("inputs", given, len(self.inputs))}
+        for name in given:
+            if name not in self.inputs:
+                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
+        return {name: _array(f"inputs[{name!r}]", value, None) for name, value in given.items()}
+
+    def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:
+        """Return all inputs, (nw,) or (n, nw), those that are not given by their declared expressions."""
+        if not own or "inputs" in own:
+            return own.get("inputs", np.zeros(len(self.inputs)))
+        declared = self._arguments.compiled["inputs"]
+        lead = () if count is None else (count,)
+        values = np.empty((*lead, len(self.inputs)))
+        run_many(declared, list(given), [values], count, 1)
+        for name, value in own.items():
+            values[..., self.inputs.index(name)] = value
+        return values
+
+    def _space(self, out: Any, count: int | None) -> list[Floats]:
+        lead = () if count is None else (count,)
+        shapes = [(*lead, *shape) for shape in self.shapes.values()]
+        if out is None:
+            return [np.empty(shape) for shape in shapes]
+        arrays = list(out) if isinstance(out, (tuple, list)) else [out]
+        fits = len(arrays) == len(shapes) and all(
+            isinstance(x, np.ndarray) and x.shape == shape and x.dtype == float and x.flags.c_contiguous
+            for x, shape in zip(arrays, shapes, strict=True)
+        )
+        if not fits:
+            wanted = ", ".join(f"{name} {shape}" for name, shape in zip(self.names, shapes, strict=True))
+            raise InputError(f"out= takes contiguous arrays of floats: {wanted}")
+        return arrays
+
+    # --- what is made once --------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _takes_udot(self) -> bool:
+        return any(array.name == "udot" for array in self._program.inputs)
+
+    @cached_property
+    def _sizes(self) -> tuple[tuple[int], tuple[int]]:
+        """The shapes of q and u."""
+        mechanism = self._question.mechanism
+        return (len(mechanism.coordinates),), (len(mechanism.speeds),)
+
+    @cached_property
+    def _pieces(self) -> list[tuple[int, int, tuple[int, ...]]]:
+        ends = accumulate((len(output.values) for output in self._program.outputs), initial=0)
+        return [(a, b, shape) for (a, b), shape in zip(pairwise(ends), self.shapes.values(), strict=True)]
+
+    @cached_property
+    def _flat(self) -> bool:
+        """Whether all results are vectors."""
+        return all(len(shape) == 1 for shape in self.shapes.values())
+
+    @cached_property
+    def _tuple(self) -> Callable[..., Any]:
+        return namedtuple(self.name, self.names, rename=True)
+
+    @cached_property
+    def _doors(self) -> list[Door]:
+        return []
+
+    @cached_property
+    def _compiled(self) -> Compiled:
+        mechanism = self._question.mechanism
+        programs = {"inputs": inputs_program(mechanism), "function": self._declared, "given": self._program}
+        return load(programs, self._code)
+
+    @cached_property
+    def _declared(self) -> Program:
+        return with_declared_inputs(self._question.mechanism, self._total)
+
+    @cached_property
+    def _function(self) -> Any:
+        return self._compiled["function"]
+
+    @cached_property
+    def _in_c(self) -> bool:
+        return isinstance(self._function, NativeFunction)
+
+    @cached_property
+    def _arguments(self) -> Arguments:
+        return Arguments(self._question.mechanism, self._compiled, self._question.parameters)
+
+    # --- derivatives --------------------------------------------------------------------------------------------------
+
+    def derivative(self, by: Variable) -> Function:
+        """Return the derivative by t, q, u, udot, inputs or parameters: a Function with one axis more, the last.
+
+        Its columns by q are those of the tangent, one a speed. Declared inputs are functions of the state, but for the
+        derivative by inputs. Raises InputError for a variable that the function does not have.
+        """
+        if by not in VARIABLES or (by == "udot" and not self._takes_udot):
+            known = [x for x in VARIABLES if x != "udot" or self._takes_udot]
+            raise InputError(f"{self.name} is no function of {shown(by)}; known: {', '.join(known)}")
+        if by not in self._derivatives:
+            self._derivatives[by] = self._differentiated(by)
+        return self._derivatives[by]
+
+    def _differentiated(self, by: Variable) -> Function:
+        of_tree = self.name == "state_derivative" and not self._question.mechanism.rows
+        differentiated = acceleration_derivative if of_tree else derivative_program
+        try:
+            program = differentiated(self._question.mechanism, self._program, by, declared=False)
+            total = program
+            if self.inputs:
+                total = differentiated(self._question.mechanism, self._total, by, declared=True)
+        except TypeError as error:
+            raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
+        return replace(self, _program=program, _total=total, _by=(*self._by, by), _derivatives={})
+
+
+    def jvp(self, *given: ArrayLike, **rates: ArrayLike) -> Any:
+        """Return the rates of the results while variables move: f.jvp(t, q, u, q=dq, parameters=dp).
+
+        A rate of q has one element a speed. Raises InputError as `derivative` does.
+        """
+        if not rates:
+            raise ArgumentError(f"say what moves: {', '.join(VARIABLES)}")
+        parts = [(self.derivative(cast(Variable, by))(*given), floats(by, rate)) for by, rate in rates.items()]
+        sums = [sum(np.dot(x, rate) for x, rate in each) for each in zip(*map(_pairs, parts), strict=True)]
+        return sums[0] if len(sums) == 1 else self._tuple(*sums)
+
+    def vjp(self, *given: ArrayLike, by: Variable, **weights: ArrayLike) -> Floats:
+        """Return the derivative by a variable of the sum of results times weights: f.vjp(t, q, u, by="q", udot=w)."""
+        for name in weights:
+            if name not in self.names:
+                raise InputError(f"{self.name} returns no {name}", number="M106", word=name, known=self.names)
+        found = self.derivative(by)(*given)
+        slopes = dict(zip(self.names, [found] if len(self.names) == 1 else found, strict=True))
+        parts = [np.tensordot(floats(x, w), slopes[x], axes=len(self.shapes[x])) for x, w in weights.items()]
+        if not parts:
+            raise ArgumentError(f"say weights of results: {', '.join(self.names)}")
+        return np.asarray(sum(parts))
+
+    def ode(self) -> OrdinaryEquations:
+        """Return the state derivative as x' = f(t, x) with x = (q, u), and its Jacobian `jac`, as solvers take them."""
+        if self.name != "state_derivative":
+            raise InputError(f"{self.name} is no state derivative; function(system, 'state_derivative').ode()")
+        return OrdinaryEquations(self)
+
+
+@dataclass(frozen=True, eq=False)
+class OrdinaryEquations:
+    """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`."""
+
+    _function: Function
+
+    def __call__(self, t: float, x: ArrayLike) -> Floats:
+        """Return x' at time t."""
+        found = self._function(number("t", t), *self._parts(x))
+        return np.concatenate([found.qdot, found.udot], axis=-1)
+
+    def jac(self, t: float, x: ArrayLike) -> Floats:
+        """Return d x'/dx (nx, nx), by quaternions as by their directions."""
+        function, (q, u) = self._function, self._parts(x)
+        balls = [list(places) for body in function._question.mechanism.bodies for places in body.quaternions]
+        sizes = [float(np.linalg.norm(q[places])) for places in balls]
+        for places, size in zip(balls, sizes, strict=True):
+            q[places] /= size
+        given = number("t", t), q, u, function._question.parameters, np.zeros(len(function.inputs)), np.empty(0)
+        found: Floats = self._jacobian["jacobian"](*given)[0]
+        for places, size in zip(balls, sizes, strict=True):
+            way = q[places]
+            found[:, places] = (found[:, places] - np.outer(found[:, places] @ way, way)) / size
+        return found
+
+    def _parts(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        values = np.asarray(floats("x", x))
+        nq, nu = (shape[0] for shape in self._function._sizes)
+        if values.shape[-1] != nq + nu:
+            raise InputError(f"x has the shape {values.shape}, not ({nq + nu},)")
+        return np.ascontiguousarray(values[..., :nq]), np.ascontiguousarray(values[..., nq:])
+
+    @cached_property
+    def _jacobian(self) -> Compiled:
+        function, mechanism = self._function, self._function._question.mechanism
+        program = with_declared_inputs(mechanism, state_jacobian(mechanism, function.program))
+        return load({"jacobian": program}, function._code)
+
+
+def _pairs(part: tuple[Any, Floats]) -> list[tuple[Floats, Floats]]:
+    """Return each slope with the rate by which it counts."""
+    slopes, rate = part
+    return [(x, rate) for x in (slopes if isinstance(slopes, tuple) else (slopes,))]
+
+
+def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[Variable]) -> Function:
+    """Return a Function as it comes out of a pickle."""
+    found = function(system, what, **options)
+    for variable in by:
+        found = found.derivative(variable)
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Arguments as arrays.
+
+
+def _array(name: str, value: ArrayLike, size: int | None) -> Floats:
+    """Return a vector of `size`, or n of them; a number, or n of them, where the size is None."""
+    own = 0 if size is None else 1
+    values = np.asarray(floats(name, value), order="C")
+    if values.ndim not in (own, own + 1) or (size is not None and values.shape[-1] != size):
+        wanted = "() or (n,)" if size is None else f"({size},) or (n, {size})"
+        raise InputError(f"{name} has the shape {values.shape}, not {wanted}")
+    return values
+
+
+_VECTORS: Final = ("q", "u", "udot", "parameters", "inputs")
+
+
+def _count(arrays: Mapping[str, Floats]) -> int | None:
+    """Return n, or None for one state. Raises InputError where arrays disagree."""
+    lengths = {name: len(x) for name, x in arrays.items() if x.ndim == (2 if name in _VECTORS else 1)}
+    if len(set(lengths.values())) > 1:
+        raise InputError(f"arguments have different numbers of states: {lengths}")
+    return next(iter(lengths.values()), None)

@@ -1,0 +1,347 @@
+"""Functions of a system: one state or many, derivatives against differences, inputs, parameters, wrong calls."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+ARM = """
+multibody_sym: 1
+name: arm
+gravity: [0, -9.81, 0]
+parameters: {m: 0.7, k: 30, s: k/3}
+bodies:
+  ground: {points: {hook: [1, 0.4, 0]}}
+  cart: {mass: 2}
+  upper: {mass: m, com: [0, -0.25, 0], inertia: {Izz: 0.02}, points: {end: [0, -0.5, 0]}}
+  lower: {mass: 0.4, com: [0.1, -0.2, 0], inertia: {Izz: 0.01}, points: {tip: [0, -0.4, 0]}}
+joints:
+  rail: {type: prismatic, parent: ground, child: cart, axis: x, q: x}
+  hinge: {type: revolute, parent: cart, child: upper, q: a}
+  knee: {type: revolute, parent: upper.end, child: lower, q: b}
+forces:
+  spring: {type: spring_damper, between: [ground.hook, lower.tip], stiffness: k, damping: s/10, length: 0.2}
+  drive: {type: force, on: cart, value: [push, 0, 0]}
+inputs: {push: -2*x - u_x}
+outputs: {height: "position(lower.tip, y)"}
+"""  # a cart with two links, on whose end a spring pulls
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0.3, 0, -9.81]
+bodies:
+  top: {mass: 1.5, com: [0, 0.1, 0.3], inertia: {Ixx: 0.04, Iyy: 0.05, Izz: 0.03, Ixy: 0.002, Iyz: 0.001}}
+  rod: {mass: 0.5, com: [0, 0.2, 0], inertia: {Ixx: 0.01, Iyy: 0.002, Izz: 0.01}}
+joints:
+  foot: {type: free, parent: ground, child: top}
+  hinge: {type: revolute, parent: top, child: rod, axis: [1, 0.2, 0], q: a}
+"""  # a free body with a quaternion, which carries a hinged rod
+
+FOUR_BAR = """
+multibody_sym: 1
+name: four_bar
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {right: [0.9, 0, 0]}}
+  crank: {mass: 0.3, com: [0.15, 0, 0], inertia: {Izz: 0.002}, points: {end: [0.3, 0, 0]}}
+  coupler: {mass: 0.8, com: [0.4, 0, 0], inertia: {Izz: 0.04}, points: {end: [0.8, 0, 0]}}
+  rocker: {mass: 0.6, com: [0.3, 0, 0], inertia: {Izz: 0.02}, points: {end: [0.6, 0, 0]}}
+joints:
+  a: {type: revolute, parent: ground, child: crank, q: a, initial: {q: 0.7}}
+  b: {type: revolute, parent: crank.end, child: coupler, q: b, initial: {q: 0}}
+  c: {type: revolute, parent: ground.right, child: rocker, q: c, initial: {q: 1.5}}
+  d: {type: revolute, parent: coupler.end, child: rocker.end}
+"""
+
+
+def arm() -> mbs.System:
+    return mbs.loads(ARM)
+
+
+SYSTEMS = {"arm": ARM, "ball": BALL, "four_bar": FOUR_BAR}
+TREES = ("inverse_dynamics",)
+EVERY = (
+    "state_derivative",
+    "mass_matrix",
+    "bias",
+    "gravity",
+    "energies",
+    "momentum",
+    "centroidal_momentum",
+    "constraints",
+    "reactions",
+)
+
+
+@pytest.fixture(scope="module", params=SYSTEMS)
+def system(request: pytest.FixtureRequest) -> mbs.System:
+    return mbs.loads(SYSTEMS[request.param])
+
+
+def state(f: mbs.Function, seed: int = 1) -> list[Any]:
+    """Return t, q, u and accelerations if they are taken."""
+    rng, mechanism = np.random.default_rng(seed), mbs.mechanism(f.system)
+    q, u = rng.standard_normal(len(mechanism.coordinates)), rng.standard_normal(len(mechanism.speeds))
+    for body in mechanism.bodies:
+        for places in body.quaternions:
+            q[list(places)] /= np.linalg.norm(q[list(places)])
+    return [0.3, q, u, *([rng.standard_normal(len(u))] if "udot" in f.arguments else [])]
+
+
+def parts(result: Any) -> list[np.ndarray]:
+    return list(result) if isinstance(result, tuple) else [result]
+
+
+@pytest.mark.parametrize("what", [*EVERY, *TREES])
+def test_many_states_have_the_bits_of_each_alone(system: mbs.System, what: Any) -> None:
+    if what in TREES and system.name == "four_bar":
+        with pytest.raises(mbs.ModelError, match="closes a loop"):
+            mbs.function(system, what)
+        return
+    f = mbs.function(system, what)
+    states = [state(f, seed) for seed in range(70)]
+    stacked = [np.array([one[k] for one in states]) for k in range(len(states[0]))]
+    alone = [parts(f(*one)) for one in states]
+    for threads in (1, 2):
+        for k, whole in enumerate(parts(f(*stacked, threads=threads))):
+            assert whole.shape == (70, *f.shapes[f.names[k]])
+            assert all(np.array_equal(whole[n], each[k]) for n, each in enumerate(alone))
+    slow = mbs.function(system, what, backend="python")
+    for quick, plain in zip(parts(f(*states[0])), parts(slow(*states[0])), strict=True):
+        np.testing.assert_array_equal(quick, plain)
+    for quick, plain in zip(parts(f(*stacked)), parts(slow(*stacked)), strict=True):
+        np.testing.assert_array_equal(quick, plain)
+
+
+def moved(system: mbs.System, q: np.ndarray, way: np.ndarray, f: mbs.Function) -> np.ndarray:
+    """Return the configuration from which q has gone on for one second at speeds `way`."""
+    rates = mbs.function(system, "state_derivative")
+    steps = 40
+    for _ in range(steps):  # Runge-Kutta's method of order 4, whose error is far below that of differences
+        k1 = rates(0.3, q, way).qdot
+        k2 = rates(0.3, q + k1 / (2 * steps), way).qdot
+        k3 = rates(0.3, q + k2 / (2 * steps), way).qdot
+        k4 = rates(0.3, q + k3 / steps, way).qdot
+        q = q + (k1 + 2 * k2 + 2 * k3 + k4) / (6 * steps)
+    return q
+
+
+def differences(function: Callable[[float], list[np.ndarray]], step: float = 3e-4) -> list[np.ndarray]:
+    """Return derivatives at 0 by differences of order 4."""
+    near, far = [function(k * step) for k in (-1, 1)], [function(k * step) for k in (-2, 2)]
+    pairs = zip(*near, *far, strict=True)
+    return [(8 * (b - a) - (d - c)) / (12 * step) for a, b, c, d in pairs]
+
+
+@pytest.mark.parametrize("by", ["t", "q", "u", "udot"])
+@pytest.mark.parametrize("what", ["state_derivative", "inverse_dynamics", "mass_matrix", "centroidal_momentum"])
+def test_derivatives_are_limits_of_differences(system: mbs.System, what: Any, by: Any) -> None:
+    if what == "inverse_dynamics" and system.name == "four_bar":
+        return
+    f = mbs.function(system, what)
+    if by == "udot" and "udot" not in f.arguments:
+        with pytest.raises(mbs.InputError, match="no function of"):
+            f.derivative(by)
+        return
+    given = state(f)
+    found = parts(f.derivative(by)(*given))
+    place = ["t", "q", "u", "udot"].index(by)
+    for column in range(1 if by == "t" else len(given[2])):
+        way = np.zeros(1 if by == "t" else len(given[2]))
+        way[column] = 1.0
+
+        def along(size: float, way: np.ndarray = way) -> list[np.ndarray]:
+            there = list(given)
+            there[place] = moved(system, given[1], size * way, f) if by == "q" else given[place] + size * way
+            there[0] = float(np.ravel(there[0])[0])
+            return parts(f(*there))
+
+        for exact, limit in zip(found, differences(along), strict=True):
+            size = max(1.0, float(np.abs(exact).max(initial=0.0)))
+            np.testing.assert_allclose(exact[..., column], limit, atol=3e-9 * size, rtol=0)
+
+
+def test_parameters_that_follow_others_move_with_them() -> None:
+    f = mbs.function(arm(), "state_derivative")
+    assert f.parameters == ("m", "k", "s")
+    assert f.independent_parameters == ("m", "k")
+    given = state(f)
+    found = f.derivative("parameters")(*given).udot
+    for column, (name, value) in enumerate({"m": 0.7, "k": 30.0}.items()):
+        (limit,) = differences(lambda d, name=name, value=value: [f(*given, parameters={name: value + d}).udot])
+        np.testing.assert_allclose(found[:, column], limit, atol=1e-9, rtol=1e-9)
+
+
+def test_inputs_are_declared_or_given() -> None:
+    system = arm()
+    f = mbs.function(system, "state_derivative")
+    t, q, u = state(f)
+    declared = -2 * q[0] - u[0]
+    plain = f(t, q, u).udot
+    np.testing.assert_array_equal(plain, f(t, q, u, inputs={"push": declared}).udot)
+    np.testing.assert_array_equal(plain, f(t, q, u, inputs=[declared]).udot)
+    pushed = f(t, q, u, inputs={"push": np.array([declared, 0.0, 5.0])})
+    np.testing.assert_array_equal(pushed.udot[0], plain)
+    np.testing.assert_array_equal(pushed.udot[2], f(t, q, u, inputs={"push": 5.0}).udot)
+    slope = f.derivative("inputs")(t, q, u).udot
+    np.testing.assert_allclose(pushed.udot[2] - pushed.udot[1], 5.0 * slope[:, 0], atol=1e-12)
+    with pytest.raises(mbs.InputError, match="no input 'pull'"):
+        f(t, q, u, inputs={"pull": 1.0})
+
+
+def test_arguments_broadcast_by_their_axes() -> None:
+    f = mbs.function(arm(), "energies")
+    t, q, u = state(f)
+    many = f(t, np.stack([q, 2 * q]), u, parameters={"m": 1.0})
+    assert many.kinetic.shape == many.potential.shape == (2,)
+    assert many.potential[1] == f(t, 2 * q, u, parameters={"m": 1.0}).potential
+    masses = np.array([[0.7, 30.0, 10.0], [1.0, 30.0, 10.0]])
+    assert f(t, q, u, parameters=masses).kinetic[0] == f(t, q, u).kinetic
+    assert f(t, np.empty((0, 3)), u).kinetic.shape == (0,)
+    out = (np.empty(2), np.empty(2))
+    assert f(t, np.stack([q, q]), u, out=out) is out
+    assert out[0][1] == f(t, q, u).kinetic
+
+
+def test_wrong_calls_are_told() -> None:
+    system = arm()
+    f = mbs.function(system, "mass_matrix")
+    t, q, u = state(f)
+    with pytest.raises(mbs.InputError, match=r"q has the shape \(2,\), not \(3,\) or \(n, 3\)"):
+        f(t, q[:2], u)
+    with pytest.raises(mbs.InputError, match="different numbers of states"):
+        f(t, np.stack([q, q]), np.stack([u, u, u]))
+    with pytest.raises(mbs.InputError, match="takes no udot"):
+        f(t, q, u, u)
+    with pytest.raises(mbs.InputError, match="contiguous arrays of floats"):
+        f(t, q, u, out=np.empty((3, 2)))
+    with pytest.raises(mbs.InputError, match="complex"):
+        f(t, q + 1j, u)
+    with pytest.raises(mbs.InputError, match="no function 'mass'"):
+        mbs.function(system, "mass")  # type: ignore[arg-type]
+    with pytest.raises(mbs.InputError, match="no frame 'tool'"):
+        mbs.function(system, "frame", frame="tool")
+    with pytest.raises(mbs.InputError, match="no option frame"):
+        mbs.function(system, "bias", frame="cart")
+    with pytest.raises(mbs.InputError, match="no axes 'body'"):
+        mbs.function(system, "frame", frame="cart", axes="body")  # type: ignore[arg-type]
+    with pytest.raises(mbs.ModelError, match="may hold or let go"):
+        mbs.function(
+            mbs.System(
+                "box",
+                bodies={
+                    "ground": mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")}),
+                    "box": mbs.Body(mass=1, inertia={"Izz": 1}, points={"corner": [0, -1, 0]}),
+                },
+                joints={"free": mbs.Planar("ground", "box", initial={"q": [0, 2, 0]})},
+                contacts={"touch": mbs.Contact(["box.corner", "ground.floor"])},
+            ),
+            "mass_matrix",
+        )
+
+
+@pytest.mark.parametrize("axes", ["world", "local", "local_world_aligned"])
+def test_frames_move_as_their_jacobians_say(system: mbs.System, axes: Any) -> None:
+    name = {"arm": "lower.tip", "ball": "rod", "four_bar": "coupler.end"}[system.name]
+    frame = mbs.function(system, "frame", frame=name, axes=axes)
+    jacobian = mbs.function(system, "jacobian", frame=name, axes=axes)
+    given = state(frame)
+    moves, columns = frame(*given), jacobian(*given)
+    np.testing.assert_allclose(moves.velocity, columns.jacobian @ given[2], atol=1e-12)
+    np.testing.assert_allclose(moves.drift, columns.rate @ given[2], atol=1e-11)
+    if axes == "local_world_aligned":
+        place = frame.derivative("q")(*given).position
+        np.testing.assert_allclose(columns.jacobian[:3], place, atol=1e-12)
+    slope = frame.derivative("u")(*given).velocity
+    np.testing.assert_allclose(columns.jacobian, slope, atol=1e-12)
+
+
+def test_expressions_and_declared_outputs_are_asked_alike() -> None:
+    system = arm()
+    f, g = mbs.function(system, "outputs"), mbs.function(system, ["position(lower.tip, y)", "2*x", "kinetic_energy()"])
+    given = state(f)
+    assert f(*given) == g(*given)[0]
+    assert g(*given)[1] == 2 * given[1][0]
+    assert g(*given)[2] == pytest.approx(mbs.function(system, "energies")(*given).kinetic, rel=1e-14)
+    tip = mbs.function(system, "jacobian", frame="lower.tip", axes="local_world_aligned")(*given).jacobian
+    np.testing.assert_allclose(f.derivative("q")(*given), tip[1], atol=1e-13)
+
+
+def test_equations_of_motion_hold_between_functions(system: mbs.System) -> None:
+    f = mbs.function(system, "state_derivative")
+    given = state(f)
+    rates = f(*given)
+    rows = mbs.function(system, "constraints")(*given)
+    if system.name == "ball":
+        left = mbs.function(system, "mass_matrix")(*given) @ rates.udot + mbs.function(system, "bias")(*given)
+        np.testing.assert_allclose(left, 0.0, atol=1e-11)
+    np.testing.assert_allclose(rows.jacobian @ rates.udot, rows.gamma, atol=1e-10)
+    rest = mbs.function(system, "bias")(given[0], given[1], 0 * given[2])
+    np.testing.assert_allclose(rest, mbs.function(system, "gravity")(*given), atol=1e-12)
+
+
+def test_functions_are_pickled_by_their_model() -> None:
+    f = mbs.function(arm(), "state_derivative").derivative("q")
+    again = pickle.loads(pickle.dumps(f))
+    given = state(f)
+    np.testing.assert_array_equal(again(*given).udot, f(*given).udot)
+    assert hash(again) == hash(f)
+    assert repr(mbs.function(arm(), "bias")) == "<Function bias of arm: (t, q, u) -> bias (3,)>"
+    assert f.operations.total > 0
+    assert f.units == {"qdot": None, "udot": None, "multipliers": None}
+    assert mbs.function(arm(), "state_derivative").units["udot"] == ("m/s^2", "rad/s^2", "rad/s^2")
+
+
+def test_solvers_take_the_ode_with_its_jacobian(system: mbs.System) -> None:
+    from scipy.integrate import solve_ivp
+
+    f = mbs.function(system, "state_derivative")
+    rhs = f.ode()
+    _, q, u = state(f)
+    x = np.concatenate([q, u])
+    balls = [list(places) for body in mbs.mechanism(f.system).bodies for places in body.quaternions]
+
+    def of_directions(there: np.ndarray) -> np.ndarray:
+        there = there.copy()
+        for places in balls:
+            there[places] /= np.linalg.norm(there[places])
+        return rhs(0.3, there)
+
+    if balls:
+        x[balls[0]] *= 1.3
+    for k, way in enumerate(np.eye(len(x))):
+        (limit,) = differences(lambda size, way=way: [of_directions(x + size * way)])
+        np.testing.assert_allclose(rhs.jac(0.3, x)[:, k], limit, atol=1e-8 * max(1.0, np.abs(limit).max()))
+    run = solve_ivp(rhs, (0, 0.1), np.concatenate([q, u]), method="Radau", jac=rhs.jac, rtol=1e-9, atol=1e-10)
+    other = solve_ivp(rhs, (0, 0.1), np.concatenate([q, u]), rtol=1e-10, atol=1e-11)
+    assert run.success
+    np.testing.assert_allclose(run.y[:, -1], other.y[:, -1], atol=1e-6)
+
+
+def test_products_with_derivatives(system: mbs.System) -> None:
+    f = mbs.function(system, "state_derivative")
+    given = state(f)
+    rng, count = np.random.default_rng(3), len(given[2])
+    dq, du, weights = rng.standard_normal((3, count))
+    forward = f.jvp(*given, q=dq, u=du)
+    by_q, by_u = (f.derivative(by)(*given) for by in ("q", "u"))
+    np.testing.assert_allclose(forward.udot, by_q.udot @ dq + by_u.udot @ du, atol=1e-12)
+    back = f.vjp(*given, by="q", udot=weights)
+    np.testing.assert_allclose(back @ dq, weights @ (by_q.udot @ dq), atol=1e-11 * max(1.0, np.abs(back).max()))
+
+
+def test_zeros_by_construction_are_no_part_of_the_sparsity() -> None:
+    f = mbs.function(arm(), "mass_matrix").derivative("q")
+    rows, columns, ways = f.sparsity["mass_matrix"]
+    assert 0 not in ways  # the mass matrix does not depend on where the cart is
+    found = f(*state(f))
+    dense = np.zeros_like(found)
+    dense[rows, columns, ways] = found[rows, columns, ways]
+    np.testing.assert_array_equal(dense, found)
