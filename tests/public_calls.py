@@ -205,12 +205,13 @@ def _doors(system: mbs.System) -> list[Call]:
         "project": False, "formalism": None,
     }
     asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
+    urdf = {"damping": True, "mimic": True, "torques": False}
     exported = {"to": "python", "directory": "out", "fold": False}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
         Call("loads", mbs.loads, {"text": MODEL, "name": "m"}),
         Call("schema", mbs.schema, {}),
-        Call("load_urdf", mbs.load_urdf, {"path": "robot.urdf", "floating": False, "damping": True, "mimic": True}),
+        Call("load_urdf", mbs.load_urdf, {"path": "robot.urdf", "floating": False, **urdf}),
         Call("dump", mbs.dump, {**whole, "file": "dumped.yaml"}),
         Call("dumps", mbs.dumps, whole),
         Call("mechanism", mbs.mechanism, whole),

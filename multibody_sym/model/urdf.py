@@ -407,23 +407,29 @@ class UrdfNotice(UserWarning):
 
 
 def load_urdf(
-    path: str | os.PathLike[str], *, floating: bool = False, damping: bool = True, mimic: bool = True
+    path: str | os.PathLike[str],
+    *,
+    floating: bool = False,
+    damping: bool = True,
+    mimic: bool = True,
+    torques: bool = False,
 ) -> System:
     """Return the System that the URDF file at `path` describes, with gravity 9.81 m/s^2 along -z.
 
     The root link is fixed to ground, or free to move if `floating`. Joints with `damping` get dampers, unless it is
     False (Drake applies them, Pinocchio does not), those that `mimic` another one a coupler (Pinocchio leaves them
-    free). Angles within 1e-9 of a multiple of 90 degrees are exactly that. Friction in joints is not read; a UrdfNotice
-    says so.
+    free). With `torques` each joint with one coordinate that mimics none has an input tau_<coordinate>, zero unless it
+    is given: its torque (N m) or, of a slide, force (N). Angles within 1e-9 of a multiple of 90 degrees are exactly
+    that. Friction in joints is not read; a UrdfNotice says so.
 
     Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
     """
     name = path_name(path, "a robot description")
-    given = {"floating": floating, "damping": damping, "mimic": mimic}
-    floating, damping, mimic = (argument_checks.flag(key, value) for key, value in given.items())
+    given = {"floating": floating, "damping": damping, "mimic": mimic, "torques": torques}
+    floating, damping, mimic, torques = (argument_checks.flag(key, value) for key, value in given.items())
     try:
         robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem)
-        system = system_from_tree(tree_of(robot, floating=floating, damping=damping, mimic=mimic))
+        system = system_from_tree(tree_of(robot, floating=floating, damping=damping, mimic=mimic, torques=torques))
     except InputError as error:
         raise error.located(file=name) from None
     for note in notes(robot, damping=damping, mimic=mimic):
@@ -431,7 +437,7 @@ def load_urdf(
     return system
 
 
-def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool) -> Tree:
+def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool, torques: bool = False) -> Tree:
     """Return the content of a model file that describes a robot.
 
     A link without mass and inertia is a massless body. Joints with damping that one coordinate describes get dampers;
@@ -446,15 +452,27 @@ def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool) -> Tree
         moves = robot.joints[other.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
         factors = {name: 1.0, other.joint: -other.multiplier} if moves else {name: 1.0}
         couplers[f"{name}_mimic"] = {"type": "coupler", "joints": factors, "value": other.offset}
+    joints = _with_symbols(_declare_joints(robot, bodies, attached, floating))
+    inputs = _torque_inputs(robot, joints, couplers) if torques else {}
+    drives = {f"{name}_torque": {"type": "torque", "joint": name, "value": tau} for name, tau in inputs.items()}
     return {
         "multibody_sym": VERSION,
         "name": robot.name,
         "gravity": _GRAVITY,
         "bodies": {bodies[link]: _declare_body(x, attached.frames[link]) for link, x in robot.links.items()},
-        "joints": _with_symbols(_declare_joints(robot, bodies, attached, floating)),
-        "forces": dampers,
+        "joints": joints,
+        "inputs": dict.fromkeys(inputs.values(), 0),
+        "forces": dampers | drives,
         "constraints": couplers,
     }
+
+
+def _torque_inputs(robot: Robot, joints: Mapping[str, Tree], couplers: Mapping[str, Tree]) -> dict[str, str]:
+    """Return the name of the input that drives each joint with one coordinate that mimics none."""
+    moving = [name for name, joint in robot.joints.items() if joint.type in ONE_COORDINATE]
+    driven = [name for name in moving if f"{name}_mimic" not in couplers]
+    symbols = {q for name, tree in joints.items() for q in tree.get("q", [name])}
+    return {name: _unique(f"tau_{joints[name].get('q', [name])[0]}", symbols) for name in driven}
 
 
 def _unique(wanted: str, taken: Collection[str]) -> str:

@@ -287,6 +287,17 @@ def test_equations_of_motion_hold_between_functions(system: mbs.System) -> None:
     np.testing.assert_allclose(rest, mbs.function(system, "gravity")(*given), atol=1e-12)
 
 
+def test_the_regressor_is_linear_in_masses_and_inertias() -> None:
+    for model in (ARM, BALL):
+        system = mbs.loads(model)
+        f = mbs.function(system, "regressor")
+        given = state(f)
+        found = f(*given)
+        left = mbs.function(system, "mass_matrix")(*given[:3]) @ given[3] + mbs.function(system, "bias")(*given[:3])
+        np.testing.assert_allclose(found.regressor @ found.theta, left, atol=1e-12)
+        assert found.theta[0] == {"arm": 2.0, "ball": 1.5}[system.name]
+
+
 def test_functions_are_pickled_by_their_model() -> None:
     f = mbs.function(arm(), "state_derivative").derivative("q")
     again = pickle.loads(pickle.dumps(f))

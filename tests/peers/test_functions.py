@@ -179,6 +179,20 @@ def test_terms_of_the_equations(pair: Pair) -> None:
         assert_near(pair.asked("energies", at)["kinetic"], np.array(energy))
 
 
+def test_regressors(pair: Pair) -> None:
+    """Masses, first and second moments as Pinocchio orders them; of bodies, the columns of their joints."""
+    if pair.floating:
+        return  # whose base has other axes here
+    joints = [pair.model.getJointId(body.joint_name) for body in mbs.mechanism(pair.system).bodies if body.u]
+    moving = [k for k, body in enumerate(mbs.mechanism(pair.system).bodies) if body.u]
+    for at in states(pair)[:6]:
+        theirs = pin.computeJointTorqueRegressor(pair.model, pair.data, at.their_q, at.S @ at.u, at.S @ at.udot)
+        ours = pair.asked("regressor", at)["regressor"]
+        for body, joint in zip(moving, joints, strict=True):
+            there = theirs[:, 10 * (joint - 1) : 10 * joint]
+            assert_near(ours[:, 10 * body : 10 * (body + 1)], at.S.T @ there)
+
+
 AXES = {"world": "WORLD", "local": "LOCAL", "local_world_aligned": "LOCAL_WORLD_ALIGNED"}
 TOOLS = {"UR5": "wrist_3_link", "Panda": "panda_link7", "ANYmal": "LF_SHANK", "Talos": "arm_left_7_link"}
 

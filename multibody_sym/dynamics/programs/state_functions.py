@@ -7,7 +7,7 @@ configuration, a quaternion on its sphere.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, Literal, get_args
 
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
@@ -26,19 +26,41 @@ from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.errors import InputError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose
-from multibody_sym.mechanics.points import acceleration, position, velocity
+from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, spread
+from multibody_sym.mechanics.points import (
+    NO_WRENCH,
+    Wrench,
+    acceleration,
+    carried_wrenches,
+    joint_projection,
+    position,
+    velocity,
+)
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.program.derivatives import Direction, jacobian_along, known, resumed
 from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import gradient
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
-from multibody_sym.scalars.vectors import ZERO_VECTOR, Mat, S, Vec, apply, apply_transposed, cross, product, subtract
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
+    Mat,
+    S,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    negate,
+    product,
+    subtract,
+)
 from multibody_sym.text.printer import COMPONENTS
 
 Axes = Literal["world", "local", "local_world_aligned"]
@@ -121,6 +143,44 @@ def _centroidal_momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
         return {"momentum": _vector(both), "centre_of_mass": _vector(centre)}
 
     return _at_state("centroidal_momentum", outputs, mechanism)
+
+
+def _regressor(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return (.., udot) -> regressor Y (nu, 10 bodies), theta (10 bodies): Y theta = M udot + c.
+
+    Of each body in tree order: m, m c (3), Ixx, Ixy, Iyy, Ixz, Iyz, Izz about its origin, along its axes.
+    Source: Siciliano, Sciavicco, Villani, Oriolo, Robotics (2009), 7.2.2.
+    """
+    trace = Trace("regressor", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    reached = accelerations(motion, trace["udot"], negate(motion.gravity))
+    columns: list[list[S]] = []
+    theta: list[S] = []
+    for index, (moved, mass, (a, alpha)) in enumerate(zip(motion.bodies, motion.masses, reached, strict=True)):
+        for wrench in _unit_wrenches(moved.w_WB, a, alpha):
+            of_body = [wrench if k == index else NO_WRENCH for k in range(len(reached))]
+            columns.append(joint_projection(motion, carried_wrenches(motion, of_body)))
+        c, square = mass.com, dot(mass.com, mass.com)
+        moments = (mass.inertia[i][j] + mass.mass * (square * int(i == j) - c[i] * c[j]) for i, j in _INERTIA)
+        theta += [mass.mass, *(mass.mass * x for x in c), *moments]
+    rows = [[column[k] for column in columns] for k in range(len(mechanism.speeds))]
+    return trace.finish({"regressor": _matrix(rows, len(columns)), "theta": _vector(theta)})
+
+
+_INERTIA: Final = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+
+
+def _unit_wrenches(w: Vec, a: Vec, alpha: Vec) -> Iterator[Wrench]:
+    """Yield what a body needs about its origin for one of its ten parameters alone."""
+    yield a, ZERO_VECTOR
+    turned = spread(alpha, w)
+    axes: list[Vec] = [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    for axis in axes:
+        yield apply(turned, axis), cross(axis, a)
+    for i, j in _INERTIA:
+        unit = [[int((r, c) in ((i, j), (j, i))) for c in range(3)] for r in range(3)]
+        inertia: Mat = tuple(tuple(row) for row in unit)  # type: ignore[assignment]
+        yield ZERO_VECTOR, add(apply(inertia, alpha), cross(w, apply(inertia, w)))
 
 
 def _constraints(mechanism: Mechanism, _: FunctionOptions) -> Program:
@@ -273,6 +333,7 @@ Name = Literal[
     "centroidal_momentum",
     "constraints",
     "reactions",
+    "regressor",
     "outputs",
     "frame",
     "jacobian",
@@ -289,6 +350,7 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
     "centroidal_momentum": _centroidal_momentum,
     "constraints": _constraints,
     "reactions": _reactions,
+    "regressor": _regressor,
     "outputs": _outputs,
     "frame": _frame,
     "jacobian": _jacobian,
@@ -344,7 +406,7 @@ def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Vari
     count, width = len(mechanism.speeds), len(ways)
     forces = tuple(map(known, forces, slopes.outputs[0].values))
     factors = tree_factors(motion_of(mechanism, slot_state(mechanism)))
-    columns = [factors.solve([negate(forces[row * width + k]) for row in range(count)]) for k in range(width)]
+    columns = [factors.solve([-forces[row * width + k] for row in range(count)]) for k in range(width)]
     of_q = jacobian_along(_coordinate_rates(mechanism, whole), ways, name=f"rates_by_{variable}")
     found: Outputs = {
         qdot: ((len(mechanism.coordinates), width), list(of_q.outputs[0].values)),

@@ -1,0 +1,58 @@
+"""Torques of a robot's joints as inputs."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import multibody_sym as mbs
+
+ARM = """
+<robot name="arm">
+  <link name="base"/>
+  {links}
+</robot>
+"""
+LINK = """
+  <joint name="{name}" type="{kind}">
+    <origin xyz="0.3 0 0" rpy="0 0 0"/><parent link="{parent}"/><child link="{child}"/><axis xyz="{axis}"/>
+    <limit lower="-3" upper="3" effort="9" velocity="2"/>{more}
+  </joint>
+  <link name="{child}"><inertial><origin xyz="0.1 0 0.1"/><mass value="2"/>
+    <inertia ixx="0.04" iyy="0.05" izz="0.03" ixy="0.002" ixz="0" iyz="0.001"/></inertial></link>
+"""
+
+
+def arm(folder: Path) -> mbs.System:
+    links = LINK.format(name="lift", kind="prismatic", parent="base", child="a", axis="0 0 1", more="")
+    links += LINK.format(name="shoulder-1", kind="revolute", parent="a", child="b", axis="0 1 0", more="")
+    links += LINK.format(name="elbow", kind="continuous", parent="b", child="c", axis="0 1 0", more="")
+    follows = '<mimic joint="elbow" multiplier="2" offset="0.1"/>'
+    links += LINK.format(name="wrist", kind="revolute", parent="c", child="d", axis="1 0 0", more=follows)
+    (folder / "arm.urdf").write_text(ARM.format(links=links))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", mbs.UrdfNotice)
+        return mbs.load_urdf(folder / "arm.urdf", torques=True, mimic=False)
+
+
+def test_inverse_and_forward_dynamics_agree_through_the_torques(tmp_path: Path) -> None:
+    system = arm(tmp_path)
+    forward, inverse = (mbs.function(system, what) for what in ("state_derivative", "inverse_dynamics"))
+    assert forward.inputs == ("tau_lift", "tau_shoulder_1", "tau_elbow", "tau_wrist")
+    q, u, udot = np.random.default_rng(1).standard_normal((3, 4))
+    torques = inverse(0.0, q, u, udot)
+    np.testing.assert_allclose(forward(0.0, q, u, inputs=torques).udot, udot, atol=1e-12)
+    np.testing.assert_allclose(
+        forward.derivative("inputs")(0.0, q, u).udot, np.linalg.inv(mbs.function(system, "mass_matrix")(0.0, q, u)),
+        atol=1e-12,
+    )  # fmt: skip
+
+
+def test_what_mimics_another_joint_has_no_torque_of_its_own(tmp_path: Path) -> None:
+    arm(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", mbs.UrdfNotice)
+        system = mbs.load_urdf(tmp_path / "arm.urdf", torques=True)
+    assert list(system.inputs) == ["tau_lift", "tau_shoulder_1", "tau_elbow"]
