@@ -192,6 +192,7 @@ BETWEEN_POWERS: Annotated[float, "margins are this many times a power of two"] =
 FORCE_MARGIN: Annotated[float, "of the largest force, by which a switching function of forces may exceed zero"] = 2e-13
 SPEED_MARGIN: Annotated[float, "and of the speeds along its row"] = 1e-13
 TIME_MARGIN: Annotated[float, "and of the time: a law of time is taken at a rounded time"] = 4.0 * EPSILON
+MOST_TIME_MARGIN: Annotated[float, "of the speeds, by time at most: a short push is gone when its slip stops"] = 1e-12
 ROUNDED_GAP: Annotated[float, "of the largest length, by which what touches may be off its face by rounding"] = 1e-14
 LEAST_LEFT: Annotated[float, "of a time that no step leads on by"] = 16.0 * EPSILON
 

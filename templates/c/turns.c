@@ -397,8 +397,9 @@ static double margin(const mbs_course *c, const mbs_margin *rule, double t, doub
     if (rule->kind == MBS_FORCE)
         return MBS_FORCE_MARGIN * largest;
     if (rule->kind == MBS_SPEED) {
+        double along = speed_along(c, rule->row);
         double by_time = MBS_TIME_MARGIN * fabs(t) * fabs(c->laws->right[rule->row]);
-        return rounded_up(MBS_SPEED_MARGIN * speed_along(c, rule->row) + by_time);
+        return rounded_up(MBS_SPEED_MARGIN * along + fmin(by_time, MBS_MOST_TIME_MARGIN * along));
     }
     return MBS_ROUNDED_GAP * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
 }

@@ -31,6 +31,7 @@ from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_norm
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import (
     FORCE_MARGIN,
+    MOST_TIME_MARGIN,
     SPEED_MARGIN,
     TIME_MARGIN,
 )
@@ -38,8 +39,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.rank import ROUNDED, rank
 
-_MOST_BY_TIME: Final = 1e-12
-"""But no more than this part of the speeds, as what pushes for a moment has gone long before what it moved stops."""
 _AT_REST: Final = 1e-9
 """The part of a speed along two rows below which what slides in space has stopped."""
 _BEGUN: Final = 0.01
@@ -283,5 +282,5 @@ def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
     if one.ends == "stops":
         row = one.part.rows[0]
         by_time = TIME_MARGIN * abs(at.t) * abs(float(at.known["right"][at.place(row)]))
-        return rounded_up(at.allowed_speed(row, SPEED_MARGIN) + min(by_time, at.allowed_speed(row, _MOST_BY_TIME)))
+        return rounded_up(at.allowed_speed(row, SPEED_MARGIN) + min(by_time, at.allowed_speed(row, MOST_TIME_MARGIN)))
     return -at.allowed_slip(one.part, _AT_REST)
