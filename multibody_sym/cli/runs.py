@@ -96,7 +96,9 @@ class _Anew(NamedTuple):
     content: bytes
 
     def ready(self) -> PreparedSystem:
-        return self._made(lambda prepared: prepared.ready)
+        from multibody_sym.motion.simulate import system_to_run
+
+        return self._made(system_to_run)
 
     def begin(self) -> RunStart:
         from multibody_sym.motion.simulate import run_start

@@ -213,22 +213,27 @@ class Prepared:
         return found.system, found.events
 
     @cached_property
-    def ready(self) -> PreparedSystem:
+    def _ready(self) -> PreparedSystem:
         """What is ready to run."""
         return prepare_system(self._start[0], self.formalism, self._code, modes=True)
 
     @cached_property
     def _problem(self) -> Problem:
-        return problem_of(self.ready, settings_of(self.ready))
+        return problem_of(self._ready, settings_of(self._ready))
 
     @cached_property
     def _one_way(self) -> Callable[[], ModeRun] | None:
-        if not self.ready.state.declared.one_way:
+        if not self._ready.state.declared.one_way:
             return None
         from multibody_sym.motion.switching.mode_run import one_way_runs  # which few runs need
 
-        in_numbers = settings_of(self.ready)
-        return one_way_runs(self.ready, self._problem, in_numbers, self._code)
+        in_numbers = settings_of(self._ready)
+        return one_way_runs(self._ready, self._problem, in_numbers, self._code)
+
+
+def system_to_run(prepared: Prepared) -> PreparedSystem:
+    """Return what is resolved, started and compiled of a prepared system, without modes of one-way elements."""
+    return prepared._ready
 
 
 def run_start(prepared: Prepared) -> RunStart:
@@ -236,4 +241,4 @@ def run_start(prepared: Prepared) -> RunStart:
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of
-    return RunStart(prepared.ready, problem, modes, prepared._start[1])
+    return RunStart(prepared._ready, problem, modes, prepared._start[1])

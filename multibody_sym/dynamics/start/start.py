@@ -193,13 +193,7 @@ def _close_rows(
         rank = here + defining
         parameters = mechanism.parameters.changed(parameters, {INDEPENDENT: float(generic + defining)})
     if mechanism.loads or any(body.is_foot for body in mechanism.bodies):
-        motion = every.motion(position.values, speeds.values)
-        for load in mechanism.loads:
-            with at(*load.path):
-                verify_direction(motion, load)
-                with valued():
-                    applied_forces(motion, [load])
-        verify_fits(motion)
+        _verify_loads(every.motion(position.values, speeds.values))
     return Start(
         tuple(parameters),
         tuple(position.values.tolist()),
@@ -265,6 +259,16 @@ def _verify_inertia(rows: ConstraintRows, q: Floats, u: Floats) -> None:
     except ModelError:
         verify_values(motion)
         raise
+
+
+def _verify_loads(motion: Motion) -> None:
+    """Raise ModelError where a load has no value or direction, or a curve does not fit the one that it touches."""
+    for load in motion.mechanism.loads:
+        with at(*load.path):
+            verify_direction(motion, load)
+            with valued():
+                applied_forces(motion, [load])
+    verify_fits(motion)
 
 
 # --- declared state ------------------------------------------------------------------------------------------------
