@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from multibody_sym.errors import InputError, ModelError
+from multibody_sym.errors import InputError, ModelError, OutputError
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import RunLabels
@@ -77,9 +77,21 @@ class Samples:
             columns: Mapping[str, Floats] = getattr(self, kind)
             if name in columns:
                 return columns[name]
+        raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=self._names())
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names that `samples[name]` knows: coordinates, speeds, outputs and inputs."""
+        return tuple(dict.fromkeys(self._names()))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names()
+
+    def _names(self) -> list[str]:
         told = self._told
-        known = [*self.coordinates, *self.speeds, *told.outputs, *told.run_outputs, *told.inputs]
-        raise InputError(f"nothing in this run is called {name!r}", number="M106", word=name, known=known)
+        return [*told.coordinates, *told.speeds, *told.outputs, *told.run_outputs, *told.inputs]
 
     @property
     def changes(self) -> list[dict[str, Any]]:
@@ -183,11 +195,35 @@ class Samples:
             column = f"output {name}" if name in columns else name
             columns[column], known[column] = values, self.output_units[name]
         known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
-        about = {"system": self._told.name, "formalism": self.ready.formalism}
         try:
-            return Table(columns, known, about).told_in(chosen_units(units))
+            return Table(columns, known, self._about).told_in(chosen_units(units))
         except ValueError as problem:
             raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
+
+    def to_dataframe(self, units: str | Sequence[str] | Units | None = None) -> Any:
+        """Return the columns of `table` as a pandas DataFrame over t, units in its `attrs`. Needs pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
+        table = self.table(units)
+        frame = pandas.DataFrame(dict(table.columns)).set_index("t")
+        frame.attrs.update(units=dict(table.units), **self._about)
+        return frame
+
+    def to_xarray(self, units: str | Sequence[str] | Units | None = None) -> Any:
+        """Return the columns of `table` as an xarray Dataset over t, each with its unit. Needs xarray."""
+        try:
+            import xarray
+        except ImportError:
+            raise OutputError("a Dataset needs xarray: pip install xarray") from None
+        table = self.table(units)
+        columns = {name: ("t", values, _unit(table, name)) for name, values in table.columns.items()}
+        return xarray.Dataset(columns, attrs=self._about).set_coords("t")
+
+    @property
+    def _about(self) -> dict[str, str]:
+        return {"system": self._told.name, "formalism": self.ready.formalism}
 
     # --- evaluated over all samples -------------------------------------------------------------------------------
 
@@ -216,6 +252,10 @@ class Samples:
 def last_part(samples: Samples) -> LegSamples:
     """Return the last part of a motion: the mechanism in the mode in which it ends."""
     return samples._parts[-1]
+
+
+def _unit(table: Table, name: str) -> dict[str, str]:
+    return {"units": table.units[name]} if name in table.units else {}
 
 
 def _joined(values: Sequence[Floats]) -> Floats:

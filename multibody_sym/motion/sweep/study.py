@@ -6,7 +6,7 @@ import math
 import os
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import cached_property
 from itertools import takewhile
@@ -64,6 +64,16 @@ class Study:
         if name not in self.columns:
             raise InputError(f"no column of this study is called {name!r}", word=name, known=self.columns)
         return self.columns[name]
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the columns."""
+        return tuple(self.columns)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
 
     @property
     def varied(self) -> tuple[str, ...]:

@@ -1,0 +1,60 @@
+"""Runs and studies as maps from names to columns, and as frames of other libraries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+MODEL = """
+multibody_sym: 1
+name: pendulum
+gravity: [0, -9.81, 0]
+parameters: {m: {value: 1 kg, positive: true}}
+bodies: {bob: {mass: m, com: [0, -0.5 m, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, q: theta, initial: {q: 30 deg}}}
+forces: {drive: {type: torque, joint: hinge, value: F}}
+inputs: {F: sin(t)}
+outputs: {pull: "fy(hinge)"}
+simulation: {t_end: 0.2 s, samples: 5}
+"""
+
+
+@pytest.fixture(scope="module")
+def run() -> mbs.Trajectory:
+    return mbs.simulate(mbs.loads(MODEL))
+
+
+def test_names_lead_to_columns(run: mbs.Trajectory) -> None:
+    assert run.keys() == ("theta", "u_theta", "pull", "F")
+    assert list(run) == list(run.keys())
+    assert "theta" in run
+    assert "t" not in run
+    assert all(run[name].shape == (5,) for name in run)
+
+
+def test_frames_hold_the_table(run: mbs.Trajectory) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = run.to_dataframe("deg")
+    assert isinstance(frame, pandas.DataFrame)
+    assert list(frame.columns) == ["theta", "u_theta", "pull"]
+    np.testing.assert_array_equal(frame.index, run.t)
+    np.testing.assert_allclose(frame["theta"], np.degrees(run["theta"]), rtol=1e-15)
+    assert frame.attrs["units"]["theta"] == "deg"
+    assert frame.attrs["system"] == "pendulum"
+
+
+def test_datasets_hold_units(run: mbs.Trajectory) -> None:
+    pytest.importorskip("xarray")
+    data = run.to_xarray()
+    np.testing.assert_array_equal(data["pull"].values, run["pull"])
+    assert data["theta"].attrs["units"] == "rad"
+    assert data["t"].attrs["units"] == "s"
+
+
+def test_studies_are_maps_too() -> None:
+    study = mbs.sweep(mbs.loads(MODEL), {"m": [1, 2]}, samples=3)
+    assert "m" in study
+    assert list(study) == list(study.keys())
+    assert study["m"].tolist() == [1.0, 2.0]
