@@ -298,6 +298,20 @@ def test_the_regressor_is_linear_in_masses_and_inertias() -> None:
         assert found.theta[0] == {"arm": 2.0, "ball": 1.5}[system.name]
 
 
+def test_christoffels_symbols_make_a_skew_matrix(system: mbs.System) -> None:
+    if system.name == "ball":
+        with pytest.raises(mbs.ModelError, match="Christoffel"):
+            mbs.function(system, "coriolis_matrix")
+        return
+    f = mbs.function(system, "coriolis_matrix")
+    given = state(f)
+    C, u = f(*given), given[2]
+    of_velocities = mbs.function(system, "bias")(*given) - mbs.function(system, "gravity")(*given)
+    np.testing.assert_allclose(C @ u, of_velocities, atol=1e-12)
+    rate = mbs.function(system, "mass_matrix").derivative("q")(*given) @ u - 2 * C
+    np.testing.assert_allclose(rate, -rate.T, atol=1e-12)
+
+
 def test_functions_are_pickled_by_their_model() -> None:
     f = mbs.function(arm(), "state_derivative").derivative("q")
     again = pickle.loads(pickle.dumps(f))

@@ -23,7 +23,7 @@ from multibody_sym.dynamics.programs.tree_functions import (
     mass_matrix_program,
 )
 from multibody_sym.dynamics.start.parameters import evaluation_order
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, spread
@@ -39,6 +39,7 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import arrays, slot_state
+from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.program.derivatives import Direction, jacobian_along, known, resumed
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
@@ -143,6 +144,37 @@ def _centroidal_momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
         return {"momentum": _vector(both), "centre_of_mass": _vector(centre)}
 
     return _at_state("centroidal_momentum", outputs, mechanism)
+
+
+def _coriolis_matrix(mechanism: Mechanism, _: FunctionOptions) -> Program:
+    """Return -> coriolis_matrix C (nu, nu) by Christoffel's symbols: c = C u + gravity, and M' - 2 C is skew.
+
+    Raises ModelError where speeds are no rates of coordinates, or where masses vary or motions are prescribed.
+    """
+    pairs = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
+    count = len(mechanism.speeds)
+    prescribed = any(varies(body) or any(x is not None for x in body.given) for body in mechanism.bodies)
+    if len(pairs) < count or prescribed:
+        raise ModelError(
+            "Christoffel's symbols are those of coordinates whose rates are the speeds, without prescribed motions; "
+            "bias has the terms of velocities of any model",
+            number="M110",
+        )
+    slopes = jacobian_along(mass_matrix_program(mechanism), _directions(mechanism, "q"), name="mass_matrix_by_q")
+    trace = resumed(slopes, "coriolis_matrix", ())
+    values, u = slopes.outputs[0].values, trace["u"]
+
+    def slope(i: int, j: int, k: int) -> Node:
+        return values[(i * count + j) * count + k]
+
+    matrix = [
+        [
+            sum(((slope(i, j, k) + slope(i, k, j) - slope(j, k, i)) * u[k] for k in range(count)), ZERO) / 2
+            for j in range(count)
+        ]
+        for i in range(count)
+    ]
+    return trace.finish({"coriolis_matrix": _matrix(matrix, count)})
 
 
 def _regressor(mechanism: Mechanism, _: FunctionOptions) -> Program:
@@ -333,6 +365,7 @@ Name = Literal[
     "centroidal_momentum",
     "constraints",
     "reactions",
+    "coriolis_matrix",
     "regressor",
     "outputs",
     "frame",
@@ -350,6 +383,7 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
     "centroidal_momentum": _centroidal_momentum,
     "constraints": _constraints,
     "reactions": _reactions,
+    "coriolis_matrix": _coriolis_matrix,
     "regressor": _regressor,
     "outputs": _outputs,
     "frame": _frame,
