@@ -12,12 +12,6 @@ from importlib.metadata import files
 import numpy as np
 
 import multibody_sym as mbs
-from multibody_sym.derivation.routes import FORMALISMS, cheapest
-from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.mechanics.state import slot_state
-from multibody_sym.program.backend import Native
-from multibody_sym.program.loading import load
-from multibody_sym.program.program import operation_count
 
 ROBOTS = {  # the end of the file's path, and whether the root link moves freely
     "UR5": ("ur_description/urdf/ur5_robot.urdf", False),
@@ -35,24 +29,20 @@ def robot(name: str) -> mbs.System:
 
 
 def evaluation(system: mbs.System) -> str:
-    """Derive and compile the state derivative; return its size and its time per evaluation in a loop in C."""
-    mechanism = mbs.mechanism(system)
-    formalism = cheapest(mechanism)
-    program = state_derivative(mechanism, FORMALISMS[formalism](mechanism, slot_state(mechanism)))
-    operations = operation_count(program)
-    compiled = load({"state_derivative": program}, Native(native=True))
-
-    count, rng = 1000, np.random.default_rng(0)
-    q = rng.uniform(-1, 1, (count, len(mechanism.coordinates)))
-    u = rng.normal(size=(count, len(mechanism.speeds)))
+    """Return the size of the accelerations' code, and their time per state in a batch."""
+    rates = mbs.function(system, "state_derivative", native=True)
+    speeds, count, rng = len(mbs.mechanism(system).speeds), 1000, np.random.default_rng(0)
+    q = rng.uniform(-1, 1, (count, len(mbs.mechanism(system).coordinates)))
+    u = rng.normal(size=(count, speeds))
+    rates(0.0, q, u)
     seconds = []
     for _ in range(20):
         start = time.perf_counter()
-        compiled.map("state_derivative", 0.0, q, u, [0.0] * len(mechanism.parameters), [], [])
+        rates(0.0, q, u)
         seconds.append(time.perf_counter() - start)
     return (
-        f"{len(mechanism.speeds)} degrees of freedom, {formalism}: {operations.total} operations, "
-        f"{operations.functions} functions, {min(seconds) / count * 1e6:.2f} us"
+        f"{speeds} degrees of freedom: {rates.operations.total} operations, {rates.operations.functions} functions, "
+        f"{min(seconds) / count * 1e6:.2f} us"
     )
 
 
