@@ -119,38 +119,6 @@ impact: {impulse: [I, 0, 0], at: beam.middle}
     assert told.joint_impulses["A"]["fx"].unique
 
 
-@pytest.mark.parametrize(
-    ("impact", "message"),
-    [
-        ("{first: {motion: drive, speed: 1}, second: {motion: again, speed: 2}}", "contradict each other"),
-        ("{first: {contacts: c1}, second: {contacts: c2}, law: stronge, sequence: simultaneous}", "one_by_one"),
-        ("{contacts: [far]}", "far is open by 1"),
-        ("{first: {motion: drive, speed: 1}, second: {motion: third, speed: 2}}", "^impact: no impulses .* contradict"),
-        ("{contacts: [c1], tangential_restitution: 1}", "c1 is smooth"),
-        ("{between: [cart, box], normal: x, tangential_restitution: 1}", "smooth stores nothing"),
-    ],
-)
-def test_what_cannot_be_is_told_with_a_cure(impact: str, message: str) -> None:
-    model = f"""
-bodies:
-  box: {{mass: 1, inertia: {{Izz: 1}}, points: {{a: [1, 0, 0], b: [-1, 0, 0], up: [0, 1, 0]}}}}
-  cart: {{mass: 1}}
-  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
-joints:
-  P: {{type: planar, parent: ground, child: box, initial: {{u: [0, -1, 0]}}}}
-  Q: {{type: prismatic, parent: ground, child: cart, axis: x, q: x}}
-constraints: {{drive: {{type: motion, joint: Q, value: 0*t}}, again: {{type: motion, joint: Q, value: 0*t}},
-  third: {{type: motion, joint: Q, value: 0*t}}}}
-contacts:
-  c1: {{between: [box.a, ground.floor], restitution: 0.5}}
-  c2: {{between: [box.b, ground.floor], restitution: 0.5}}
-  far: {{between: [box.up, ground.floor], open: true}}
-impact: {impact}
-"""
-    with pytest.raises((mbs.ModelError, mbs.NoSolutionError), match=message):
-        found(model)
-
-
 def test_a_box_that_lands_flat_tells_the_sum_of_its_corners() -> None:
     told = found("""
 parameters: {m: {value: 2, positive: true}, v: {value: 2, positive: true}}

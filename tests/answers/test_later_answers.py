@@ -122,25 +122,6 @@ ask:
             assert (found["first"].value, found["when"].value) == pytest.approx((first, when), rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("questions", "message"),
-    [
-        (["one: two + 1", "two: 2*one"], r"ask\.one: the answers of one, two name each other"),
-        (["a: {max: y, when: y < 0}"], "no known question; ask with an expression"),
-        (["a: {of: ball, after: 1 s, along: [0, 0, 0]}"], "direction"),
-        (["a: {max: y, until: c sticks}"], "'c' is no contact"),
-        (["a: {of: bal, at: y < 0}"], "did you mean ball"),
-        (["a: {find: q, so: b == 2}", "b: {max: y}"], "no parameter, coordinate or speed is called 'q'"),
-        (["a: {find: v, so: b}", "b: {max: y}"], "expected an equation such as least == 0, got 'b'"),
-        (["one: {find: v, so: one == 2}"], "the answer names itself"),
-        (["a: {find: v, so: two == 2}", "two: {find: a, so: b == 3}", "b: {max: y}"], "find one value after the other"),
-    ],
-)
-def test_wrong_questions_are_told(questions: list[str], message: str) -> None:
-    with pytest.raises(mbs.InputError, match=message):
-        answers(THROWN, *questions)
-
-
 def test_questions_are_written_back() -> None:
     asked = [
         "a: {max: y, after: 1 s, until: y < 0}", "b: {value: x, when: {y: 1}}", "c: y < 0 and x > 2",

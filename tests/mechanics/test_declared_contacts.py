@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.mechanics.law_elements import LawElement
-from multibody_sym.mechanics.model_files import load_with_places
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import PlaneSurface, RoundSurface
 from multibody_sym.scalars.functions import evaluate_float
@@ -207,53 +205,6 @@ def test_a_particle_needs_no_inertia() -> None:
     assert mbs.check(system).degrees_of_freedom == 2
     run = mbs.simulate(system, t_end=1)
     assert (run["J_x"][-1], run["J_y"][-1]) == (pytest.approx(3.0), pytest.approx(-1.0))
-
-
-@pytest.mark.parametrize(
-    ("contact", "message"),
-    [
-        ("c1: {between: [block, ground.ramp], static: -0.1}", r"<text>:22:47: contacts.c1.static: .*negative"),
-        ("c1: {between: [block, ground.ramp], static: 0.1, kinetic: 0.2}", r":22:47: .*: static 0.1 is below kinetic"),
-        ("c1: {between: [cart.top, ground.ramp]}", r"between: cart.top and ground.ramp are two planes"),
-        ("c1: {between: [block, ground.rmap]}", r"between.1: 'ground.rmap' is no surface.*did you mean ground.ramp"),
-        ("c1: {between: [blok, ground.ramp]}", r"between.0: no body is called 'blok'.*did you mean block"),
-        ("c1: {between: [block, block]}", r"between: block cannot touch itself"),
-        ("c1: {between: [hollow.in, cart.top]}", r"between: hollow and cart are welded"),
-        ("c1: {between: [block, ground.ramp], tangent: [-sin(a), cos(a), 0]}", r"tangent: it leads along the normal"),
-        ("c1: {between: [block, hollow]}", r"between.1: hollow has several surfaces; say which: hollow.in, hollow.out"),
-        ("c1: {between: [block, ground.ramp], rolling_resistance: 0.1}", r"rolling_resistance: discs and spheres roll"),
-        ("c1: {between: [wheel, hollow.out], tangent: x}", r"tangent: a tangent is given for planes"),
-        ("c1: {between: [block, ground.ramp], restitution: 2}", r"restitution: .*between 0 and 1"),
-        ("string: {between: [block, ground.ramp]}", r"contacts.string: 'string' is something else too"),
-        ("c1: {between: [block, ground.ramp], mu: 0.1}", r"unknown key 'mu'"),
-        ("c1: {between: [block], static: 0.1}", r"between: expected a list of 2"),
-        ("c1: {between: [block, ground.ramp], repeat: 2}", r"repeat: number the bodies"),
-    ],
-)
-def test_what_cannot_touch(contact: str, message: str) -> None:
-    with pytest.raises(mbs.ModelError, match=message):
-        found(contact)
-
-
-@pytest.mark.parametrize(
-    ("surface", "message"),
-    [
-        ("{inside: true, plane: [0, 0, 0]}", "inside: a sphere or a disc"),
-        ("{disc: 1, between: [[0, 0, 0], [1, 0, 0]]}", "between: a plane may end"),
-        ("{disc: 1, sphere: 1}", "a surface is one of"),
-    ],
-)
-def test_surfaces_that_contradict_themselves(surface: str, message: str) -> None:
-    with pytest.raises(mbs.ModelError, match=message):
-        mbs.loads(f"multibody_sym: 1\nname: s\nbodies: {{ground: {{surfaces: {{s: {surface}}}}}}}")
-
-
-def test_what_comes_up_later_has_its_line_too(tmp_path: Path) -> None:
-    file = tmp_path / "ramp.yaml"
-    file.write_text(FILE.format(contact="c1: {between: [block, ground.rmap]}"))
-    system, places = load_with_places(file)
-    with pytest.raises(mbs.ModelError, match=r"ramp.yaml:22:25: contacts.c1.between.1: 'ground.rmap'"), places.shown():
-        mechanism(system)
 
 
 def test_all_that_is_declared_is_written_back() -> None:

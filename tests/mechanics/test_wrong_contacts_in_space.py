@@ -76,30 +76,6 @@ def test_each_kind_with_each(tmp_path: Path, end: str) -> None:
         assert not told or re.search(r"[;:] (name|move|give|turn)|name its body|nothing else does", told), (other, told)
 
 
-@pytest.mark.parametrize(
-    ("contact", "surfaces", "message"),
-    [
-        ("[cyl, ground.pl]", {}, r"contacts.c: the rim of cyl lies flat on ground.pl .* name points of it"),
-        ("[rod, ground.se]", {"se": "{segment: [[0, 0, 0], [0, 0, 0]]}"}, r"ground.se leads from a place to the same"),
-        ("[box.back_left, ground.se]", {}, r"box.back_left and ground.se are parallel, .* turn one of them a little"),
-        ("[rod, ground.se]", {"se": "{segment: [[0, -1, 0], [0, 1, 0]], normal: y}"}, r"ground.se faces along a line"),
-        ("[b.pt, ground.pl], tangent: z", {}, r":17:\d+: contacts.c.tangent: it leads along the normal"),
-        ("[b.pt, ground.pl], kinetic: enough", {}, r"contacts.c.kinetic: .* static: enough"),
-        ("[box.left_bottom, ground.pl]", {}, r"a plane is touched by points .* name its body by itself"),
-        ("[b.pt, ground.sp]", {"sp": "{sphere: 0}"}, r":6:\d+: .*sp.sphere: a radius of 0: .* positive"),
-        ("[b.di, ground.pl]", {"di": "{disc: -0.2}"}, r":6:\d+: .*di.disc: a radius of -0.2: .* positive"),
-        ("[b.pt, ground.sp]", {"sp": "{sphere: r - 0.3}"}, r":17:3: contacts.c: a radius there is 0 m"),
-        ("[b.pt, ground.pl]", {"pl": "{plane: [0, 0, 0], between: [[0, 0, 0], [1, 0, 0]]}"}, r"planes have no ends"),
-        ("[box.top_bottom, ground.se]", {}, r"'box.top_bottom' is no surface and no point"),
-        ("[box, box.left]", {}, r"box cannot touch itself"),
-        ("['b.p#+1', ground.pl], repeat: 2", {}, r":17:17: contacts.c.between.0: 'b.p2' .*did you mean b.p"),
-    ],
-)
-def test_what_is_wrong_is_told(tmp_path: Path, contact: str, surfaces: dict[str, str], message: str) -> None:
-    with pytest.raises(mbs.ModelError, match=message):
-        begun(tmp_path, f"{{between: {contact}}}", **surfaces)
-
-
 def test_parts_of_shapes_have_the_names_that_results_tell(tmp_path: Path) -> None:
     """Corners and faces of a box, ends and sides of a rod, rims: what a contact of the whole is told by."""
     for end, other in itertools.product(("box.corner3", "rod.end1", "cyl.rim2"), ("ground.pl",)):

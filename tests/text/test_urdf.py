@@ -330,3 +330,10 @@ def test_damaged_files(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_many_damaged_urdf_files(tmp_path: Path) -> None:
     assert_harmless(tmp_path, 10_000, 10_000)
+
+
+def test_a_robot_whose_shapes_are_meshes_says_that_these_are_not_read(tmp_path: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="base.stl"/></geometry></visual>'
+    (tmp_path / "r.urdf").write_text(f'<robot name="r"><link name="base">{mesh}</link></robot>')
+    with pytest.warns(UrdfNotice, match=r"meshes are not read \(declare surfaces for contacts\): base"):
+        load_urdf(tmp_path / "r.urdf")

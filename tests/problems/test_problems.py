@@ -1,0 +1,245 @@
+"""Problems: files of a model as a user writes it, with what a command answers to it under `expect:`.
+
+A problem is a file `AREA/NAME.yaml` in this folder. `expect:` stands at its end, is cut off before the model is read,
+and is a list; each of its entries is a test, which runs one command in this process and looks at what that prints::
+
+    # What is asked, and where the answer comes from.
+    multibody_sym: 1
+    name: thrown
+    ...
+    ask: {T: y < 0, far: {value: x, when: y < 0}}
+    expect:
+    - solve: {}
+      value: {answers.T: 2*v*sin(a)/g, answers.far: 21.6}
+      equal: {answers.far: v^2*sin(2*a)/g}
+      says: far =
+    - {replace: {"mass: m": "mass: M"}, solve: {}, error: E102, line: 4, column: 21, says: did you mean m?}
+
+The model of an entry: `replace: {OLD: NEW}` puts other texts into the file, each in place of one that is there (the
+first, or all with `everywhere: true`), and `append: TEXT` adds lines. The command: its name with a map of its options,
+such as `simulate: {t_end: 2 s, set: {m: 3}}`; true stands for an option without a value.
+
+What is expected, where PATH leads into the object that `--json` prints (`answers.T`, `accelerations.x`, `phi.-1`):
+
+- `value: {PATH: NUMBER}` within `rel` (1e-9) and `abs` (1e-12): a number, null for none, or an expression in the
+  model's parameters and functions of Python's `math`; `where: {NAME: EXPRESSION}` gives intermediate results names.
+- `formula: {PATH: TEXT}`: the formula is printed so; null: there is none.
+- `equal: {PATH: EXPRESSION}`: the formula has that value at the model's parameters, at others nearby, and at those of
+  `at: {NAME: NUMBER}`.
+- `exactly: {PATH: VALUE}`: what stands there, such as `states.c: stick` or `conditions: []`.
+- `holds_for: {NAME: NUMBER}`: solved again with these parameters, every number is that of the formula printed before.
+- `says`, `silent`: a text, or a list of them, that the print has, and that it has not.
+- `error`: the number of the error, with which alone a command may fail. `line` and `column`: where in the file the line
+  points that has all of `says`; below it that line of the file is shown.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import multibody_sym as mbs
+from multibody_sym.cli.main import main
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
+
+HERE = Path(__file__).parent
+COMMANDS = ("solve", "check", "equilibrium", "simulate", "derive", "modes", "draw", "linearize")
+MODEL_KEYS = ("about", "replace", "everywhere", "append", "long")
+ANSWER_KEYS = (
+    "value", "rel", "abs", "where", "formula", "equal", "at", "exactly", "holds_for", "says", "silent", "error", "line",
+    "column",
+)
+OTHERS = 3
+"""At how many other parameter sets a formula is compared."""
+
+
+def read_problem(path: Path) -> tuple[str, list[dict[str, Any]]]:
+    """Return a problem's model, and its cases."""
+    model, mark, expected = path.read_text(encoding="utf-8").partition("\nexpect:\n")
+    assert mark, f"{path}: nothing is expected"
+    cases = yaml.safe_load(expected)
+    for case in cases:
+        named = [key for key in case if key in COMMANDS]
+        unknown = case.keys() - {*COMMANDS, *MODEL_KEYS, *ANSWER_KEYS}
+        assert len(named) == 1, f"{path}: {case} has not one command"
+        assert not unknown, f"{path}: unknown keys {unknown}"
+        assert case.keys() & ANSWER_KEYS, f"{path}: {case} expects nothing"
+    return model + "\n", cases
+
+
+def every_case() -> list[Any]:
+    """Return the cases of all problems, under their files' names and their numbers there."""
+    found = []
+    for path in sorted(HERE.glob("*/*.yaml")):
+        model, cases = read_problem(path)
+        for number, case in enumerate(cases, 1):
+            name = f"{path.parent.name}/{path.stem}-{number}"
+            marks = [pytest.mark.long] if case.get("long") else []
+            found.append(pytest.param(path.name, model, case, id=name, marks=marks))
+    return found
+
+
+def model_of_case(model: str, case: Mapping[str, Any]) -> str:
+    """Return the model with the replacements and additions of a case."""
+    for old, new in case.get("replace", {}).items():
+        assert old in model, f"{old!r} does not stand in the model"
+        model = model.replace(old, str(new), -1 if case.get("everywhere") else 1)
+    return model + case.get("append", "")
+
+
+def words_of_options(options: Mapping[str, Any]) -> list[str]:
+    """Return options as they are typed."""
+    words = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if isinstance(value, Mapping):
+            words += [word for key, x in value.items() for word in (option, f"{key}={x}")]
+        else:
+            words += [option] if value is True else [option, str(value)]
+    return words
+
+
+def at_path(found: Any, path: str) -> Any:
+    """Return what stands at a path of keys and places, in which a key may have dots of its own."""
+    if not path:
+        return found
+    if isinstance(found, list):
+        head, _, rest = path.partition(".")
+        return at_path(found[int(head)], rest)
+    fitting = [key for key in found if path == key or path.startswith(f"{key}.")]
+    assert fitting, f"{path!r} is none of {list(found)}"
+    key = max(fitting, key=len)
+    return at_path(found[key], path[len(key) + 1 :])
+
+
+def calculate(expression: Any, letters: Mapping[str, float]) -> float:
+    """Return the value of a number or of an expression, by Python."""
+    if isinstance(expression, int | float):
+        return float(expression)
+    names = {**vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "log": math.log, **letters}
+    return float(eval(str(expression).replace("^", "**"), {"__builtins__": {}}, names))
+
+
+def letters_of(model: str, given: Mapping[str, Any]) -> dict[str, float]:
+    """Return the model's parameters in numbers, some of which are given."""
+    waiting = {name: parameter.value for name, parameter in mbs.loads(model).parameters.items()}
+    letters = {name: calculate(x, {}) for name, x in given.items()}
+    while waiting := {name: node for name, node in waiting.items() if name not in letters}:
+        known = {symbol(name): x for name, x in letters.items()}
+        ready = {name: node for name, node in waiting.items() if {*leaves([node], "symbol")} <= known.keys()}
+        if not ready:
+            break
+        letters |= {name: evaluate_float([node], known)[0] for name, node in ready.items()}
+    return letters
+
+
+def with_results(letters: Mapping[str, float], case: Mapping[str, Any]) -> dict[str, float]:
+    """Return letters with the intermediate results of a case."""
+    found = dict(letters)
+    for name, expression in case.get("where", {}).items():
+        found[name] = calculate(expression, found)
+    return found
+
+
+def options_of(case: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the options of a case's command."""
+    return next(case[key] for key in COMMANDS if key in case) or {}
+
+
+def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
+    """Compare numbers."""
+    tolerance = {"rel": float(case.get("rel", 1e-9)), "abs": float(case.get("abs", 1e-12))}
+    for path, expected in case.get("value", {}).items():
+        there = at_path(found, path)
+        value = there["value"] if isinstance(there, dict) else there
+        if expected is None:
+            assert value is None, path
+        else:
+            assert value == pytest.approx(calculate(expected, with_results(letters, case)), **tolerance), path
+
+
+def verify_formulas(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
+    """Compare formulas with those of the case: as texts, and as functions of the parameters."""
+    for path, text in case.get("formula", {}).items():
+        assert at_path(found, path)["expression"] == text, path
+    draw = random.Random(1)
+    others = [{name: x * draw.uniform(0.9, 1.1) for name, x in letters.items()} for _ in range(OTHERS)]
+    others += [{**letters, **case["at"]}] if "at" in case else []
+    for path, expression in case.get("equal", {}).items():
+        formula = at_path(found, path)["expression"]
+        assert formula is not None, f"{path} has no formula"
+        for values in (letters, *others):
+            wanted = calculate(expression, with_results(values, case))
+            assert calculate(formula, values) == pytest.approx(wanted, rel=1e-9, abs=1e-12), (path, formula)
+
+
+def verify_print(printed: str, case: Mapping[str, Any]) -> None:
+    """Look for the words that a case expects in the print, and for those that a line with a place of the file has."""
+    says, silent = (case.get(key, []) for key in ("says", "silent"))
+    lines = printed.splitlines()
+    words = [says] if isinstance(says, str) else says
+    for word in words:
+        assert word in printed, printed
+    if "line" in case:
+        shown = [line for line in lines if all(word in line for word in words)]
+        assert shown, f"no line has all of {words} in:\n{printed}"
+        place = f":{case['line']}:{case['column']}:" if "column" in case else f":{case['line']}:"
+        assert place in shown[0], shown[0]
+        assert lines[lines.index(shown[0]) + 1].startswith("  "), "the place in the file is not shown"
+    for word in [silent] if isinstance(silent, str) else silent:
+        assert word not in printed
+
+
+def quantities(found: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield all quantities with a value, below their paths."""
+    if isinstance(found, dict) and isinstance(found.get("value"), float) and "expression" in found:
+        yield path, found
+    elif isinstance(found, dict | list):
+        for key, part in found.items() if isinstance(found, dict) else enumerate(found):
+            yield from quantities(part, f"{path}.{key}".lstrip("."))
+
+
+def verify_elsewhere(found: Any, elsewhere: Any, letters: Mapping[str, float]) -> None:
+    """Compare numbers that were solved for at other parameters with the formulas found at the model's."""
+    formulas = {path: quantity["expression"] for path, quantity in quantities(found)}
+    values = {**letters, **elsewhere["coordinates"], **elsewhere["speeds"]}
+    for path, quantity in quantities(elsewhere):
+        if formulas[path] is not None:
+            assert calculate(formulas[path], values) == pytest.approx(quantity["value"], rel=1e-9, abs=1e-9), path
+
+
+@pytest.mark.parametrize(("name", "model", "case"), every_case())
+def test_a_command_answers_as_expected(
+    name: str, model: str, case: dict[str, Any], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = model_of_case(model, case)
+    Path(name).write_text(text, encoding="utf-8")
+    command = next(key for key in COMMANDS if key in case)
+    code = main([command, name, "--json", *words_of_options(options_of(case))])
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    verify_print(printed.err, case)
+    if "error" in case:
+        assert code != 0
+        assert found["error"]["number"] == case["error"], printed.err
+        return
+    assert "error" not in found, printed.err
+    letters = letters_of(text, options_of(case).get("set", {})) if case.keys() & {"value", "equal"} else {}
+    verify_values(found, case, letters)
+    verify_formulas(found, case, letters)
+    for path, value in case.get("exactly", {}).items():
+        assert at_path(found, path) == value, path
+    if other := case.get("holds_for"):
+        assert main([command, name, "--json", *words_of_options({**options_of(case), "set": other})]) == 0
+        verify_elsewhere(found, json.loads(capsys.readouterr().out), letters_of(text, other))
