@@ -17,7 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from multibody_sym.contact_laws.problem import Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, Law, LawProblem, LawState, Unilateral
 from multibody_sym.contact_laws.search import find
 
 GRAVITY = 9.81
@@ -46,7 +46,7 @@ class Rows:
     ) -> None:
         tangent = np.array([normal[1], -normal[0]])
         n = self._row(Unilateral(), [(upper, arms[0], normal), (lower, arms[1], -normal)])
-        t = self._row(Friction(len(self.parts)), [(upper, arms[0], tangent), (lower, arms[1], -tangent)])
+        t = self._row(FrictionRow(len(self.parts)), [(upper, arms[0], tangent), (lower, arms[1], -tangent)])
         self.parts.append(FrictionLaw((t,), (n,), mu, 0.8 * mu))
 
     def string(self, left: int, right: int) -> None:

@@ -25,7 +25,7 @@ from multibody_sym.dynamics.programs.law_programs import friction_power_program
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.errors import MultibodyError
-from multibody_sym.motion.switching.legs import Leg
+from multibody_sym.motion.switching.legs import ModeLeg
 from multibody_sym.motion.switching.modes import function_of
 from multibody_sym.program.interpreter import interpret
 
@@ -33,7 +33,7 @@ INDEPENDENT = 1e-6
 """Smallest part of a row that others leave from which on accelerations are compared."""
 
 
-def modes_of(text: str, until: float, backend: str = "c") -> list[Leg]:
+def modes_of(text: str, until: float, backend: str = "c") -> list[ModeLeg]:
     """Return the first leg of each mode in which a run of a model is whose Programs serve all modes."""
     prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend=backend)
     try:
@@ -44,7 +44,7 @@ def modes_of(text: str, until: float, backend: str = "c") -> list[Leg]:
     return [leg for leg in found.values() if leg.program.mechanism.mode_numbers]
 
 
-def compared(leg: Leg) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+def compared(leg: ModeLeg) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Yield what the Programs of the mode alone and those of all modes say where a leg begins."""
     entered, every, problem = leg.program.entered, leg.program.mechanism, leg.problem
     alone, acting = np.array(leg.parameters), [row.name for row in entered.rows]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from multibody_sym.contact_laws.impact_problem import ImpactProblem, Struck
-from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
+from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, Law, LawProblem, Unilateral
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Impact:
     ) -> None:  # fmt: skip
         place = self._add(normal, Unilateral(), e)
         if tangents:
-            rows = tuple(self._add(t, Friction(len(self.parts), k)) for k, t in enumerate(tangents))
+            rows = tuple(self._add(t, FrictionRow(len(self.parts), k)) for k, t in enumerate(tangents))
             self.parts.append(FrictionLaw(rows, (place,), mu, mu if kinetic is None else kinetic))
             self.given_back.append(given_back)
 
@@ -55,13 +55,13 @@ class Impact:
         posed = LawProblem(A, A, np.zeros((count, count)), -self.H @ self.u, tuple(self.laws), tuple(self.parts))
         return ImpactProblem(posed, np.array(self.e), tuple(self.given_back), law, sequence)  # type: ignore[arg-type]
 
-    def after(self, struck: Struck) -> np.ndarray:
+    def after(self, struck: ImpactResult) -> np.ndarray:
         return self.u + np.linalg.solve(self.G, struck.x)
 
     def energy(self, u: np.ndarray) -> float:
         return float(u @ self.M @ u) / 2.0
 
-    def missed(self, struck: Struck) -> float:
+    def missed(self, struck: ImpactResult) -> float:
         """Return what M (u+ - u-) = H^T p misses, the speeds that are told, and the energy, to parts of the largest."""
         u = self.after(struck)
         momentum = self.M @ (u - self.u) - self.H.T @ struck.impulses
@@ -76,7 +76,7 @@ class Impact:
             abs(energy) / total,
         )
 
-    def gain(self, struck: Struck) -> float:
+    def gain(self, struck: ImpactResult) -> float:
         """Return what is made of energy, to a part of what there was."""
         return (self.energy(self.after(struck)) - self.energy(self.u)) / self.energy(self.u)
 

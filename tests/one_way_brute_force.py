@@ -14,7 +14,7 @@ import numpy as np
 from one_way_problems import GRAVITY, Blocks
 from scipy.optimize import linprog
 
-from multibody_sym.contact_laws.problem import Friction, Unilateral
+from multibody_sym.contact_laws.problem import FrictionRow, Unilateral
 
 ROUNDED = 1e-12
 """What rounding leaves (N) where all forces are none: less than a billionth of the lightest weight."""
@@ -152,7 +152,7 @@ class _Modes:
             holds = np.ones(len(side), dtype=bool)
             if isinstance(law, Unilateral):
                 holds = side[:, k] > 0
-            elif isinstance(law, Friction):
+            elif isinstance(law, FrictionRow):
                 (normal,) = self.blocks.parts[law.part].normals
                 touches = side[:, normal] != 0
                 holds = touches & (slip[:, law.part] == 0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, Law, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, Law, LawProblem, LawState, Unilateral
 
 GRAVITY = 10.0
 
@@ -52,7 +52,7 @@ class Blocks:
         n = self.row(Unilateral(), {block: normal, under: -normal}, right)
         if any(mu):
             tangent = np.array([normal[1], -normal[0]])
-            t = self.row(Friction(len(self.parts)), {block: tangent, under: -tangent}, right / 2)
+            t = self.row(FrictionRow(len(self.parts)), {block: tangent, under: -tangent}, right / 2)
             self.parts.append(FrictionLaw((t,), (n,), *mu, (speed,)))
 
     def guide(self, block: int, normal: np.ndarray, mu: tuple[float, float], speed: float, *, written: bool) -> None:
@@ -63,7 +63,7 @@ class Blocks:
             self.defining[self.row(Equality(), {})] = normal
             n = len(self.rows) - 1
             self.defining[n] = np.array([block, *normal])
-        t = self.row(Friction(len(self.parts)), {block: tangent})
+        t = self.row(FrictionRow(len(self.parts)), {block: tangent})
         self.parts.append(FrictionLaw((t,), (n,), *mu, (speed,)))
 
     def rope(self, ends: dict[int, np.ndarray], *, slack: bool = True) -> None:

@@ -7,8 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Modes, Part, Scaled, limits_of, over_parts
-from multibody_sym.contact_laws.solve_mode import Trial, across_slip, active_rows
+from multibody_sym.contact_laws.problem import (
+    IN_SPACE,
+    STICKS,
+    ModeArrays,
+    Scaled,
+    ScaledFriction,
+    limits_of,
+    over_parts,
+)
+from multibody_sym.contact_laws.solve_mode import ModeSolution, across_slip, active_rows
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.limits import Kind
@@ -45,11 +53,11 @@ def force_tolerance(problem: Scaled, z: Floats, part: float) -> float:
     return part * float(np.abs(z).max(initial=0.0)) + 100.0 * EPSILON * applied + 1e-300
 
 
-def fulfils(problem: Scaled, trial: Trial) -> bool:
+def fulfils(problem: Scaled, trial: ModeSolution) -> bool:
     return holds_equations(problem, trial) and next(violations(problem, trial), None) is None
 
 
-def holds_equations(problem: Scaled, trial: Trial) -> bool:
+def holds_equations(problem: Scaled, trial: ModeSolution) -> bool:
     """Return whether a = 0 wherever the mode says so, dependent rows too."""
     if not trial.solved or not np.isfinite(trial.x).all():
         return False
@@ -58,7 +66,7 @@ def holds_equations(problem: Scaled, trial: Trial) -> bool:
     return bool((np.abs(trial.a[active]) <= tolerance[active]).all())
 
 
-def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
+def violations(problem: Scaled, trial: ModeSolution) -> Iterator[Violation]:
     """Yield the inequalities that do not hold, sizes relative to what is largest of their kind."""
     force = force_tolerance(problem, trial.z, ACCEPTED)
     gap, table = gap_tolerance(problem, trial.x, trial.z, ACCEPTED), problem.table
@@ -75,7 +83,7 @@ def violations(problem: Scaled, trial: Trial) -> Iterator[Violation]:
                 yield Violation("slip", part.number, across / size)
 
 
-def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
+def flip(problem: Scaled, trial: ModeSolution, found: Violation) -> ModeArrays:
     """Return the mode with what does not hold turned into what then has to."""
     mode = trial.mode.copy()
     if found.kind in ("force", "gap"):
@@ -92,21 +100,16 @@ def flipped(problem: Scaled, trial: Trial, found: Violation) -> Modes:
             mode.direction(part)[:] = -force / np.linalg.norm(force)
         else:
             mode.slips[found.place] = -1 if force[0] > 0 else 1
-        _with_sides_of(mode, part, trial.z, problem)
+        for k in part.normals:
+            if k in problem.both:
+                mode.sides[k] = -1 if trial.z[k] < 0 else 1
     return mode
-
-
-def _with_sides_of(mode: Modes, part: Part, z: Floats, problem: Scaled) -> None:
-    """Set the sides of two-sided normals as the forces press."""
-    for k in part.normals:
-        if k in problem.both:
-            mode.sides[k] = -1 if z[k] < 0 else 1
 
 
 # --- labels -----------------------------------------------------------------------------------------------------------
 
 
-def labelled(problem: Scaled, trial: Trial) -> Modes:
+def label_by_motion(problem: Scaled, trial: ModeSolution) -> ModeArrays:
     """Return the mode by what moves: closed, stick and taut wherever a = 0; else what a and v_t say."""
     mode = trial.mode.copy()
     tolerance = gap_tolerance(problem, trial.x, trial.z, TIED)
@@ -128,7 +131,7 @@ def labelled(problem: Scaled, trial: Trial) -> Modes:
     return mode
 
 
-def _slip(part: Part, trial: Trial, stands: bool, turned: bool) -> tuple[int, Floats]:
+def _slip(part: ScaledFriction, trial: ModeSolution, stands: bool, turned: bool) -> tuple[int, Floats]:
     """Return how a part slips, and its direction from rest in space; what is smooth never sticks.
 
     `turned`: it touches in the trial's mode, so that its direction there was found.
@@ -145,8 +148,3 @@ def _slip(part: Part, trial: Trial, stands: bool, turned: bool) -> tuple[int, Fl
         first = np.eye(len(part.rows))[0]
         return IN_SPACE, known.copy() if known.any() else first if stands else a / np.linalg.norm(a)
     return (1 if stands or a[0] > 0 else -1), nowhere
-
-
-def slipping(problem: Scaled, mode: Modes) -> frozenset[int]:
-    """Return the parts that slip from rest."""
-    return frozenset(p.number for p in problem.parts if p.rests and mode.slips[p.number] != STICKS)

@@ -14,7 +14,16 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, Limits, Modes, Part, Places, Scaled, limits_of
+from multibody_sym.contact_laws.problem import (
+    IN_SPACE,
+    STICKS,
+    Flags,
+    LawLimits,
+    ModeArrays,
+    Places,
+    Scaled,
+    limits_of,
+)
 from multibody_sym.contact_laws.solve_mode import Reduced, may_hold
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -42,11 +51,11 @@ Labels = dict[str, dict[int, int]]
 
 
 @dataclass(frozen=True)
-class Enumerated(Modes):
+class Enumerated(ModeArrays):
     """Modes as columns of numbers: sides (b, m), slips (b, p), directions (b, p, 3)."""
 
-    def one(self, k: int) -> Modes:
-        return Modes(self.sides[k].copy(), self.slips[k].copy(), self.directions[k].copy())
+    def one(self, k: int) -> ModeArrays:
+        return ModeArrays(self.sides[k].copy(), self.slips[k].copy(), self.directions[k].copy())
 
     def some(self, chosen: slice | Places) -> Enumerated:
         return Enumerated(self.sides[chosen], self.slips[chosen], self.directions[chosen])
@@ -96,14 +105,9 @@ def every_mode(problem: Scaled, mu: Floats) -> Enumerated:
     for group, place in zip(groups, places, strict=True):
         sides[:, group.rows] = group.sides[place]
         slips[:, group.parts] = group.slips[place]
-    return _with_directions(problem, sides, slips)
-
-
-def _with_directions(problem: Scaled, sides: Places, slips: Places) -> Enumerated:
-    """Return the modes with slips in space from rest, which are numbered IN_SPACE + start, as directions."""
     directions = np.zeros((*slips.shape, 3))
     for part in problem.parts:
-        if part.in_space and part.rests:
+        if part.in_space and part.rests:  # slips from rest in space are numbered IN_SPACE + start
             slip = slips[:, part.number]
             for k, start in enumerate(STARTS[len(part.rows)]):
                 directions[slip == IN_SPACE + k, part.number, : len(start)] = start
@@ -129,40 +133,32 @@ def _clusters(problem: Scaled, mu: Floats) -> Iterator[tuple[list[int], list[int
 
 
 def _combinations(problem: Scaled, rows: list[int], parts: list[int]) -> Iterator[tuple[list[int], list[int]]]:
-    """Yield sides of rows and slips of parts: none where nothing touches, no second side where nothing slides."""
+    """Yield sides of rows and slips of parts: none where nothing touches, no second side where nothing slides.
+
+    Slips in space are numbered on from IN_SPACE, by the direction in which they begin.
+    """
     unilateral = set(problem.unilateral.tolist())
     choices = [(1, 0) if row in unilateral else (1, -1) for row in rows]
-    slips = [_begun(problem.parts[p]) for p in parts]
+    slips = list[tuple[int, ...]]()
+    for part in (problem.parts[p] for p in parts):
+        begun = tuple(IN_SPACE + k for k in range(len(STARTS[len(part.rows)]))) if part.in_space else (1, -1)
+        slips.append((STICKS, *begun))
     for sides in product(*choices):
         of_row = dict(zip(rows, sides, strict=True))
+        apart = {p for p in parts if not any(of_row.get(k, 1) for k in problem.parts[p].normals.tolist())}
+        negative = {row for row, side in of_row.items() if side < 0 and row not in unilateral}
         for chosen in product(*slips):
             slip = dict(zip(parts, chosen, strict=True))
-            if all(_touches(problem.parts[p], of_row) or not slip[p] for p in parts) and _sides_matter(
-                problem, of_row, slip, unilateral
-            ):
+            sliding = (p for p in problem.parts if not p.rests or slip.get(p.number, STICKS) != STICKS)
+            rubbed = {int(k) for p in sliding for k in p.normals} if negative else set[int]()
+            if negative <= rubbed and not any(slip[p] for p in apart):
                 yield list(sides), list(chosen)
-
-
-def _begun(part: Part) -> tuple[int, ...]:
-    """Return how a part may slip; in space numbered on from IN_SPACE, by where it is begun."""
-    return (STICKS, *(IN_SPACE + k for k in range(len(STARTS[len(part.rows)])))) if part.in_space else (STICKS, 1, -1)
-
-
-def _touches(part: Part, sides: dict[int, int]) -> bool:
-    return any(sides.get(k, 1) for k in part.normals.tolist())
-
-
-def _sides_matter(problem: Scaled, sides: dict[int, int], slip: dict[int, int], unilateral: set[int]) -> bool:
-    """Return whether each negative side is that of a normal at which something slides."""
-    negative = {row for row, side in sides.items() if side < 0 and row not in unilateral}
-    sliding = (p for p in problem.parts if not p.rests or slip.get(p.number, STICKS) != STICKS)
-    return not negative or negative <= {int(k) for p in sliding for k in p.normals}
 
 
 # --- many systems at once ---------------------------------------------------------------------------------------------
 
 
-def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Modes, bool]]:
+def candidate_modes(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[ModeArrays, bool]]:
     """Yield the modes that may fulfil the laws, and whether these may need other forces than a basic solution's.
 
     Modes that were begun from different directions and have come to the same ones are one.
@@ -183,7 +179,7 @@ def candidates(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tuple[Mo
         yield from _by_motion(problem, mu, modes, tried)
 
 
-def _by_motion(problem: Scaled, mu: Floats, modes: Enumerated, tried: _Tried) -> Iterator[tuple[Modes, bool]]:
+def _by_motion(problem: Scaled, mu: Floats, modes: Enumerated, tried: _Tried) -> Iterator[tuple[ModeArrays, bool]]:
     """Yield one mode of those that lead to the same motion, then that of the motion itself where forces are open.
 
     Closed, taut and stuck as far as nothing moves, it admits all the forces that the others do.
@@ -291,7 +287,12 @@ def _systems(
         touching = pressed[:, part.number]
         sticks = touching & (modes.slips[:, part.number] == STICKS) & part.rests
         weights = part.weights(modes.sides, pressing)
-        way = _ways(part, modes)
+        if not part.rests:
+            way = np.broadcast_to(part.moving, (count, len(part.rows)))
+        elif part.in_space:
+            way = modes.directions[:, part.number, : len(part.rows)]
+        else:
+            way = modes.slips[:, [part.number]].astype(float)
         for component, row in enumerate(part.rows):
             left[sticks, place[row]] = small.K[row]
             right[sticks, place[row]] = -small.a0[row]
@@ -300,15 +301,6 @@ def _systems(
             left[slides, place[row]] += factors @ small.Z[part.normals]
             right[slides, place[row]] = -factors @ small.z0[part.normals]
     return left, right
-
-
-def _ways(part: Part, modes: Enumerated) -> Floats:
-    """Return (b, number of rows) how the part slips."""
-    if not part.rests:
-        return np.broadcast_to(part.moving, (len(modes), len(part.rows)))
-    if part.in_space:
-        return modes.directions[:, part.number, : len(part.rows)]
-    return modes.slips[:, [part.number]].astype(float)
 
 
 @dataclass(frozen=True)
@@ -359,7 +351,7 @@ def _solved(left: Floats, right: Floats) -> _Solved:
     return _Solved(np.asarray(solution), doubtful, np.asarray(consistent), open_, single, np.asarray(ways))
 
 
-def _fit(limits: Sequence[Limits], kinds: Collection[Kind], allowed: Floats) -> Flags:
+def _fit(limits: Sequence[LawLimits], kinds: Collection[Kind], allowed: Floats) -> Flags:
     """Return (b) whether the limits of some kinds are passed by no more than what is allowed (b)."""
     kept = [(~x.asked | (x.values >= -allowed[:, None])).all(axis=1) for x in limits if x.kind in kinds]
     return np.asarray(np.logical_and.reduce(kept), dtype=bool)

@@ -21,8 +21,8 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.contact_laws.enumeration import MOST
-from multibody_sym.contact_laws.problem import STICKS, Equality, Friction, LawProblem, Unilateral, scaled
-from multibody_sym.contact_laws.solve_mode import reduced
+from multibody_sym.contact_laws.problem import STICKS, Equality, LawProblem, Unilateral, scaled, select
+from multibody_sym.contact_laws.solve_mode import eliminate_equalities
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -76,7 +76,7 @@ Stage = Literal["joined", "compression", "restitution", "at once", "given back"]
 
 
 @dataclass(frozen=True)
-class Phase:
+class ImpactPhase:
     """A stretch of an impact in which nothing changes its mode.
 
     `stage`: what holds both ways is `joined` first; the normal speeds fall (`compression`) and rise (`restitution`),
@@ -93,7 +93,7 @@ class Phase:
 
 
 @dataclass(frozen=True)
-class Struck:
+class ImpactResult:
     """What an impact does.
 
     `x` (n) is the weighted jump of speeds, `impulses` (m) and those `compression` (m) had of them, `before` and `after`
@@ -113,7 +113,7 @@ class Struck:
     lost: Floats
     closed: tuple[int, ...]
     restitution: Floats
-    phases: tuple[Phase, ...]
+    phases: tuple[ImpactPhase, ...]
     impacts: int
     not_unique: tuple[int, ...] = ()
     collapsed: bool = False
@@ -162,7 +162,7 @@ class Chosen:
         return tuple(whole.get(k, STICKS) for k in range(len(rows.parts)))
 
 
-def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
+def select_rows(problem: LawProblem, closed: Collection[int]) -> Chosen:
     """Return the problem of what always acts, constraints and friction in joints, and of some unilateral rows.
 
     Parts that are smooth are left out.
@@ -171,35 +171,13 @@ def chosen(problem: LawProblem, closed: Collection[int]) -> Chosen:
     rough = [k for k, part in enumerate(problem.parts) if part.enough or part.static or part.kinetic]
     parts = [k for k in rough if acting.issuperset(problem.parts[k].normals)]
     rows = sorted(acting | {row for k in parts for row in problem.parts[k].rows})
-    place = {row: k for k, row in enumerate(rows)}
-    number = {part: k for k, part in enumerate(parts)}
-    laws = [problem.laws[k] for k in rows]
-    frictions = (problem.parts[k] for k in parts)
-    return Chosen(
-        rows,
-        parts,
-        LawProblem(
-            problem.matrix[rows],
-            problem.exerted[rows],
-            problem.coupling[np.ix_(rows, rows)],
-            problem.right[rows],
-            tuple(replace(law, part=number[law.part]) if isinstance(law, Friction) else law for law in laws),
-            tuple(
-                replace(
-                    part,
-                    rows=tuple(place[k] for k in part.rows),
-                    normals=tuple(place[k] for k in part.normals),
-                    velocity=(0.0,) * len(part.rows),
-                    held=part.enough,
-                )
-                for part in frictions
-            ),
-        ),
-    )
+    alone = select(problem, rows, parts)
+    at_rest = (replace(part, velocity=(0.0,) * len(part.rows), held=part.enough) for part in alone.parts)
+    return Chosen(rows, parts, replace(alone, parts=tuple(at_rest)))
 
 
 @dataclass(eq=False)
-class Account:
+class ImpactProgress:
     """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took.
 
     Speeds of `unilateral` rows below `allowed` (m) do not close; `rounding` (m) is what arithmetic leaves of speeds.
@@ -215,7 +193,7 @@ class Account:
     allowed: Floats
     rounding: Floats
     unilateral: tuple[int, ...]
-    phases: list[Phase] = field(default_factory=list)
+    phases: list[ImpactPhase] = field(default_factory=list)
     impacts: int = 0
     struck: set[int] = field(default_factory=set)
     unsure: set[int] = field(default_factory=set)
@@ -251,7 +229,7 @@ class Account:
         if text not in self.notes:
             self.notes.append(text)
 
-    def copy(self) -> Account:
+    def copy(self) -> ImpactProgress:
         """Return the account as it is now, to come back to."""
         kept = replace(self)
         kept.restitution, kept.lost = self.restitution.copy(), self.lost.copy()
@@ -259,11 +237,11 @@ class Account:
         kept.struck, kept.unsure = set(self.struck), set(self.unsure)
         return kept
 
-    def back_to(self, kept: Account) -> None:
+    def back_to(self, kept: ImpactProgress) -> None:
         """Take everything back to what was kept."""
         self.__dict__.update(kept.copy().__dict__)
 
-    def gains_since(self, kept: Account) -> bool:
+    def gains_since(self, kept: ImpactProgress) -> bool:
         """Return whether there is more energy than at a kept account, beyond rounding of what the impact moves."""
         moved = float(np.abs(self.lost).sum() + self.x @ self.x / 2.0)
         return float((self.lost - kept.lost).sum()) < -GAIN * moved
@@ -285,7 +263,7 @@ class Account:
         self.lost += self._taken(z, x, stage) if lost is None else lost
         self.x, self.z = self.x + x, self.z + z
         self.struck |= set(rows)
-        self.phases.append(Phase(stage, tuple(sorted(rows)), slips, z, self.impacts))
+        self.phases.append(ImpactPhase(stage, tuple(sorted(rows)), slips, z, self.impacts))
         if stage == "compression":
             self.compression = self.compression + z
         return z
@@ -316,9 +294,9 @@ class Account:
         """The rows that exert another force than their own."""
         return np.flatnonzero(np.any(self.rows.exerted != self.rows.matrix, axis=1)).tolist()
 
-    def told(self) -> Struck:
+    def told(self) -> ImpactResult:
         """Return what has happened."""
-        return Struck(
+        return ImpactResult(
             self.x,
             self.z,
             self.compression,
@@ -340,7 +318,7 @@ def speeds(rows: LawProblem, x: Floats, z: Floats) -> Floats:
     return np.asarray(rows.matrix @ x + rows.coupling @ z - rows.right, dtype=float)
 
 
-def begun(problem: ImpactProblem) -> Account:
+def start_impact(problem: ImpactProblem) -> ImpactProgress:
     """Return the account of an impact in which nothing has happened yet."""
     rows = problem.rows
     count, size = rows.matrix.shape
@@ -353,7 +331,7 @@ def begun(problem: ImpactProblem) -> Account:
     allowed = usual if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
     zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
     rounding = np.maximum(ROUNDED * largest * lengths, ARITHMETIC * allowed)
-    return Account(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)
+    return ImpactProgress(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -364,7 +342,7 @@ def begun(problem: ImpactProblem) -> Account:
 
 
 @dataclass(frozen=True)
-class Moved:
+class ImpulseResponse:
     """x = X f, z = Z f and v = K f for impulses f (k) at the rows `own` of a problem of m rows: normal, tangents."""
 
     own: list[int]
@@ -373,7 +351,7 @@ class Moved:
     K: Floats
 
 
-def moved_by(some: Chosen, own: list[int]) -> Moved:
+def impulse_response(some: Chosen, own: list[int]) -> ImpulseResponse:
     """Return what impulses at some rows of a chosen problem do; no other row that holds one way has any.
 
     Each row of friction is to be among them, as nothing that rubs follows.
@@ -381,7 +359,14 @@ def moved_by(some: Chosen, own: list[int]) -> Moved:
     equal = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Equality)]
     problem = some.problem
     ordinary = not problem.coupling.any() and np.array_equal(problem.exerted[equal], problem.matrix[equal])
-    return _ordinary(some, own, equal) if ordinary else _general(some, own)
+    if ordinary:
+        return _ordinary_response(some, own, equal)
+    system = scaled(replace(problem, right=np.zeros(len(problem.right))))
+    small = eliminate_equalities(system)
+    sizes, place = system.sizes[small.own], small.place[own]
+    K = system.lengths[own, None] * (small.K[own] * sizes)
+    X, Z = (small.X * sizes)[:, place], (small.Z * sizes / system.sizes[:, None])[:, place]
+    return ImpulseResponse(own, X, Z, K[:, place])
 
 
 def verify_moves(some: Chosen, row: int, name: str) -> None:
@@ -402,12 +387,7 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
     raise NoImpulsesError(message, number="N108")
 
 
-def struck_at(some: Chosen, row: int) -> Moved:
-    """Return what impulses at a unilateral row of a chosen problem, and at its friction, do."""
-    return moved_by(some, [row, *(k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction))])
-
-
-def _ordinary(some: Chosen, own: list[int], equal: list[int]) -> Moved:
+def _ordinary_response(some: Chosen, own: list[int], equal: list[int]) -> ImpulseResponse:
     problem = some.problem
     lengths, unit = scaled_rows(problem.matrix[equal]) if equal else (np.zeros(0), problem.matrix[equal])
     pushes = problem.exerted[own].T
@@ -421,20 +401,10 @@ def _ordinary(some: Chosen, own: list[int], equal: list[int]) -> Moved:
             X -= Q @ (Q.T @ X)
         Z[np.array(equal)[kept]] = -np.linalg.solve(R[:rank, :rank], Q.T @ pushes) / lengths[kept, None]
     alike = np.array_equal(problem.exerted[own], problem.matrix[own])
-    return Moved(own, X, Z, X.T @ X if alike else problem.matrix[own] @ X)
+    return ImpulseResponse(own, X, Z, X.T @ X if alike else problem.matrix[own] @ X)
 
 
-def _general(some: Chosen, own: list[int]) -> Moved:
-    """Return the same where rows exert other forces than their own, or define a joint's impulse."""
-    system = scaled(replace(some.problem, right=np.zeros(len(some.problem.right))))
-    small = reduced(system)
-    sizes = system.sizes[small.own]
-    place = small.place[own]
-    K = system.lengths[own, None] * (small.K[own] * sizes)
-    return Moved(own, (small.X * sizes)[:, place], (small.Z * sizes / system.sizes[:, None])[:, place], K[:, place])
-
-
-def dependent(problem: LawProblem) -> list[int]:
+def dependent_rows(problem: LawProblem) -> list[int]:
     """Return the rows that hold both ways and have a part in a combination of them that exerts nothing."""
     equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and problem.exerted[k].any()]
     unit = scaled_rows(problem.exerted[equal])[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,16 +11,16 @@ import numpy as np
 
 from multibody_sym.contact_laws.check_laws import fulfils, holds_equations
 from multibody_sym.contact_laws.impact_problem import (
-    Account,
     Chosen,
     ImpactProblem,
+    ImpactProgress,
+    ImpactResult,
     NoImpulsesError,
     Stage,
-    Struck,
-    begun,
-    chosen,
-    dependent,
-    moved_by,
+    dependent_rows,
+    impulse_response,
+    select_rows,
+    start_impact,
 )
 from multibody_sym.contact_laws.lemke import SPHERE
 from multibody_sym.contact_laws.problem import (
@@ -28,21 +28,21 @@ from multibody_sym.contact_laws.problem import (
     STICKS,
     Equality,
     Flags,
-    Found,
-    Friction,
+    FrictionRow,
     LawMode,
     LawProblem,
     LawState,
-    Part,
+    LawStates,
     Places,
     Scaled,
+    ScaledFriction,
     Unilateral,
     scaled,
 )
 from multibody_sym.contact_laws.routh_method import AT_REST, Single, give_back, routh
-from multibody_sym.contact_laws.search import connected, find, modes_of
-from multibody_sym.contact_laws.solve_mode import Reduced, Trial, reduced, solve_mode
-from multibody_sym.contact_laws.uniqueness import SEEN, admissible, undetermined
+from multibody_sym.contact_laws.search import connected_groups, find, modes_of
+from multibody_sym.contact_laws.solve_mode import Reduced, eliminate_equalities, solve_mode
+from multibody_sym.contact_laws.uniqueness import SEEN, admissible_solution, open_forces
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -66,32 +66,34 @@ CARRIES: Final = 1e-9
 """Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
 
 
-def settled(problem: LawProblem) -> LawMode:
+def sweep_to_mode(problem: LawProblem) -> LawMode:
     """Return the mode that sweeps come to, or are at when there were too many; static friction holds."""
     system = scaled(problem)
-    small = reduced(system)
-    parts = [_own(part, small) for part in system.parts]
+    small = eliminate_equalities(system)
+    parts = list[_Own]()
+    for part in system.parts:
+        places = small.place[part.rows]
+        parts.append(_Own(part, places, float(np.linalg.norm(small.K[np.ix_(part.rows, places)], 2))))
     f = np.zeros(len(small.own))
     for _ in range(MOST):
         before = f.copy()
         _sweep(system, small, parts, f)
         if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
             break
-    return _mode(system, small, f)
+    return _mode_of(system, small, f)
 
 
-def turned(problem: LawProblem, mode: LawMode) -> LawMode | None:
-    """Return a mode with one of its slips in space turned, in which static friction holds; None where none does."""
+def turn_slips(problem: LawProblem, mode: LawMode) -> LawMode | None:
+    """Return a mode with one of its slips in space turn_slips, in which static friction holds; None where none does."""
     system = scaled(problem)
     mu = np.array([part.static for part in system.parts], dtype=float)
-    return next((other for other in _ways_off(mode) if _may_hold(system, other, mu)), None)
-
-
-def _ways_off(mode: LawMode) -> Iterator[LawMode]:
     for k, slip in enumerate(mode.directions):
         for way in () if slip is None else WAYS[len(slip)]:
-            other = tuple(float(x) for x in way)
-            yield replace(mode, directions=(*mode.directions[:k], other, *mode.directions[k + 1 :]))
+            direction = tuple(float(x) for x in way)
+            other = replace(mode, directions=(*mode.directions[:k], direction, *mode.directions[k + 1 :]))
+            if _may_hold(system, other, mu):
+                return other
+    return None
 
 
 def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
@@ -99,7 +101,7 @@ def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
     trial = solve_mode(system, modes_of(system, mode), mu)
     if fulfils(system, trial) or not trial.idle.shape[1] or not holds_equations(system, trial):
         return fulfils(system, trial)
-    other = admissible(system, trial)
+    other = admissible_solution(system, trial)
     return other is not None and fulfils(system, other)
 
 
@@ -107,14 +109,9 @@ def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
 class _Own:
     """A friction part, where its own impulses are among all, and the most that one of them changes its speed."""
 
-    part: Part
+    part: ScaledFriction
     places: Places
     stiff: float
-
-
-def _own(part: Part, small: Reduced) -> _Own:
-    places = small.place[part.rows]
-    return _Own(part, places, float(np.linalg.norm(small.K[np.ix_(part.rows, places)], 2)))
 
 
 def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None:
@@ -128,14 +125,11 @@ def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None
             rows = own.part.rows
             wanted = f[own.places] - (small.a0[rows] + small.K[rows] @ f) / own.stiff
             size = math.hypot(*wanted)
-            f[own.places] = wanted * min(1.0, _limit(own.part, small, f) / size) if size else 0.0
+            limit = float(most(own.part.static, own.part.pressed(small.z0 + small.Z @ f)))
+            f[own.places] = wanted * min(1.0, limit / size) if size else 0.0
 
 
-def _limit(part: Part, small: Reduced, f: Floats) -> float:
-    return float(most(part.static, part.pressed(small.z0 + small.Z @ f)))
-
-
-def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:
+def _mode_of(system: Scaled, small: Reduced, f: Floats) -> LawMode:
     z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
     force, speed = CARRIES * float(np.abs(z).max(initial=0.0)), CARRIES * float(np.abs(system.r).max(initial=0.0))
     sides = np.ones(system.count, dtype=int)
@@ -164,13 +158,7 @@ def _mode(system: Scaled, small: Reduced, f: Floats) -> LawMode:
 _CONTRADICT: Final = "the speeds wanted there contradict each other", True
 
 
-def joined(account: Account) -> None:
-    """Let what holds both ways take the speeds that are wanted of it, where they are not there already."""
-    if account.unfulfilled():
-        _found(account, (), "joined")
-
-
-def newton(account: Account, closed: Collection[int]) -> None:
+def newton(account: ImpactProgress, closed: Collection[int]) -> None:
     """Strike rows at once by Newton's coefficients: by the smallest where different ones contradict each other.
 
     In a wedge what separates, though by next to nothing, contradicts what is to bounce: then it takes no part.
@@ -182,10 +170,10 @@ def newton(account: Account, closed: Collection[int]) -> None:
         return
     differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
     if not (differ and _newton(account, closed)):
-        raise _nothing(account, closed)
+        raise _no_impulses_error(account, closed)
 
 
-def poisson(account: Account, closed: Collection[int]) -> None:
+def poisson(account: ImpactProgress, closed: Collection[int]) -> None:
     """Strike rows at once by Poisson's coefficients: by the smallest where different ones make energy."""
     kept = account.copy()
     _poisson(account, closed)
@@ -197,11 +185,11 @@ def poisson(account: Account, closed: Collection[int]) -> None:
             _poisson(account, closed)
 
 
-def _differ(account: Account, closed: Collection[int]) -> bool:
+def _differ(account: ImpactProgress, closed: Collection[int]) -> bool:
     return len(set(account.restitution[list(closed)].tolist())) > 1
 
 
-def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
+def _take_smallest(account: ImpactProgress, closed: Collection[int], why: str) -> bool:
     """Let rows have the smallest of their coefficients; return whether they differ."""
     if not _differ(account, closed):
         return False
@@ -213,7 +201,7 @@ def _take_smallest(account: Account, closed: Collection[int], why: str) -> bool:
     return True
 
 
-def _newton(account: Account, closed: Collection[int]) -> bool:
+def _newton(account: ImpactProgress, closed: Collection[int]) -> bool:
     """Strike rows at once; return whether that is possible."""
     wanted, rows, now = np.zeros(len(account.z)), list(closed), account.speeds()
     wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
@@ -223,30 +211,30 @@ def _newton(account: Account, closed: Collection[int]) -> bool:
     return z is not None
 
 
-def _poisson(account: Account, closed: Collection[int]) -> None:
+def _poisson(account: ImpactProgress, closed: Collection[int]) -> None:
     z = _search(account, closed, np.zeros(len(account.z)), "compression")
     if z is None:
-        if _stopped_at_once(account, closed) and not set(account.closing()).intersection(closed):
+        if _stop_slip(account, closed) and not set(account.closing()).intersection(closed):
             return
-        z = _found(account, closed, "compression")
+        z = _find_impulses(account, closed, "compression")
     given = {k: float(account.restitution[k] * z[k]) for k in closed}
     given = {k: value for k, value in given.items() if value > 0.0}
     if not given:
         return
-    if account.unsure.intersection(given) and (_differ(account, closed) or chosen(account.rows, closed).parts):
+    if account.unsure.intersection(given) and (_differ(account, closed) or select_rows(account.rows, closed).parts):
         names = ", ".join(account.problem.name(k) for k in sorted(account.unsure.intersection(given)))
         account.note(f"impulses of compression at {names} are not unique; restitution follows the most even ones")
-    _found(account, closed, "restitution", given)
+    _find_impulses(account, closed, "restitution", given)
 
 
-def _stopped_at_once(account: Account, closed: Collection[int]) -> bool:
+def _stop_slip(account: ImpactProgress, closed: Collection[int]) -> bool:
     """Stop slip where friction is always enough, before anything presses; return whether there was any.
 
     So it is with one contact alone. Where that pushes contacts apart, friction has nothing that presses beside it.
     """
-    some, v = chosen(account.rows, closed), account.speeds()
-    rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]
-    moved = moved_by(some, rubs)
+    some, v = select_rows(account.rows, closed), account.speeds()
+    rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
+    moved = impulse_response(some, rubs)
     enough = [rubs.index(row) for part in some.problem.parts if part.enough for row in part.rows]
     slip = v[some.rows][rubs][enough]
     if not (np.abs(slip) > account.rounding[some.rows][rubs][enough]).any():
@@ -259,7 +247,9 @@ def _stopped_at_once(account: Account, closed: Collection[int]) -> bool:
     return True
 
 
-def _found(account: Account, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None) -> Floats:
+def _find_impulses(
+    account: ImpactProgress, closed: Collection[int], stage: Stage, given: Mapping[int, float] | None = None
+) -> Floats:
     """Add and return the impulses (m) after which all laws hold. Raises NoSolutionError where there are none.
 
     What friction without bound would have to pull in to hold slips, as in the limit of large coefficients.
@@ -268,12 +258,12 @@ def _found(account: Account, closed: Collection[int], stage: Stage, given: Mappi
     if z is None:
         z = _search(account, closed, np.zeros(len(account.z)), stage, given, slips=True)
     if z is None:
-        raise _nothing(account, closed)
+        raise _no_impulses_error(account, closed)
     return z
 
 
 def _search(
-    account: Account,
+    account: ImpactProgress,
     closed: Collection[int],
     wanted: Floats,
     stage: Stage,
@@ -287,19 +277,23 @@ def _search(
     None where there are none.
     """
     given = given or {}
-    some = chosen(account.rows, closed)
+    some = select_rows(account.rows, closed)
     if slips:
-        some = replace(some, problem=_slipping(some.problem))
+        laws, parts = some.problem.laws, some.problem.parts  # what is pressed from one side holds by its coefficient
+        one_way = [all(isinstance(laws[k], Unilateral) for k in part.normals) for part in parts]
+        pairs = zip(parts, one_way, strict=True)
+        loose = tuple(replace(part, held=part.held and not free) for part, free in pairs)
+        some = replace(some, problem=replace(some.problem, parts=loose))
     now = account.speeds()
     here = {some.rows.index(k): value for k, value in given.items()}
-    right = _consistent(account, some, (wanted - now)[some.rows])
+    right = _without_rounding(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
     found, count = _states(problem, account.problem.most), len(some.rows)
     if not found.states:
         account.nothing = _CONTRADICT if _contradict(problem) else (found.searched, found.proved)
         return None
     state = found.states[0]
-    shared, unsure = _shared(problem, state)
+    shared, unsure = _even_impulses(problem, state)
     z = np.zeros(len(now))
     z[some.rows] = shared[:count]
     for row, value in given.items():
@@ -311,25 +305,18 @@ def _search(
     return z
 
 
-def _states(problem: LawProblem, most: int) -> Found:
+def _states(problem: LawProblem, most: int) -> LawStates:
     """Return what is found that fulfils the laws: near where sweeps come to, or among all modes if they are no more."""
     found = find(problem, every=False, most=0)
     if found.states:
         return found
-    mode = settled(problem)
+    mode = sweep_to_mode(problem)
     found = find(problem, mode, every=False, most=0)
     if not found.states and most:
         found = find(problem, every=False, most=most)
-    if not found.states and most and (other := turned(problem, mode)) is not None:
+    if not found.states and most and (other := turn_slips(problem, mode)) is not None:
         found = find(problem, other, every=False)
     return found
-
-
-def _slipping(problem: LawProblem) -> LawProblem:
-    """Return the problem in which friction that is pressed from one side holds no more than its coefficient says."""
-    one_way = [all(isinstance(problem.laws[k], Unilateral) for k in part.normals) for part in problem.parts]
-    parts = zip(problem.parts, one_way, strict=True)
-    return replace(problem, parts=tuple(replace(part, held=part.held and not free) for part, free in parts))
 
 
 def _contradict(problem: LawProblem) -> bool:
@@ -340,7 +327,7 @@ def _contradict(problem: LawProblem) -> bool:
     return bool((np.abs(missed) > AT_REST * np.abs(right).max(initial=0.0)).any())
 
 
-def _consistent(account: Account, some: Chosen, right: Floats) -> Floats:
+def _without_rounding(account: ImpactProgress, some: Chosen, right: Floats) -> Floats:
     """Return right sides without what rounding has left of speeds before: dependent rows contradict each other by it.
 
     After several impacts that is no longer little beside the speeds that are left. Rows that define an impulse are no
@@ -377,7 +364,7 @@ def _with_given(problem: LawProblem, given: Mapping[int, float]) -> LawProblem:
     )
 
 
-def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
+def _even_impulses(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
     """Return the impulses (m) for the same speeds that are shared most evenly, and the rows that may have others.
 
     Those of least length, forces at unit length, where they fulfil the laws; what holds both ways keeps its own.
@@ -386,9 +373,12 @@ def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
     mu = [p.kinetic if p.number in state.kinetic else p.static for p in system.parts]
     trial = solve_mode(system, modes_of(system, state.mode), np.array(mu, dtype=float).reshape(len(mu)))
     here = replace(trial, x=state.x, z=state.z * system.sizes, a=state.a / system.lengths)
-    unsure = np.flatnonzero(undetermined(system, trial, here)[0])
+    unsure = np.flatnonzero(open_forces(system, trial, here)[0])
     if len(unsure):
-        idle = trial.forces @ trial.idle @ _unmoved(trial)
+        # Combinations that change no speed: what slides may be pushed.
+        pushed = float(np.linalg.norm(trial.moved)) > SEEN * float(np.linalg.norm(trial.forces @ trial.idle))
+        unmoved = null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
+        idle = trial.forces @ trial.idle @ unmoved
         equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
         free = idle @ null_space(idle[equal], DRAWN)
         even = replace(here, z=here.z - free @ least_squares(free, here.z))
@@ -397,13 +387,7 @@ def _shared(problem: LawProblem, state: LawState) -> tuple[Floats, list[int]]:
     return here.z / system.sizes, [int(k) for k in unsure]
 
 
-def _unmoved(trial: Trial) -> Floats:
-    """Return combinations (j, k) of impulses that no equation sees that change no speed: what slides may be pushed."""
-    pushed = float(np.linalg.norm(trial.moved)) > SEEN * float(np.linalg.norm(trial.forces @ trial.idle))
-    return null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
-
-
-def _nothing(account: Account, closed: Collection[int]) -> NoSolutionError:
+def _no_impulses_error(account: ImpactProgress, closed: Collection[int]) -> NoSolutionError:
     names = ", ".join(account.problem.name(k) for k in sorted(closed)) or "what holds both ways"
     rubs = account.problem.law == "newton" and any(part.static or part.enough for part in account.rows.parts)
     advice = " (Newton's coefficient with friction may have no solution; `law: poisson` has one)" if rubs else ""
@@ -436,7 +420,7 @@ PATIENCE: Final = 2
 class _Counts:
     """How many impacts each connected cluster had."""
 
-    def __init__(self, account: Account) -> None:
+    def __init__(self, account: ImpactProgress) -> None:
         self.account, self.near = account, _near(account.rows)
         self.cluster = _numbers(self.near)
         self.counts: dict[int, int] = {}
@@ -451,7 +435,7 @@ class _Counts:
         acting = {*struck, *held, *(k for k, law in enumerate(rows.laws) if isinstance(law, Equality))}
         parts = (part for part in rows.parts if acting.issuperset(part.normals))
         every = sorted(acting.union(*(part.rows for part in parts)))
-        groups = ([every[k] for k in group] for group in connected(self.near[np.ix_(every, every)]))
+        groups = ([every[k] for k in group] for group in connected_groups(self.near[np.ix_(every, every)]))
         return [[k for k in group if k in struck or k in held] for group in groups if not set(struck).isdisjoint(group)]
 
     def number(self, row: int) -> int:
@@ -477,7 +461,7 @@ class _Counts:
         return True
 
 
-def at_once(account: Account) -> None:
+def at_once(account: ImpactProgress) -> None:
     """Strike all that touches where something closes, until nothing does."""
     counts, known = _Counts(account), dict[int, Single]()
     while closing := account.closing():
@@ -486,23 +470,19 @@ def at_once(account: Account) -> None:
             continue
         rows = [k for k in account.not_separating() if k in cluster]
         if account.problem.law == "stronge":
-            rows = _single(account, [k for k in closing if k in cluster])
+            rows = [k for k in closing if k in cluster]
+            if len(rows) > 1:
+                names = ", ".join(account.problem.name(k) for k in rows)
+                raise InputError(
+                    f"Stronge's coefficient is one of a single contact, but {names} close at once: say "
+                    "`sequence: one_by_one`, or `law: poisson`",
+                    number="M121",
+                )
         for island in counts.islands(rows):
             _strike(account, island, known)
 
 
-def _single(account: Account, closing: list[int]) -> list[int]:
-    if len(closing) == 1:
-        return closing
-    names = ", ".join(account.problem.name(k) for k in closing)
-    raise InputError(
-        f"Stronge's coefficient is one of a single contact, but {names} close at once: say `sequence: one_by_one`, "
-        "or `law: poisson`",
-        number="M121",
-    )
-
-
-def one_by_one(account: Account) -> None:
+def one_by_one(account: ImpactProgress) -> None:
     """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
     counts, known = _Counts(account), dict[int, Single]()
     while closing := account.closing():
@@ -518,7 +498,7 @@ def one_by_one(account: Account) -> None:
     _to_their_limit(account, counts)
 
 
-def _to_their_limit(account: Account, counts: _Counts) -> None:
+def _to_their_limit(account: ImpactProgress, counts: _Counts) -> None:
     """Strike at once, without bouncing, what struck in turn until it closed by less than counts.
 
     Such impacts have no last one: speeds of closing and of slip shrink together, and none is left in the limit.
@@ -533,21 +513,19 @@ def _to_their_limit(account: Account, counts: _Counts) -> None:
         account.restitution = bounces
 
 
-def _strike(account: Account, rows: Sequence[int], known: dict[int, Single]) -> None:
+def _strike(account: ImpactProgress, rows: Sequence[int], known: dict[int, Single]) -> None:
     """Strike rows by the law that is asked for, and let friction be given back; `known` rows have struck before."""
     before = account.copy()
     single = None
     if len(rows) == 1:
         single = known[rows[0]] = known.get(rows[0]) or Single(account, rows[0])
-    _by_law(account, rows, single)
-    give_back(account, rows, before)
-
-
-def _by_law(account: Account, rows: Sequence[int], single: Single | None) -> None:
     law = account.problem.law
+    rough = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
+    one_way = set(account.unilateral)
+    rubs = any(set(part.normals) <= set(rows) or not set(part.normals) & one_way for part in rough)
     if single is not None and single.followed:
         routh(account, single)
-    elif law == "newton" or (law == "stronge" and not _rubs(account, rows)):
+    elif law == "newton" or (law == "stronge" and not rubs):
         newton(account, rows)
     else:
         names = ", ".join(account.problem.name(k) for k in sorted(rows))
@@ -556,12 +534,7 @@ def _by_law(account: Account, rows: Sequence[int], single: Single | None) -> Non
         elif law == "stronge":
             account.note(f"{names} strike together, which Stronge's law does not tell with friction: by Poisson's")
         poisson(account, rows)
-
-
-def _rubs(account: Account, rows: Collection[int]) -> bool:
-    """Return whether anything rubs at rows, or in joints."""
-    parts = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
-    return any(set(part.normals) <= set(rows) or not set(part.normals) & set(account.unilateral) for part in parts)
+    give_back(account, rows, before)
 
 
 def clusters(rows: LawProblem) -> list[int]:
@@ -570,7 +543,7 @@ def clusters(rows: LawProblem) -> list[int]:
 
 
 def _numbers(near: Flags) -> list[int]:
-    found = {k: group[0] for group in connected(near) for k in group}
+    found = {k: group[0] for group in connected_groups(near) for k in group}
     return [found[k] for k in range(len(near))]
 
 
@@ -586,7 +559,7 @@ def _near(rows: LawProblem) -> Flags:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-def strike(problem: ImpactProblem) -> Struck:
+def strike(problem: ImpactProblem) -> ImpactResult:
     """Return what an impact does; where nothing closes and nothing is wanted, `phases` is empty.
 
     What holds both ways takes its wanted speeds first; then unilateral rows that close strike, at once with those that
@@ -596,13 +569,14 @@ def strike(problem: ImpactProblem) -> Struck:
     is not between 0 and 1, and for Stronge's law where several contacts close at once.
     """
     _verify(problem)
-    account = begun(problem)
-    joined(account)
+    account = start_impact(problem)
+    if account.unfulfilled():
+        _find_impulses(account, (), "joined")
     if problem.sequence == "simultaneous":
         at_once(account)
     else:
         one_by_one(account)
-    account.unsure |= set(dependent(problem.rows)) if account.phases else set()
+    account.unsure |= set(dependent_rows(problem.rows)) if account.phases else set()
     return account.told()
 
 

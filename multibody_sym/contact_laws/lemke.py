@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, Modes, Part, Scaled
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, ModeArrays, Scaled, ScaledFriction
 from multibody_sym.contact_laws.solve_mode import Reduced
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -148,6 +148,7 @@ LINE: Final = np.array([[1.0], [-1.0]])
 CIRCLE: Final = np.array([[np.cos(k), np.sin(k)] for k in 2.0 * np.pi * np.arange(EDGES) / EDGES])
 _CORNERS: Final = np.array(list(product((1.0, -1.0), repeat=3))) / np.sqrt(3.0)
 SPHERE: Final = np.vstack([np.eye(3), -np.eye(3), _CORNERS])
+_EDGES: Final = {1: LINE, 2: CIRCLE, 3: SPHERE}
 Fans = Mapping[int, Floats]
 """Directions (k, 2) of further edges, by part."""
 NO_FANS: Final[Fans] = {}
@@ -159,7 +160,7 @@ _CLOSER: Final = 4.0
 class Proposal:
     """A mode, the rows (m) that carry force in it, x (n), forces z (m), and whether the search ended on a ray."""
 
-    mode: Modes
+    mode: ModeArrays
     carrying: Flags
     x: Floats
     z: Floats
@@ -181,15 +182,12 @@ class _Unknowns:
         self.slack: dict[int, int] = {}
         for part in rubbing:
             if part.rests:
-                self.ways[part.number] = np.vstack([edges(part), *([fine[part.number]] if part.number in fine else [])])
+                finer = [fine[part.number]] if part.number in fine else []
+                self.ways[part.number] = np.vstack([_EDGES[len(part.rows)], *finer])
                 count += (size := len(self.ways[part.number])) + 1
                 self.edges[part.number], self.slack[part.number] = slice(count - size - 1, count - 1), count - 1
         self.count = count
         self.sliding = [p for p in rubbing if not p.rests]
-
-
-def edges(part: Part) -> Floats:
-    return {1: LINE, 2: CIRCLE, 3: SPHERE}[len(part.rows)]
 
 
 def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats], fine: Fans = NO_FANS) -> Proposal:
@@ -205,7 +203,7 @@ def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Flo
     return _read(problem, small, unknowns, found, f0 + F @ found.z)
 
 
-def fans(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
+def closer_edges(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
     """Return edges close to the friction of a proposal, which are so many times closer in its middle."""
     apart = 2.0 * np.pi / EDGES / _CLOSER ** np.arange(1, times + 1)
     beside = np.concatenate([-apart, [0.0], apart])
@@ -219,7 +217,7 @@ def fans(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
 
 
 def _pressed(
-    part: Part, small: Reduced, unknowns: _Unknowns, pressing: dict[int, Floats]
+    part: ScaledFriction, small: Reduced, unknowns: _Unknowns, pressing: dict[int, Floats]
 ) -> tuple[float, Floats, Floats]:
     """Return N = n0 + n_f . f + n_y . y."""
     n0, of_forces, of_unknowns = 0.0, np.zeros(len(small.own)), np.zeros(unknowns.count)
@@ -293,7 +291,7 @@ def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complemen
     y, basic = found.z, found.basic
     z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
     parts = len(problem.parts)
-    mode = Modes(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 3)))
+    mode = ModeArrays(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 3)))
     carrying = np.zeros(problem.count, dtype=bool)
     carrying[problem.kinematic] = carrying[problem.defining] = True
     for k, i in unknowns.normal.items():
@@ -310,8 +308,8 @@ def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complemen
 
 
 def _read_part(
-    part: Part,
-    mode: Modes,
+    part: ScaledFriction,
+    mode: ModeArrays,
     carrying: Flags,
     a: Floats,
     solution: tuple[Floats, Flags],

@@ -17,6 +17,7 @@ impulse D = -1 and no terms of velocity. Corrections of positions are the same w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Final, Literal, TypeVar
 
@@ -47,14 +48,14 @@ class Unilateral:
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionRow:
     """Row number `component` (0; also 1, and 2, in space) of friction part number `part`."""
 
     part: int
     component: int = 0
 
 
-Law = Equality | Unilateral | Friction
+Law = Equality | Unilateral | FrictionRow
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,7 @@ derivatives of a Program give it, or a difference quotient. With A, C and D it i
 
 
 @dataclass(frozen=True)
-class Found:
+class LawStates:
     """The states in which all laws hold.
 
     `verdict`: "one"; "none" (`states` is empty); "several" (distinct accelerations or unique forces; or one state
@@ -183,6 +184,25 @@ class Found:
         return f"no state was found in which all {laws}; tried were {self.searched}, and {unproved}"
 
 
+def select(problem: LawProblem, rows: Sequence[int], parts: Sequence[int]) -> LawProblem:
+    """Return the problem of some rows and friction parts, renumbered."""
+    place = {row: k for k, row in enumerate(rows)}
+    number = {part: k for k, part in enumerate(parts)}
+    laws = (problem.laws[k] for k in rows)
+    frictions = (problem.parts[k] for k in parts)
+    return LawProblem(
+        problem.matrix[rows],
+        problem.exerted[rows],
+        problem.coupling[np.ix_(rows, rows)],
+        problem.right[rows],
+        tuple(replace(law, part=number[law.part]) if isinstance(law, FrictionRow) else law for law in laws),
+        tuple(
+            replace(part, rows=tuple(place[k] for k in part.rows), normals=tuple(place[k] for k in part.normals))
+            for part in frictions
+        ),
+    )
+
+
 # ----------------------------------------------------------------------------------------------------------------------
 # A LawProblem with rows and forces of unit length, so that units and masses have no say, as arrays.
 
@@ -193,7 +213,7 @@ Array = TypeVar("Array", Floats, Flags)
 
 
 @dataclass(frozen=True)
-class Part:
+class ScaledFriction:
     """A friction part: |z[rows]| <= mu N with N = sum |base z[normals]|, or with `norm` the length of that vector."""
 
     number: int
@@ -254,7 +274,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class PartTable:
+class FrictionTable:
     """Rows of all parts, `sizes` many from `first` on, and their normals with `base`, from `starts` on.
 
     `first` and `starts` are places in `rows` and `normals`, `owners` the numbers of the parts that these normals press;
@@ -292,7 +312,7 @@ class Scaled:
     kinematic: Places
     defining: Places
     both: Places
-    parts: tuple[Part, ...]
+    parts: tuple[ScaledFriction, ...]
 
     @property
     def count(self) -> int:
@@ -306,11 +326,11 @@ class Scaled:
         return flags
 
     @cached_property
-    def table(self) -> PartTable:
+    def table(self) -> FrictionTable:
         """All parts at once."""
         starts = np.cumsum([0, *(len(p.normals) for p in self.parts)])[:-1]
         first = np.cumsum([0, *(len(p.rows) for p in self.parts)])[:-1]
-        return PartTable(
+        return FrictionTable(
             np.concatenate([np.zeros(0, dtype=np.intp), *(p.rows for p in self.parts)]),
             first.astype(np.intp),
             np.array([len(p.rows) for p in self.parts], dtype=np.intp),
@@ -341,7 +361,7 @@ class Scaled:
         """Return (.., p) how large the friction of all parts is."""
         return np.asarray(np.sqrt(over_parts(np.add, z[..., self.table.rows] ** 2, self.table.first)), dtype=float)
 
-    def forward(self, mode: Modes, a: Floats) -> Floats:
+    def forward(self, mode: ModeArrays, a: Floats) -> Floats:
         """Return (.., p) how fast parts slip the way that they do in modes, of accelerations (.., m)."""
         rows, first, slips = self.table.rows, self.table.first, mode.slips
         if len(rows) > len(first):
@@ -382,6 +402,13 @@ def scaled(problem: LawProblem) -> Scaled:
     normal = np.zeros(count, dtype=bool)
     for part in problem.parts:
         normal[list(part.normals)] = True
+    parts = list[ScaledFriction]()
+    for number, part in enumerate(problem.parts):
+        rows, normals = np.array(part.rows, dtype=np.intp), np.array(part.normals, dtype=np.intp)
+        velocity = np.array([*part.velocity, *[0.0] * (len(rows) - len(part.velocity))], dtype=float)
+        base, numbers = sizes[rows[0]] / sizes[normals], (part.static, part.kinetic)
+        flags = part.norm, part.enough, part.held
+        parts.append(ScaledFriction(number, rows, normals, base, velocity, *numbers, *flags))
     return Scaled(
         matrix / lengths[:, None],
         exerted / sizes[:, None],
@@ -393,7 +420,7 @@ def scaled(problem: LawProblem) -> Scaled:
         np.flatnonzero(equal & ~defines),
         np.flatnonzero(equal & defines),
         np.flatnonzero(equal & normal),
-        tuple(_part(number, part, sizes) for number, part in enumerate(problem.parts)),
+        tuple(parts),
     )
 
 
@@ -424,13 +451,6 @@ def _lengths(rows: Floats, parts: Sequence[FrictionLaw]) -> Floats:
     return lengths
 
 
-def _part(number: int, part: FrictionLaw, sizes: Floats) -> Part:
-    rows, normals = np.array(part.rows, dtype=np.intp), np.array(part.normals, dtype=np.intp)
-    velocity = np.array([*part.velocity, *[0.0] * (len(rows) - len(part.velocity))], dtype=float)
-    base, numbers = sizes[rows[0]] / sizes[normals], (part.static, part.kinetic)
-    return Part(number, rows, normals, base, velocity, *numbers, part.norm, part.enough, part.held)
-
-
 def _pressed(loads: Floats, starts: Places, norm: Flags | bool) -> Floats:
     """Return N (.., p) of parts whose forces of normals (.., k) begin at some places."""
     lengths = np.sqrt(over_parts(np.add, loads * loads, starts))
@@ -443,7 +463,7 @@ def over_parts(combine: np.ufunc, values: Array, starts: Places) -> Array:
 
 
 @dataclass(frozen=True)
-class Modes:
+class ModeArrays:
     """A mode, or several, in arrays: `sides` (.., m), `slips` (.., p), `directions` (.., p, 3), zeros without one.
 
     A part has as many components as it has rows; the others are zero.
@@ -453,16 +473,16 @@ class Modes:
     slips: Places
     directions: Floats
 
-    def copy(self) -> Modes:
-        return Modes(self.sides.copy(), self.slips.copy(), self.directions.copy())
+    def copy(self) -> ModeArrays:
+        return ModeArrays(self.sides.copy(), self.slips.copy(), self.directions.copy())
 
-    def direction(self, part: Part) -> Floats:
+    def direction(self, part: ScaledFriction) -> Floats:
         """Return the direction of a part, with one component for each of its rows."""
         return self.directions[part.number, : len(part.rows)]
 
 
 @dataclass(frozen=True)
-class Limits:
+class LawLimits:
     """The limits of one kind in modes: what must not be negative, `values` (.., k), where it is `asked` (.., k).
 
     A force that presses, a gap that opens, friction in its cone, slip that begins along its direction, and the side on
@@ -475,16 +495,16 @@ class Limits:
     asked: Flags
 
 
-def limits_of(problem: Scaled, mode: Modes, mu: Floats, z: Floats, a: Floats) -> Iterator[Limits]:
+def limits_of(problem: Scaled, mode: ModeArrays, mu: Floats, z: Floats, a: Floats) -> Iterator[LawLimits]:
     """Yield the limits of modes by kinds, with coefficients mu (p), forces z and accelerations a (.., m)."""
     table, rows, sides = problem.table, problem.unilateral, mode.sides
     parts, normals, closed = np.arange(len(problem.parts)), table.normals, sides[..., rows] > 0
-    yield Limits("force", rows, z[..., rows], closed)
-    yield Limits("gap", rows, a[..., rows], ~closed)
+    yield LawLimits("force", rows, z[..., rows], closed)
+    yield LawLimits("gap", rows, a[..., rows], ~closed)
     rubs = problem.pressed_parts(sides) & (mu != 0.0)
     sticks = rubs & table.rests & (mode.slips == STICKS)
     over = beyond(problem.rubbing(z), problem.pressed(z), mu)
-    yield Limits("cone", parts, -over, sticks & ~table.held)
-    yield Limits("slip", parts, problem.forward(mode, a), rubs & ~sticks & table.rests)
+    yield LawLimits("cone", parts, -over, sticks & ~table.held)
+    yield LawLimits("slip", parts, problem.forward(mode, a), rubs & ~sticks & table.rests)
     sided = (rubs & ~sticks & ~table.norm)[..., table.owners] & problem.two_sided[normals]
-    yield Limits("side", normals, signed(z[..., normals], sides[..., normals]), sided)
+    yield LawLimits("side", normals, signed(z[..., normals], sides[..., normals]), sided)

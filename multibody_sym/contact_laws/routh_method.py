@@ -15,17 +15,16 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import (
-    Account,
     Chosen,
     ImpactLaw,
-    Moved,
+    ImpactProgress,
+    ImpulseResponse,
     Stage,
-    chosen,
-    moved_by,
-    struck_at,
+    impulse_response,
+    select_rows,
     verify_moves,
 )
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, Friction, FrictionLaw
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, FrictionLaw, FrictionRow
 from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
@@ -47,7 +46,7 @@ AT_REST = 1e-12
 
 
 @dataclass(frozen=True)
-class Pace:
+class ImpulseRates:
     """Rates by the normal impulse, over the rows of a chosen problem: z' (m), x' (n), v' (m); `slips` by its parts."""
 
     z: Floats
@@ -56,7 +55,7 @@ class Pace:
     slips: tuple[int, ...]
 
 
-def alone(moved: Moved, part: FrictionLaw | None, v: Floats, small: float) -> Pace:
+def rates_of_contact(moved: ImpulseResponse, part: FrictionLaw | None, v: Floats, small: float) -> ImpulseRates:
     """Return the rates of a contact with one friction part, or none, at speeds v (m); below `small` v_t is at rest."""
     K = moved.K
     f, slip = np.zeros(len(moved.own)), STICKS
@@ -67,7 +66,7 @@ def alone(moved: Moved, part: FrictionLaw | None, v: Floats, small: float) -> Pa
     rates[moved.own] = K @ f
     if part is not None and slip == STICKS:
         rates[list(part.rows)] = 0.0
-    return Pace(moved.Z @ f, moved.X @ f, rates, () if part is None else (slip,))
+    return ImpulseRates(moved.Z @ f, moved.X @ f, rates, () if part is None else (slip,))
 
 
 def _tangential(K: Floats, part: FrictionLaw, v: Floats, small: float) -> tuple[Floats, int]:
@@ -100,7 +99,7 @@ def departing(K: Floats, mu: float) -> Floats:
     return np.asarray(e / np.linalg.norm(e), dtype=float)
 
 
-def among(account: Account, some: Chosen, row: int, v: Floats, small: Floats) -> Pace:
+def rates_with_joints(account: ImpactProgress, some: Chosen, row: int, v: Floats, small: Floats) -> ImpulseRates:
     """Return the rates where several parts rub, for the contact at `row` of a chosen problem at speeds v (m).
 
     A part whose speeds are below `small` (m) is at rest.
@@ -110,8 +109,12 @@ def among(account: Account, some: Chosen, row: int, v: Floats, small: Floats) ->
     matrix[row], coupling[row] = 0.0, 0.0
     coupling[row, row] = right[row] = 1.0
     laws = tuple(Equality() if k == row else law for k, law in enumerate(problem.laws))
-    parts = tuple(replace(part, velocity=_velocity(part, v, small)) for part in problem.parts)
-    posed = replace(problem, matrix=matrix, coupling=coupling, right=right, laws=laws, parts=parts)
+    parts = list[FrictionLaw]()
+    for part in problem.parts:
+        slip = v[list(part.rows)]
+        rests = float(np.linalg.norm(slip)) <= float(small[list(part.rows)].max())
+        parts.append(replace(part, velocity=(0.0,) * len(slip) if rests else tuple(slip.tolist())))
+    posed = replace(problem, matrix=matrix, coupling=coupling, right=right, laws=laws, parts=tuple(parts))
     found = find(posed, every=False)
     if not found.states:
         name = account.problem.name(some.rows[row])
@@ -119,13 +122,7 @@ def among(account: Account, some: Chosen, row: int, v: Floats, small: Floats) ->
         unknown = f"no way was found in which the impact at {name} goes on past friction in several places"
         raise NoSolutionError(jams if found.proved else f"{unknown}; tried were {found.searched}", number="N108")
     state = found.states[0]
-    return Pace(state.z, state.x, problem.matrix @ state.x + problem.coupling @ state.z, state.mode.slips)
-
-
-def _velocity(part: FrictionLaw, v: Floats, small: Floats) -> tuple[float, ...]:
-    rows = list(part.rows)
-    rests = float(np.linalg.norm(v[rows])) <= float(small[rows].max())
-    return (0.0,) * len(rows) if rests else tuple(float(x) for x in v[rows])
+    return ImpulseRates(state.z, state.x, problem.matrix @ state.x + problem.coupling @ state.z, state.mode.slips)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -219,7 +216,7 @@ NARROWEST: Final = 1e-12
 
 
 @dataclass(frozen=True)
-class Turned:
+class TurnedSlip:
     """What slip has done: p_t (2) it added, v_t (2) at its end, the energy it took, and whether its stage has ended."""
 
     at: Normal
@@ -237,7 +234,7 @@ def turns(K: Floats, mu: float, v: Floats) -> bool:
     return bool(abs(e[0] * a[1] - e[1] * a[0]) > SETTLED * terms)
 
 
-def turned(K: Floats, mu: float, v: Floats, at: Normal, goal: Goal) -> Turned:
+def follow_turning_slip(K: Floats, mu: float, v: Floats, at: Normal, goal: Goal) -> TurnedSlip:
     """Return what slip at v (2) with K (3, 3) does until its stage ends, it stops, or its direction stays."""
     size, speed = float(np.trace(K)), float(np.linalg.norm(v))
     slip = _Slip(K / size, mu, size / speed, speed, at, goal, _Direction.of(K / size, mu, v))
@@ -411,11 +408,11 @@ class _Slip:
         begun, speed = self.begun, self.speed
         return Normal(y[VN] * speed, begun.p + y[P] / self.mass, begun.W + y[W] * speed / self.mass)
 
-    def told(self, y: Floats, e: Floats, *, ended: bool) -> Turned:
+    def told(self, y: Floats, e: Floats, *, ended: bool) -> TurnedSlip:
         at = self.normal(y)
         velocity = np.zeros(2) if y[LOG] < STOPPED else self.speed * np.exp(y[LOG]) * e
         impulse, lost = y[Q] / self.mass, y[L] * self.speed / self.mass
-        return Turned(self.goal.met(at) if ended else at, impulse, velocity, float(lost), ended)
+        return TurnedSlip(self.goal.met(at) if ended else at, impulse, velocity, float(lost), ended)
 
 
 @cache
@@ -438,8 +435,8 @@ def _rules() -> tuple[Floats, Floats, Floats, Floats]:
 class Single:
     """One row that strikes alone: the problem of what acts with it, what its impulses move. No speeds are in it."""
 
-    def __init__(self, account: Account, row: int) -> None:
-        self.some = chosen(account.rows, (row,))
+    def __init__(self, account: ImpactProgress, row: int) -> None:
+        self.some = select_rows(account.rows, (row,))
         self.name, self.row = account.problem.name(row), self.some.rows.index(row)
         parts = self.some.problem.parts
         self._simple = not parts or (len(parts) == 1 and parts[0].normals == (self.row,) and len(parts[0].rows) < 3)
@@ -455,10 +452,11 @@ class Single:
         return next(iter(self.some.problem.parts), None) if self._simple else None
 
     @cached_property
-    def moved(self) -> Moved | None:
+    def moved(self) -> ImpulseResponse | None:
         """What impulses at the contact move; None where other parts rub than its own, or several."""
         verify_moves(self.some, self.row, self.name)
-        return struck_at(self.some, self.row) if self._simple else None
+        tangents = [k for k, law in enumerate(self.some.problem.laws) if isinstance(law, FrictionRow)]
+        return impulse_response(self.some, [self.row, *tangents]) if self._simple else None
 
     @cached_property
     def lengths(self) -> Floats:
@@ -466,7 +464,7 @@ class Single:
         return scaled_rows(self.some.problem.matrix)[0]
 
 
-def routh(account: Account, single: Single) -> None:
+def routh(account: ImpactProgress, single: Single) -> None:
     """Strike one row alone, with its friction and that in joints."""
     course = _Course(account, single)
     first = Normal(float(course.v[course.row]))
@@ -486,7 +484,7 @@ class _Course:
     `moved` is None where other parts rub than that of the contact, or several; else `part` is the contact's, if any.
     """
 
-    def __init__(self, account: Account, single: Single) -> None:
+    def __init__(self, account: ImpactProgress, single: Single) -> None:
         self.account, self.some, self.row, self.name = account, single.some, single.row, single.name
         self.moved, self.part = single.moved, single.part
         self.tangents = list(self.part.rows) if self.part else []
@@ -518,10 +516,10 @@ class _Course:
 
     # --- straight ways ------------------------------------------------------------------------------------------------
 
-    def _pace(self) -> Pace:
+    def _pace(self) -> ImpulseRates:
         if self.moved is None:
-            return among(self.account, self.some, self.row, self.v, self.small)
-        pace = alone(self.moved, self.part, self.v, float(self.small[self.tangents].max(initial=0.0)))
+            return rates_with_joints(self.account, self.some, self.row, self.v, self.small)
+        pace = rates_of_contact(self.moved, self.part, self.v, float(self.small[self.tangents].max(initial=0.0)))
         if pace.slips == (IN_SPACE,) and self._slips(slip := self.v[self.tangents]):
             e = slip / np.linalg.norm(slip)
             pace.v[self.tangents] = e * float(e @ pace.v[self.tangents])
@@ -556,7 +554,7 @@ class _Course:
         known = "" if self.moved is not None else "; proved for the way in which other parts slip or stick here only"
         return f"the impact at {self.name} has no end: its friction wedges it ({why}{known})"
 
-    def _next_stop(self, pace: Pace) -> tuple[float, list[int]]:
+    def _next_stop(self, pace: ImpulseRates) -> tuple[float, list[int]]:
         """Return the dp after which the first part stops to slip, and its rows."""
         first, rows = math.inf, list[int]()
         for part in self.some.problem.parts:
@@ -585,7 +583,7 @@ class _Course:
     def _around(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
         assert self.moved is not None
         assert self.part is not None
-        way = turned(self.moved.K, self.part.kinetic, self.v[self.tangents], at, goal)
+        way = follow_turning_slip(self.moved.K, self.part.kinetic, self.v[self.tangents], at, goal)
         f = np.concatenate([[way.at.p - at.p], way.impulse])
         lost = np.zeros(len(self.v))
         lost[self.row] = at.W - way.at.W
@@ -621,11 +619,11 @@ class _Course:
 # move the tangents too; for a sphere it is none: v_t+ = -e_t v_t-.
 
 
-def give_back(account: Account, closed: Collection[int], before: Account) -> None:
+def give_back(account: ImpactProgress, closed: Collection[int], before: ImpactProgress) -> None:
     """Give back the friction of an impact of rows that sticks now; `before` is the account before it."""
     if not any(account.problem.tangential):
         return
-    some = chosen(account.rows, closed)
+    some = select_rows(account.rows, closed)
     z, stored = account.z - before.z, np.zeros(len(account.z))
     parts = [k for k in range(len(some.parts)) if _sticks(account, some, k)]
     for k in parts:
@@ -638,13 +636,15 @@ def give_back(account: Account, closed: Collection[int], before: Account) -> Non
             stored[own] = z[own] * max(min(back, left), 0.0) / size
     if not stored.any():
         return
-    own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Friction)]
-    moved, f = moved_by(some, own), stored[some.rows][own]
+    own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
+    moved, f = impulse_response(some, own), stored[some.rows][own]
     taken = sum(float((account.lost - before.lost)[_rows(some, k)[0]].sum()) for k in parts)
     needed = float(f @ moved.K @ f) / 2.0 + float(f @ account.speeds()[some.rows][own])
     f = f * min(1.0, math.sqrt(max(taken, 0.0) / needed)) if needed > 0.0 else f
     if f.any():
-        _add(account, some, (moved.Z @ f, moved.X @ f))
+        z = np.zeros(len(account.z))
+        z[some.rows] = moved.Z @ f
+        account.add("given back", (), some.of_all((STICKS,) * len(some.parts), account.rows), (z, moved.X @ f))
 
 
 def _rows(some: Chosen, k: int) -> tuple[list[int], list[int]]:
@@ -653,16 +653,9 @@ def _rows(some: Chosen, k: int) -> tuple[list[int], list[int]]:
     return [some.rows[row] for row in part.rows], [some.rows[row] for row in part.normals]
 
 
-def _sticks(account: Account, some: Chosen, k: int) -> bool:
+def _sticks(account: ImpactProgress, some: Chosen, k: int) -> bool:
     own, normals = _rows(some, k)
     v = account.speeds()
     small = float(np.maximum(account.allowed, account.rounding)[own].max())
     at_rest = float(np.linalg.norm(v[own])) <= small
     return at_rest and account.problem.given_back(some.parts[k]) > 0.0 and set(normals) <= set(account.unilateral)
-
-
-def _add(account: Account, some: Chosen, impulses: tuple[Floats, Floats]) -> None:
-    z = np.zeros(len(account.z))
-    z[some.rows] = impulses[0]
-    sticks = (0,) * len(some.parts)
-    account.add("given back", (), some.of_all(sticks, account.rows), (z, impulses[1]))

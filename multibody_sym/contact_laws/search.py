@@ -6,45 +6,52 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from itertools import islice, product
+from operator import itemgetter
 from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.contact_laws.check_laws import flipped, fulfils, holds_equations, labelled, slipping, violations
-from multibody_sym.contact_laws.enumeration import MOST, candidates, count_modes
-from multibody_sym.contact_laws.lemke import Proposal, fans, propose
+from multibody_sym.contact_laws.check_laws import flip, fulfils, holds_equations, label_by_motion, violations
+from multibody_sym.contact_laws.enumeration import MOST, candidate_modes, count_modes
+from multibody_sym.contact_laws.lemke import Proposal, closer_edges, propose
 from multibody_sym.contact_laws.problem import (
     IN_SPACE,
     STICKS,
     Drift,
     Flags,
-    Found,
-    Friction,
-    FrictionLaw,
-    Law,
     LawMode,
     LawProblem,
     LawState,
-    Modes,
-    Part,
+    LawStates,
+    ModeArrays,
     Places,
     Round,
     Scaled,
+    ScaledFriction,
     Verdict,
     scaled,
+    select,
 )
 from multibody_sym.contact_laws.solve_mode import (
+    ModeSolution,
     Reduced,
-    Trial,
     active_rows,
+    eliminate_equalities,
     forces_of,
     press,
-    reduced,
     roughly,
     solve_mode,
 )
-from multibody_sym.contact_laws.uniqueness import SEEN, Ties, admissible, rate_problem, tied, undetermined, with_rates
+from multibody_sym.contact_laws.uniqueness import (
+    SEEN,
+    Ties,
+    admissible_solution,
+    mode_with_rates,
+    open_forces,
+    rate_problem,
+    tied_limits,
+)
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -71,13 +78,15 @@ _SETTLED: Final = 1e-6
 
 
 def along_motion(
-    problem: Scaled, mode: Modes, mu: Floats, carrying: Flags, near: tuple[Floats, Floats]
-) -> Modes | None:
+    problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags, near: tuple[Floats, Floats]
+) -> ModeArrays | None:
     """Return the mode with the directions in which its own motion goes, from x (n) and z (m) that are near.
 
     None where nothing slips from rest in space, or nothing settles.
     """
-    slips = _slipping(problem, mode, mu, carrying)
+    touching = problem.pressed_parts(mode.sides)
+    begun = (p for p in problem.parts if p.in_space and p.rests and touching[p.number] and mu[p.number])
+    slips = [p for p in begun if mode.slips[p.number] != STICKS and carrying[p.normals].any() and not p.norm]
     if not slips:
         return None
     x, z = near
@@ -97,13 +106,6 @@ def along_motion(
     return None
 
 
-def _slipping(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags) -> list[Part]:
-    """Return the parts that slip from rest in space, and rub."""
-    touching = problem.pressed_parts(mode.sides)
-    begun = (p for p in problem.parts if p.in_space and p.rests and touching[p.number] and mu[p.number])
-    return [p for p in begun if mode.slips[p.number] != STICKS and carrying[p.normals].any() and not p.norm]
-
-
 def _far(changes: Floats) -> float:
     """Return the part of a step to take that changes accelerations (k), as parts of themselves: along and across."""
     far = 1.0
@@ -121,15 +123,15 @@ class _Newton:
 
     problem: Scaled
     mu: Floats
-    slips: list[Part]
+    slips: list[ScaledFriction]
     active: Places
     free: Places
 
-    def accelerations(self, mode: Modes, x: Floats, zeta: Floats) -> Floats:
+    def accelerations(self, mode: ModeArrays, x: Floats, zeta: Floats) -> Floats:
         z = forces_of(self.problem, mode, self.mu, self.free, {}) @ zeta
         return np.asarray(self.problem.A @ x + self.problem.D @ z - self.problem.r, dtype=float)
 
-    def turned(self, mode: Modes, x: Floats, zeta: Floats) -> Modes | None:
+    def turned(self, mode: ModeArrays, x: Floats, zeta: Floats) -> ModeArrays | None:
         """Return the mode with slip along a motion's accelerations; None where one has no direction."""
         found, a = mode.copy(), self.accelerations(mode, x, zeta)
         for part in self.slips:
@@ -139,7 +141,7 @@ class _Newton:
             found.direction(part)[:] = a[part.rows] / size
         return found
 
-    def step(self, mode: Modes, x: Floats, zeta: Floats) -> tuple[Floats, Floats]:
+    def step(self, mode: ModeArrays, x: Floats, zeta: Floats) -> tuple[Floats, Floats]:
         """Return the changes of x and zeta, and those of accelerations (k, 2) along and across themselves, as parts."""
         problem, A, r = self.problem, self.problem.A, self.problem.r
         S = forces_of(problem, mode, self.mu, self.free, {})
@@ -193,7 +195,7 @@ class Near:
     `motion`: x and z near which the directions of its slip from rest in space are looked for.
     """
 
-    mode: Modes
+    mode: ModeArrays
     carrying: Flags | None = None
     flips: int = FLIPS
     motion: tuple[Floats, Floats] | None = None
@@ -208,11 +210,11 @@ class States:
 
     @cached_property
     def small(self) -> Reduced:
-        return reduced(self.problem)
+        return eliminate_equalities(self.problem)
 
-    def at(self, mu: Floats, near: list[Near]) -> list[Trial]:
+    def at(self, mu: Floats, near: list[Near]) -> list[ModeSolution]:
         """Return the distinct states with these coefficients, or one of them."""
-        found = list[Trial]()
+        found = list[ModeSolution]()
         modes = [replace(place, flips=0) for place in near[:-1]] + near[-1:]
         one = next((trial for place in modes if (trial := self._locally(mu, place)) is not None), None)
         contradicts = False
@@ -228,7 +230,7 @@ class States:
             self.proved &= contradicts and self._copositive(mu)
             return found
         self.tried += count
-        for mode, open_ in candidates(self.problem, self.small, mu):
+        for mode, open_ in candidate_modes(self.problem, self.small, mu):
             for trial in self._tried(mode, mu, found) if open_ else self._basic(mode, mu):
                 if not any(same(self.problem, trial, other) for other in found):
                     found.append(trial)
@@ -240,17 +242,19 @@ class States:
         rough = [p for p in self.problem.parts if mu[p.number] and not (p.held and p.rests)]
         return any((p.in_space and p.rests) or (p.norm and len(p.normals) > 1) for p in rough)
 
-    def _basic(self, mode: Modes, mu: Floats) -> Iterator[Trial]:
+    def _basic(self, mode: ModeArrays, mu: Floats) -> Iterator[ModeSolution]:
         trial = solve_mode(self.problem, mode, mu)
         if fulfils(self.problem, trial):
             yield trial
 
-    def _tried(self, mode: Modes, mu: Floats, found: list[Trial]) -> Iterator[Trial]:
+    def _tried(self, mode: ModeArrays, mu: Floats, found: list[ModeSolution]) -> Iterator[ModeSolution]:
         """Yield states of a mode that leaves forces open, with both sides of two-sided normals that stick.
 
         Where these forces do not move the system, its motion fits or does not, and may be known already.
         """
-        for sided in _both_sides(self.problem, mode):
+        stuck = [p for p in self.problem.parts if p.rests and mode.slips[p.number] == STICKS and not p.norm]
+        two_sided = {int(k) for p in stuck for k in p.normals if self.problem.two_sided[k]}
+        for sided in _with_sides(mode, two_sided):
             if mode.directions.any() and self._is_hopeless(roughly(self.problem, sided, mu), found):
                 continue
             trial = solve_mode(self.problem, sided, mu)
@@ -263,11 +267,11 @@ class States:
                 wrong = any(v.kind in ("gap", "slip") for v in violations(self.problem, trial))
                 if wrong or (not self._open_sides(trial) and any(moves_alike(self.problem, trial, t) for t in found)):
                     continue
-            other = admissible(self.problem, trial)
+            other = admissible_solution(self.problem, trial)
             if other is not None and fulfils(self.problem, other):
                 yield other
 
-    def _is_hopeless(self, trial: Trial, found: list[Trial]) -> bool:
+    def _is_hopeless(self, trial: ModeSolution, found: list[ModeSolution]) -> bool:
         """Return whether a mode with rough directions in space is far from any state, or near one that is known."""
         if not trial.solved or self._open_motion(trial):
             return not trial.solved
@@ -275,12 +279,12 @@ class States:
             return True
         return not self._open_sides(trial) and any(moves_alike(self.problem, trial, t, ROUGH) for t in found)
 
-    def _open_motion(self, trial: Trial) -> bool:
+    def _open_motion(self, trial: ModeSolution) -> bool:
         """Return whether forces that are open move the system."""
         forces = np.abs(trial.forces @ trial.idle).max(initial=0.0)
         return float(np.abs(trial.moved).max(initial=0.0)) > SEEN * float(forces)
 
-    def _open_sides(self, trial: Trial) -> bool:
+    def _open_sides(self, trial: ModeSolution) -> bool:
         """Return whether forces that are open press a joint."""
         changes = np.abs(trial.forces @ trial.idle).max(axis=1, initial=0.0)
         return bool((changes[self.problem.both] > SEEN * float(changes.max(initial=0.0))).any())
@@ -296,7 +300,7 @@ class States:
         rest = all(p.rests and not p.norm and not p.in_space and not two_sided[p.normals].any() for p in parts)
         return rest and bool(np.array_equal(self.problem.A, self.problem.C))
 
-    def _locally(self, mu: Floats, near: Near) -> Trial | None:
+    def _locally(self, mu: Floats, near: Near) -> ModeSolution | None:
         """Return a state in a mode, or in one that few flips lead to."""
         mode, carrying, seen = near.mode, near.carrying, set[bytes]()
         if near.motion is not None and carrying is not None:
@@ -311,18 +315,18 @@ class States:
                     return trial
             broken = sorted(violations(self.problem, trial), key=lambda v: -v.by) if np.isfinite(trial.z).all() else []
             if near.flips and trial.idle.shape[1] and holds_equations(self.problem, trial):
-                other = admissible(self.problem, trial)
+                other = admissible_solution(self.problem, trial)
                 if other is not None and fulfils(self.problem, other):
                     return other
             seen.add(mode.sides.tobytes() + mode.slips.tobytes())
-            turned = (flipped(self.problem, trial, v) for v in broken)
+            turned = (flip(self.problem, trial, v) for v in broken)
             mode_ = next((m for m in turned if m.sides.tobytes() + m.slips.tobytes() not in seen), None)
             if mode_ is None:
                 return None
             mode = mode_
         return None
 
-    def _proposed(self, mu: Floats) -> tuple[Trial | None, bool]:
+    def _proposed(self, mu: Floats) -> tuple[ModeSolution | None, bool]:
         """Return a state that Lemke's method leads to, and whether it ended on a ray, which no rounding explains.
 
         Coefficients that stand for all that is needed are beyond its digits: lower ones propose a mode then.
@@ -332,7 +336,7 @@ class States:
             return self._proposed_by(mu, np.minimum(mu, _STEEP))[0], False
         return found, ray
 
-    def _proposed_by(self, mu: Floats, coefficients: Floats) -> tuple[Trial | None, bool]:
+    def _proposed_by(self, mu: Floats, coefficients: Floats) -> tuple[ModeSolution | None, bool]:
         """Return a state with coefficients mu that Lemke's method leads to with others, and whether it met a ray."""
         norms = [p for p in self.problem.parts if p.norm and mu[p.number]]
         pressing: dict[int, Floats] = {}
@@ -348,7 +352,7 @@ class States:
                 break
         return None, ray
 
-    def _refined(self, mu: Floats, pressing: dict[int, Floats], proposal: Proposal) -> Trial | None:
+    def _refined(self, mu: Floats, pressing: dict[int, Floats], proposal: Proposal) -> ModeSolution | None:
         """Return a state that a proposal leads to, or one with ever more edges close to its friction in space."""
         for times in range(FINER + 1):
             motion = proposal.x, proposal.z
@@ -356,7 +360,7 @@ class States:
             trial = trial or self._moving_so(mu, proposal)
             if trial is not None:
                 return trial
-            fine = fans(self.problem, mu, proposal, times + 1)
+            fine = closer_edges(self.problem, mu, proposal, times + 1)
             if not fine:
                 return None
             proposal = propose(self.problem, self.small, mu, pressing, fine)
@@ -364,24 +368,18 @@ class States:
                 return None
         return None
 
-    def _moving_so(self, mu: Floats, proposal: Proposal) -> Trial | None:
+    def _moving_so(self, mu: Floats, proposal: Proposal) -> ModeSolution | None:
         """Return the state in which all presses, sticks and slips as it moves in a proposal, whose forces are few."""
         moving = solve_mode(self.problem, proposal.mode, mu, proposal.carrying)
         if not np.isfinite(moving.x).all():
             return None
-        trial = solve_mode(self.problem, labelled(self.problem, moving), mu)
+        trial = solve_mode(self.problem, label_by_motion(self.problem, moving), mu)
         if trial.idle.shape[1] and holds_equations(self.problem, trial):
-            trial = admissible(self.problem, trial) or trial
+            trial = admissible_solution(self.problem, trial) or trial
         return trial if fulfils(self.problem, trial) else None
 
 
-def _both_sides(problem: Scaled, mode: Modes) -> Iterator[Modes]:
-    """Yield the mode with each choice of sides of normals of parts that stick."""
-    stuck = [p for p in problem.parts if p.rests and mode.slips[p.number] == STICKS and not p.norm]
-    yield from _with_sides(mode, {int(k) for p in stuck for k in p.normals if problem.two_sided[k]})
-
-
-def either_side(problem: Scaled, trial: Trial) -> Iterator[Modes]:
+def either_side(problem: Scaled, trial: ModeSolution) -> Iterator[ModeArrays]:
     """Yield a trial's mode with each choice of sides of two-sided normals that have no force, but may have others.
 
     Of the first `SIDED` of them, so that there are not too many.
@@ -393,7 +391,7 @@ def either_side(problem: Scaled, trial: Trial) -> Iterator[Modes]:
     yield from _with_sides(trial.mode, [int(k) for k in free if int(k) in pressing][:SIDED])
 
 
-def _with_sides(mode: Modes, chosen_rows: Collection[int]) -> Iterator[Modes]:
+def _with_sides(mode: ModeArrays, chosen_rows: Collection[int]) -> Iterator[ModeArrays]:
     rows = sorted(chosen_rows)
     for sides in product((1, -1), repeat=len(rows)):
         chosen = mode.copy()
@@ -401,7 +399,7 @@ def _with_sides(mode: Modes, chosen_rows: Collection[int]) -> Iterator[Modes]:
         yield chosen
 
 
-def same(problem: Scaled, one: Trial, other: Trial, unsure: Flags | None = None) -> bool:
+def same(problem: Scaled, one: ModeSolution, other: ModeSolution, unsure: Flags | None = None) -> bool:
     """Return whether two states have the same accelerations and press the same sides of joints that rub.
 
     Of sides that are `unsure` (m) nothing is asked: there the forces are not unique.
@@ -409,14 +407,14 @@ def same(problem: Scaled, one: Trial, other: Trial, unsure: Flags | None = None)
     if not moves_alike(problem, one, other):
         return False
     unsure = np.zeros(problem.count, dtype=bool) if unsure is None else unsure
-    if np.array_equal(labelled(problem, one).sides, labelled(problem, other).sides):
+    if np.array_equal(label_by_motion(problem, one).sides, label_by_motion(problem, other).sides):
         return True
     largest = max(float(np.abs(trial.z).max(initial=0.0)) for trial in (one, other))
     sure = problem.both[~unsure[problem.both]]
     return bool((np.abs(one.z[sure] - other.z[sure]) <= SAME * largest).all())
 
 
-def moves_alike(problem: Scaled, one: Trial, other: Trial, part: float = SAME) -> bool:
+def moves_alike(problem: Scaled, one: ModeSolution, other: ModeSolution, part: float = SAME) -> bool:
     """Return whether two states have the same accelerations, to a part of the largest."""
     scale = max(float(np.abs(trial.x).max(initial=0.0)) for trial in (one, other))
     scale = max(scale, float(np.abs(problem.r).max(initial=0.0)))
@@ -427,7 +425,7 @@ def moves_alike(problem: Scaled, one: Trial, other: Trial, part: float = SAME) -
 # What hangs together.
 
 
-def connected(near: NDArray[np.bool_]) -> list[list[int]]:
+def connected_groups(near: NDArray[np.bool_]) -> list[list[int]]:
     """Return the numbers that hang together by pairs that are `near` (n, n), over any others; the lowest first."""
     either, left, found = near | near.T, set(range(len(near))), list[list[int]]()
     while left:
@@ -484,39 +482,26 @@ def islands(problem: LawProblem) -> list[Island]:
     joined = acts @ acts.T | (problem.coupling != 0.0)
     for part in problem.parts:
         joined[part.rows[0], [*part.rows, *part.normals]] = True
-    return [_alone(problem, rows) for rows in connected(joined)]
+    found = list[Island]()
+    for rows in connected_groups(joined):
+        own = set(rows)
+        parts = [k for k, part in enumerate(problem.parts) if part.rows[0] in own]
+        found.append(Island(rows, parts, select(problem, rows, parts)))
+    return found
 
 
-def _alone(problem: LawProblem, rows: Sequence[int]) -> Island:
-    places = {row: k for k, row in enumerate(rows)}
-    kept = [k for k, part in enumerate(problem.parts) if part.rows[0] in places]
-    numbers = {k: number for number, k in enumerate(kept)}
-    alone = LawProblem(
-        problem.matrix[rows],
-        problem.exerted[rows],
-        problem.coupling[np.ix_(rows, rows)],
-        problem.right[rows],
-        tuple(_numbered(problem.laws[row], numbers) for row in rows),
-        tuple(_placed(problem.parts[k], places) for k in kept),
-    )
-    return Island(rows, kept, alone)
-
-
-def _numbered(law: Law, numbers: Mapping[int, int]) -> Law:
-    return replace(law, part=numbers[law.part]) if isinstance(law, Friction) else law
-
-
-def _placed(part: FrictionLaw, places: Mapping[int, int]) -> FrictionLaw:
-    rows, normals = (tuple(places[k] for k in of) for of in (part.rows, part.normals))
-    return replace(part, rows=rows, normals=normals)
-
-
-def together(apart: Sequence[Island], states: Sequence[LawState]) -> LawState:
+def join_states(apart: Sequence[Island], states: Sequence[LawState]) -> LawState:
     """Return the state of the whole that states of all its islands make."""
     each = list(zip(apart, states, strict=True))
     z, a = (np.zeros(sum(len(island.rows) for island in apart)) for _ in range(2))
     for island, state in each:
         z[island.rows], a[island.rows] = state.z, state.a
+    rounds = list[Round]()
+    for k in range(max(len(state.rounds) for state in states)):  # who has no more rounds stays at the last one
+        now = [(island, state.rounds[min(k, len(state.rounds) - 1)]) for island, state in each if state.rounds]
+        kinetic = _kinetic((island, of.kinetic) for island, of in now)
+        mode = _mode([(island, of.mode) for island, of in now])
+        rounds.append(Round(kinetic, mode, _rows((island, of.carrying) for island, of in now)))
     return LawState(
         _mode([(island, state.mode) for island, state in each]),
         reduce(np.add, (state.x for state in states)),
@@ -525,17 +510,7 @@ def together(apart: Sequence[Island], states: Sequence[LawState]) -> LawState:
         _kinetic((island, state.kinetic) for island, state in each),
         _rows((island, state.not_unique) for island, state in each),
         _rows((island, state.at_limit) for island, state in each),
-        tuple(_round(each, k) for k in range(max(len(state.rounds) for state in states))),
-    )
-
-
-def _round(each: Sequence[tuple[Island, LawState]], k: int) -> Round:
-    """Return a round of the whole: an island that has no more of its own stays at its last one."""
-    now = [(island, state.rounds[min(k, len(state.rounds) - 1)]) for island, state in each if state.rounds]
-    return Round(
-        _kinetic((island, of.kinetic) for island, of in now),
-        _mode([(island, of.mode) for island, of in now]),
-        _rows((island, of.carrying) for island, of in now),
+        tuple(rounds),
     )
 
 
@@ -559,12 +534,8 @@ def _at(places: Sequence[int], values: Sequence[_T]) -> tuple[_T, ...]:
 
 def _placed_at(each: Iterable[tuple[Sequence[int], Sequence[_T]]]) -> tuple[_T, ...]:
     """Return values in the order of the places that are given with them."""
-    found = sorted(((k, x) for places, values in each for k, x in zip(places, values, strict=True)), key=_first)
+    found = sorted(((k, x) for places, values in each for k, x in zip(places, values, strict=True)), key=itemgetter(0))
     return tuple(x for _, x in found)
-
-
-def _first(pair: tuple[int, object]) -> int:
-    return pair[0]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -581,7 +552,7 @@ def find(
     drift: Drift | None = None,
     left: Mapping[int, float] | None = None,
     most: int = MOST,
-) -> Found:
+) -> LawStates:
     """Return the states that fulfil all laws, from a previous state or mode where that is still near.
 
     With `every` all modes of each island are tried as long as there are no more than `most`; without it one state is
@@ -592,7 +563,14 @@ def find(
     rates do, which `drift` gives.
     Raises NoSolutionError for rows that are not finite.
     """
-    _verify_finite(problem)
+    numbers = np.column_stack([problem.matrix, problem.exerted, problem.coupling, problem.right])
+    wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
+    if len(wrong):
+        raise NoSolutionError(
+            f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no "
+            "value, or a mass is zero; start from another position",
+            number="N105",
+        )
     if not every and ((found := _of_all(problem, previous, every, drift, left, most)).states or found.proved):
         return found
     apart = islands(problem)
@@ -609,9 +587,9 @@ def _of_islands(
     drift: Drift | None,
     left: Mapping[int, float],
     most: int,
-) -> Found | None:
+) -> LawStates | None:
     """Return the states by those of each island; None where rates of the whole are to tell modes at limits apart."""
-    found = list[Found]()
+    found = list[LawStates]()
     for island in apart:
         own = island.state(previous) if isinstance(previous, LawState) else previous and island.mode(previous)
         known = {k: left[row] for k, row in enumerate(island.rows) if row in left}
@@ -622,8 +600,8 @@ def _of_islands(
         return None
     states = list(islice(product(*(each.states for each in found)), _MOST_TOGETHER + 1))
     several = any(each.verdict == "several" for each in found)
-    return Found(
-        tuple(together(apart, state) for state in states[:_MOST_TOGETHER]),
+    return LawStates(
+        tuple(join_states(apart, state) for state in states[:_MOST_TOGETHER]),
         "several" if several else "one",
         ", ".join(dict.fromkeys(each.searched for each in found)),
         all(each.proved for each in found) and len(states) <= _MOST_TOGETHER,
@@ -638,24 +616,13 @@ def _of_all(
     drift: Drift | None,
     left: Mapping[int, float] | None,
     most: int,
-) -> Found:
+) -> LawStates:
     search = _Search(scaled(problem), every, drift, left or {}, most)
     ends = search.run(*_begin(search.problem, previous))
     told = tuple(search.told(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
-    return Found(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
-
-
-def _verify_finite(problem: LawProblem) -> None:
-    rows = np.column_stack([problem.matrix, problem.exerted, problem.coupling, problem.right])
-    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
-    if len(wrong):
-        raise NoSolutionError(
-            f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no "
-            "value, or a mass is zero; start from another position",
-            number="N105",
-        )
+    return LawStates(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
 
 
 Rounds = tuple[tuple[frozenset[int], Near], ...]
@@ -666,7 +633,7 @@ Rounds = tuple[tuple[frozenset[int], Near], ...]
 class _Labels:
     """The mode by what moves, rows at a limit, and (m) which forces are not unique, and which of these move things."""
 
-    mode: Modes
+    mode: ModeArrays
     at_limit: tuple[int, ...]
     unsure: Flags
     moving: Flags
@@ -676,7 +643,7 @@ class _Labels:
 class _End:
     """A state in which no more parts slip than have the kinetic coefficient, and the rounds on the way to it."""
 
-    trial: Trial
+    trial: ModeSolution
     labels: _Labels
     kinetic: frozenset[int]
     rounds: Rounds
@@ -710,7 +677,7 @@ class _Search:
             near = [place for parts, place in known if parts == kinetic] + near
             for trial in self.states.at(self._coefficients(kinetic), near):
                 labels = self._labels(trial, kinetic)
-                slips = slipping(self.problem, labels.mode)
+                slips = {p.number for p in self.problem.parts if p.rests and labels.mode.slips[p.number] != STICKS}
                 new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
                 to_here = (*rounds, (kinetic, self._basic(trial)))
                 if new:
@@ -728,7 +695,7 @@ class _Search:
                 return
         ends.append(new)
 
-    def _basic(self, trial: Trial) -> Near:
+    def _basic(self, trial: ModeSolution) -> Near:
         carrying = np.zeros(self.problem.count, dtype=bool)
         carrying[trial.basic] = True
         return Near(trial.mode, carrying)
@@ -738,8 +705,8 @@ class _Search:
         values = [p.kinetic if not p.rests or p.number in kinetic else p.static for p in parts]
         return np.array(values, dtype=float).reshape(len(parts))
 
-    def _labels(self, trial: Trial, kinetic: frozenset[int]) -> _Labels:
-        mode = labelled(self.problem, trial)
+    def _labels(self, trial: ModeSolution, kinetic: frozenset[int]) -> _Labels:
+        mode = label_by_motion(self.problem, trial)
         none = np.zeros(self.problem.count, dtype=bool)
         if not self.exact:
             return _Labels(mode, (), none, none)
@@ -747,9 +714,9 @@ class _Search:
         moved = solve_mode(self.problem, mode, trial.mu)
         sided = list(either_side(self.problem, moved))
         for here in [moved] if len(sided) == 1 else (solve_mode(self.problem, one, trial.mu) for one in sided):
-            open_ = undetermined(self.problem, here, trial)
+            open_ = open_forces(self.problem, here, trial)
             unsure, moving = unsure | open_[0], moving | open_[1]
-        limit = tied(self.problem, trial, mode, unsure)
+        limit = tied_limits(self.problem, trial, mode, unsure)
         for changes in (self._left, self._rates):
             if not limit or (change := changes(limit, self._state(trial, mode, kinetic))) is None:
                 continue
@@ -757,7 +724,7 @@ class _Search:
             ends = _Search(rates.problem, every=True).run([])
             if len(ends) == 1:
                 after = ends[0].trial, ends[0].labels.mode
-                mode, limit = with_rates(self.problem, (trial, mode, limit), rates, after)
+                mode, limit = mode_with_rates(self.problem, (trial, mode, limit), rates, after)
         return _Labels(mode, limit.rows(self.problem), unsure, moving)
 
     def _left(self, limit: Ties, state: LawState) -> tuple[Floats, Floats] | None:
@@ -790,7 +757,7 @@ class _Search:
             tuple(self._round(kinetic, place) for kinetic, place in end.rounds),
         )
 
-    def _state(self, trial: Trial, mode: Modes, kinetic: frozenset[int]) -> LawState:
+    def _state(self, trial: ModeSolution, mode: ModeArrays, kinetic: frozenset[int]) -> LawState:
         """Return a state in the units of the problem."""
         return LawState(
             self._told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
@@ -800,7 +767,7 @@ class _Search:
         carrying = () if place.carrying is None else tuple(np.flatnonzero(place.carrying).tolist())
         return Round(kinetic, self._told(place.mode), carrying)
 
-    def _told(self, mode: Modes) -> LawMode:
+    def _told(self, mode: ModeArrays) -> LawMode:
         ways = [mode.direction(part) for part in self.problem.parts]
         directions = tuple(tuple(way.tolist()) if way.any() else None for way in ways)
         return LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
@@ -822,17 +789,16 @@ class _Search:
 def _begin(problem: Scaled, previous: LawState | LawMode | None) -> tuple[list[Near], Rounds]:
     """Return where to begin, and the modes that coefficients led to before."""
     if isinstance(previous, LawState):
-        return _begin(problem, previous.mode)[0], tuple((x.kinetic, _near(problem, x)) for x in previous.rounds)
+        rounds = list[tuple[frozenset[int], Near]]()
+        for known in previous.rounds:
+            carrying = np.zeros(problem.count, dtype=bool)
+            carrying[list(known.carrying)] = True
+            rounds.append((known.kinetic, Near(modes_of(problem, known.mode), carrying)))
+        return _begin(problem, previous.mode)[0], tuple(rounds)
     return [] if previous is None else [Near(modes_of(problem, previous))], ()
 
 
-def _near(problem: Scaled, previous: Round) -> Near:
-    carrying = np.zeros(problem.count, dtype=bool)
-    carrying[list(previous.carrying)] = True
-    return Near(modes_of(problem, previous.mode), carrying)
-
-
-def modes_of(problem: Scaled, previous: LawMode) -> Modes:
+def modes_of(problem: Scaled, previous: LawMode) -> ModeArrays:
     """Return a mode by numbers; what moves slips as it does, and what has no direction to slip in sticks."""
     sides, slips = np.array(previous.sides, dtype=np.intp), np.array(previous.slips, dtype=np.intp)
     directions = np.zeros((len(slips), 3))
@@ -842,4 +808,4 @@ def modes_of(problem: Scaled, previous: LawMode) -> Modes:
             slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
         elif part.in_space and slips[part.number] and not directions[part.number].any():
             slips[part.number] = STICKS
-    return Modes(sides, slips, directions)
+    return ModeArrays(sides, slips, directions)

@@ -14,10 +14,10 @@ import numpy as np
 from multibody_sym.contact_laws.problem import (
     STICKS,
     Flags,
-    Modes,
-    Part,
+    ModeArrays,
     Places,
     Scaled,
+    ScaledFriction,
     beyond,
     limits_of,
     over_parts,
@@ -54,14 +54,14 @@ VANISHING: Final = 1e-12
 
 
 @dataclass(frozen=True)
-class Trial:
+class ModeSolution:
     """What a mode leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
 
     `forces` (m, k) is the map from those z that were free to all, `idle` (k, j) combinations of them that no equation
     sees, and `moved` (n, j) what these do to x; `basic` are the rows whose z the solution is made of.
     """
 
-    mode: Modes
+    mode: ModeArrays
     mu: Floats
     x: Floats
     z: Floats
@@ -73,7 +73,7 @@ class Trial:
     moved: Floats
 
 
-def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None = None) -> Trial:
+def solve_mode(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | None = None) -> ModeSolution:
     """Return what a mode leads to with coefficients mu (p); forces that `carrying` (m) leaves out are zero."""
     pressing: dict[int, Floats] = {}
     touching = problem.pressed_parts(mode.sides)
@@ -84,18 +84,18 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
     solution = equations.solved(mode, pressing)
     trial = solution.trial
     if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
-        return _unsolved(trial)
+        return replace(trial, solved=False)
     if norms and not turning:
-        settled = _pressed(equations, mode, norms, trial.z, pressing)
+        settled = _press_until_settled(equations, mode, norms, trial.z, pressing)
         trial = equations.solved(mode, pressing).trial
         if settled:
             return trial
     for k in range(TURNS if turning else 0):
         change = press(norms, trial.z, pressing)
         solution = equations.solved(mode, pressing) if norms else solution
-        mode, turned = _turned(turning, solution)
+        mode, turned = _turn_slips(turning, solution)
         if k >= LOST and turned > TURN_LOST:
-            return _unsolved(trial)
+            return replace(trial, solved=False)
         # Newton's method has converged where its step is small: what is left is the step's square.
         change = max(change, turned if turned > TURNED else 0.0)
         solution = equations.solved(mode, pressing)
@@ -103,17 +103,17 @@ def solve_mode(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None 
         if change < SETTLED:
             return trial
     if norms or turning:
-        return trial if _settled(problem, norms, turning, trial, pressing) else _unsolved(trial)
+        return trial if _is_settled(problem, norms, turning, trial, pressing) else replace(trial, solved=False)
     return trial
 
 
-def roughly(problem: Scaled, mode: Modes, mu: Floats) -> Trial:
+def roughly(problem: Scaled, mode: ModeArrays, mu: Floats) -> ModeSolution:
     """Return what a mode leads to with the directions that it comes with."""
     return _equations(problem, mode, mu, None).solved(mode, {}).trial
 
 
-def _pressed(
-    equations: _Equations, mode: Modes, norms: list[Part], z: Floats, pressing: dict[int, Floats]
+def _press_until_settled(
+    equations: _Equations, mode: ModeArrays, norms: list[ScaledFriction], z: Floats, pressing: dict[int, Floats]
 ) -> bool:
     """Take the directions of pressing forces from passes that begin with z (m), and return whether they settle."""
     for _ in range(PASSES):
@@ -124,7 +124,7 @@ def _pressed(
     return False
 
 
-def press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
+def press(norms: list[ScaledFriction], z: Floats, pressing: dict[int, Floats]) -> float:
     """Take the directions of pressing forces from the last pass, and return by how much they moved."""
     change, least = 0.0, VANISHING * float(np.abs(z).max(initial=0.0))
     for part in norms:
@@ -134,8 +134,12 @@ def press(norms: list[Part], z: Floats, pressing: dict[int, Floats]) -> float:
     return change
 
 
-def _settled(
-    problem: Scaled, norms: list[Part], turning: list[Part], trial: Trial, pressing: dict[int, Floats]
+def _is_settled(
+    problem: Scaled,
+    norms: list[ScaledFriction],
+    turning: list[ScaledFriction],
+    trial: ModeSolution,
+    pressing: dict[int, Floats],
 ) -> bool:
     """Accept what rounding keeps from settling altogether."""
     if norms and press(norms, trial.z, dict(pressing)) > 1e-10:
@@ -145,20 +149,16 @@ def _settled(
     return all(across_slip(part, trial) <= size for part, size in zip(turning, sizes, strict=True))
 
 
-def _unsolved(trial: Trial) -> Trial:
-    return Trial(**{**trial.__dict__, "solved": False})
-
-
 # --- directions of slip in space --------------------------------------------------------------------------------------
 
 
-def _stands(problem: Scaled, part: Part, trial: Trial) -> bool:
+def _stands(problem: Scaled, part: ScaledFriction, trial: ModeSolution) -> bool:
     """Return whether a part does not slip at all, so that there is no direction: what sticks is another mode."""
     terms = problem.terms(trial.x, trial.z)[part.rows].max() + float(np.linalg.norm(trial.x))
     return bool(np.abs(trial.a[part.rows]).max() <= STANDS * terms)
 
 
-def across_slip(part: Part, trial: Trial) -> float:
+def across_slip(part: ScaledFriction, trial: ModeSolution) -> float:
     """Return how large the part of a_t across the direction in which it slips is."""
     return float(np.linalg.norm(_across(trial.mode.direction(part), trial.a[part.rows])))
 
@@ -167,7 +167,7 @@ def _across(direction: Floats, a: Floats) -> Floats:
     return a - (a @ direction) * direction
 
 
-def _turned(turning: list[Part], solution: _Solution) -> tuple[Modes, float]:
+def _turn_slips(turning: list[ScaledFriction], solution: _Solution) -> tuple[ModeArrays, float]:
     """Return the mode after a Newton step for the angles at which slip is along a_t, and the largest turn.
 
     A direction turns by one angle in a plane, by two in space, each towards a unit vector across it.
@@ -195,7 +195,9 @@ def _turned(turning: list[Part], solution: _Solution) -> tuple[Modes, float]:
     step = np.clip(step, -0.7, 0.7)
     found = mode.copy()
     for part, way, k in zip(turning, ways, own, strict=True):
-        found.direction(part)[:] = _rotated(mode.direction(part), way, step[k])
+        angle = float(np.linalg.norm(step[k]))
+        e = np.cos(angle) * mode.direction(part) + np.sin(angle) * (way @ _unit(step[k]))
+        found.direction(part)[:] = e / np.linalg.norm(e)
     return found, float(np.abs(step).max())
 
 
@@ -208,13 +210,6 @@ def _beside(direction: Floats) -> Floats:
     return np.column_stack([first, np.cross(direction, first)])
 
 
-def _rotated(direction: Floats, ways: Floats, angles: Floats) -> Floats:
-    """Return a unit vector that is turned by angles towards unit vectors across it."""
-    angle = float(np.linalg.norm(angles))
-    turned = np.cos(angle) * direction + np.sin(angle) * (ways @ _unit(angles))
-    return np.asarray(turned / np.linalg.norm(turned), dtype=float)
-
-
 def _unit(vector: Floats) -> Floats:
     """Return a vector's direction, the first one there is where it is zero."""
     size = float(np.linalg.norm(vector))
@@ -224,7 +219,7 @@ def _unit(vector: Floats) -> Floats:
 # --- the linear solve -------------------------------------------------------------------------------------------------
 
 
-def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+def sticking(problem: Scaled, mode: ModeArrays, mu: Floats) -> Flags:
     """Return (m) which friction rows restrict motion: those of parts that touch and stick."""
     table = problem.table
     stuck = np.zeros(problem.count, dtype=bool)
@@ -233,7 +228,7 @@ def sticking(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     return stuck
 
 
-def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
+def active_rows(problem: Scaled, mode: ModeArrays, mu: Floats) -> Flags:
     """Return (m) which rows have a = 0, those that define forces among them."""
     active = sticking(problem, mode, mu)
     active[problem.kinematic] = active[problem.defining] = True
@@ -241,7 +236,7 @@ def active_rows(problem: Scaled, mode: Modes, mu: Floats) -> Flags:
     return active
 
 
-def forces_of(problem: Scaled, mode: Modes, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
+def forces_of(problem: Scaled, mode: ModeArrays, mu: Floats, free: Places, pressing: dict[int, Floats]) -> Floats:
     """Return S (m, k): all forces of free ones, which sliding friction follows."""
     return _Following.of(problem, mode, mu, free).forces(mode, pressing)
 
@@ -260,43 +255,35 @@ class _Following:
     fixed: Floats
 
     @staticmethod
-    def of(problem: Scaled, mode: Modes, mu: Floats, free: Places) -> _Following:
+    def of(problem: Scaled, mode: ModeArrays, mu: Floats, free: Places) -> _Following:
         """Return it by what slides in a mode, whatever its directions."""
         S, place = np.zeros((problem.count, len(free))), np.full(problem.count, -1)
         S[free, np.arange(len(free))] = 1.0
         place[free] = np.arange(len(free))
-        slides = (mu != 0.0) & (~problem.table.rests | (mode.slips != STICKS)) & problem.pressed_parts(mode.sides)
-        lines = slides & (problem.table.sizes == 1) & ~problem.table.norm
-        _on_lines(problem, mode, mu, lines, S, place)
+        table = problem.table
+        slides = (mu != 0.0) & (~table.rests | (mode.slips != STICKS)) & problem.pressed_parts(mode.sides)
+        lines = slides & (table.sizes == 1) & ~table.norm
+        normals = np.flatnonzero(lines[table.owners] & (place[table.normals] >= 0))
+        owners, pressing = table.owners[normals], table.normals[normals]
+        weights = signed(table.base[normals], mode.sides[pressing])
+        ways = np.where(table.rests, mode.slips, table.senses)
+        S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
         return _Following(problem, mu, place, tuple(np.flatnonzero(slides & ~lines).tolist()), S)
 
-    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+    def forces(self, mode: ModeArrays, pressing: dict[int, Floats]) -> Floats:
         """Return S (m, k) by the directions of a mode, and of what presses."""
         S = self.fixed.copy()
         for number in self.parts:
             part = self.problem.parts[number]
-            weights, way = part.weights(mode.sides, pressing), _way(part, mode, int(mode.slips[number]))
+            weights = part.weights(mode.sides, pressing)
+            if not part.rests:
+                way = part.moving
+            else:
+                way = mode.direction(part) if part.in_space else np.array([float(mode.slips[number])])
             columns = self.place[part.normals]
             there = columns >= 0
             S[part.rows[:, None], columns[there]] = -self.mu[number] * (way[:, None] * weights[there])
         return S
-
-
-def _on_lines(problem: Scaled, mode: Modes, mu: Floats, slides: Flags, S: Floats, place: Places) -> None:
-    """Let what slides on lines follow its normals."""
-    table = problem.table
-    normals = np.flatnonzero(slides[table.owners] & (place[table.normals] >= 0))
-    owners, pressing = table.owners[normals], table.normals[normals]
-    weights = signed(table.base[normals], mode.sides[pressing])
-    ways = np.where(table.rests, mode.slips, table.senses)
-    S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
-
-
-def _way(part: Part, mode: Modes, slip: int) -> Floats:
-    """Return the unit vector of its slip."""
-    if not part.rests:
-        return part.moving
-    return mode.direction(part) if part.in_space else np.array([float(slip)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,12 +303,12 @@ class _Equations:
     still: Floats
     right: Floats
 
-    def forces(self, mode: Modes, pressing: dict[int, Floats]) -> Floats:
+    def forces(self, mode: ModeArrays, pressing: dict[int, Floats]) -> Floats:
         """Return the forces z (m) alone."""
         S = self.following.forces(mode, pressing)
         return np.asarray(S @ _basic(self.seen(S)[0]).solution(self.right[:, None])[:, 0], dtype=float)
 
-    def solved(self, mode: Modes, pressing: dict[int, Floats]) -> _Solution:
+    def solved(self, mode: ModeArrays, pressing: dict[int, Floats]) -> _Solution:
         """Solve the mode with directions as they are."""
         problem, Q = self.problem, self.rows.Q
         S = self.following.forces(mode, pressing)
@@ -335,7 +322,7 @@ class _Equations:
         x -= Q @ self.rows.components(missing)
         a = problem.A @ x + problem.D @ z - problem.r
         idle, places = basic.idle(), self.free[basic.places]
-        trial = Trial(mode, self.mu, x, z, a, basic.solves(zeta, self.right), places, S, idle, beside @ idle)
+        trial = ModeSolution(mode, self.mu, x, z, a, basic.solves(zeta, self.right), places, S, idle, beside @ idle)
         return _Solution(self, trial, beside, basic, pressing)
 
     def seen(self, forces: Floats) -> tuple[Floats, Floats]:
@@ -347,7 +334,7 @@ class _Equations:
         return np.vstack([along, problem.A[F] @ beside + problem.D[F] @ forces]), beside
 
 
-def _equations(problem: Scaled, mode: Modes, mu: Floats, carrying: Flags | None) -> _Equations:
+def _equations(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | None) -> _Equations:
     active = active_rows(problem, mode, mu)
     free = np.flatnonzero(active if carrying is None else active & carrying)
     restricting = active.copy()
@@ -365,7 +352,7 @@ class _Solution:
     """A solution of a mode's equations, and what it takes to change it; `beside` (n, k) is what free forces do."""
 
     equations: _Equations
-    trial: Trial
+    trial: ModeSolution
     beside: Floats
     basic: _Basic
     pressing: dict[int, Floats]
@@ -478,7 +465,7 @@ class Reduced:
     open_sides: bool
 
 
-def reduced(problem: Scaled) -> Reduced:
+def eliminate_equalities(problem: Scaled) -> Reduced:
     """Return the problem without its equalities."""
     equal = np.sort(np.concatenate([problem.kinematic, problem.defining]))
     own = np.setdiff1d(np.arange(problem.count), equal)
@@ -497,7 +484,10 @@ def reduced(problem: Scaled) -> Reduced:
         both = np.column_stack([right, -equations[:, own]])
         answer = least_squares(equations[:, equal], both, ROUNDED)
         z0[equal], Z[equal] = answer[:, 0], answer[:, 1:]
-    open_sides = _presses(problem, equal, equations[:, equal])
+    open_sides = False  # whether forces of equalities that nothing determines press what rubs
+    if problem.parts and np.isin(problem.both, equal).any():
+        idle = null_space(equations[:, equal], ROUNDED)
+        open_sides = bool(np.abs(idle[np.isin(equal, problem.both)]).max(initial=0.0) > ROUNDED)
     x0, X = still + beside @ z0, beside @ Z
     place = np.full(problem.count, -1)
     place[own] = np.arange(len(own))
@@ -508,14 +498,6 @@ def reduced(problem: Scaled) -> Reduced:
     return Reduced(own, place, z0, Z, x0, X, a0, K, open_sides)
 
 
-def _presses(problem: Scaled, equal: Places, equations: Floats) -> bool:
-    """Return whether forces of equalities that nothing determines press what rubs."""
-    if not np.isin(problem.both, equal).any() or not problem.parts:
-        return False
-    idle = null_space(equations, ROUNDED)
-    return bool(np.abs(idle[np.isin(equal, problem.both)]).max(initial=0.0) > ROUNDED)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Modes whose equations leave one combination of forces open: whether it has values at which their laws may hold.
 
@@ -523,7 +505,7 @@ def _presses(problem: Scaled, equal: Places, equations: Floats) -> bool:
 def may_hold(
     problem: Scaled,
     mu: Floats,
-    modes: Modes,
+    modes: ModeArrays,
     here: tuple[Floats, Floats],
     way: tuple[Floats, Floats],
     loose: float,
@@ -557,7 +539,7 @@ def _from_zero(present: Floats, slope: Floats) -> Flags:
     return np.asarray((low <= high) & ~never)
 
 
-def _limits(problem: Scaled, mu: Floats, modes: Modes, z: Floats, a: Floats) -> tuple[Floats, Flags]:
+def _limits(problem: Scaled, mu: Floats, modes: ModeArrays, z: Floats, a: Floats) -> tuple[Floats, Flags]:
     """Return what must not be negative (b, i), zero where nothing is asked, and which (i) are forces."""
     table, (force, gap, cone, slip, side) = problem.table, limits_of(problem, modes, mu, z, a)
     N, rubs = over_parts(np.add, problem.loads(z), table.starts), z[:, table.rows[table.first]]

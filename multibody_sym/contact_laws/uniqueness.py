@@ -17,8 +17,18 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.contact_laws.check_laws import TIED, force_tolerance, gap_tolerance
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, Modes, Part, Places, Scaled, beyond, limits_of
-from multibody_sym.contact_laws.solve_mode import Trial, sticking
+from multibody_sym.contact_laws.problem import (
+    IN_SPACE,
+    STICKS,
+    Flags,
+    ModeArrays,
+    Places,
+    Scaled,
+    ScaledFriction,
+    beyond,
+    limits_of,
+)
+from multibody_sym.contact_laws.solve_mode import ModeSolution, sticking
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import Kind
@@ -50,7 +60,7 @@ Ways = Mapping[int, Floats]
 """By the numbers of parts in whose joints the length of a reaction presses: unit vectors along these."""
 
 
-def admissible(problem: Scaled, trial: Trial) -> Trial | None:
+def admissible_solution(problem: Scaled, trial: ModeSolution) -> ModeSolution | None:
     """Return the trial with other forces, and the motion that these lead to, so that all inequalities hold.
 
     None where none are found; where friction sticks in joints that a reaction's length presses there may be others.
@@ -65,16 +75,19 @@ def admissible(problem: Scaled, trial: Trial) -> Trial | None:
     if t is None and circles and free > 1:
         t = _within(problem, trial, scale, _OUTER, along)
         t = None if t is None else _in_circles(problem, trial, scale, t, along)
-    return None if t is None else _moved(problem, trial, t * scale)
+    if t is None:
+        return None
+    x, z = trial.x + trial.moved @ (t * scale), trial.z + trial.forces @ (trial.idle @ (t * scale))
+    return replace(trial, x=x, z=z, a=problem.A @ x + problem.D @ z - problem.r)
 
 
-def _along_reactions(problem: Scaled, trial: Trial, scale: float) -> Ways | None:
+def _along_reactions(problem: Scaled, trial: ModeSolution, scale: float) -> Ways | None:
     """Return the directions of reactions with which friction that sticks in joints keeps its bounds.
 
     Without directions friction is bounded by zero: the first pass makes it least, each further one no larger beside its
     bounds than the one before. None where it does not come within them.
     """
-    parts = [part for part in _stuck(problem, trial) if part.norm]
+    parts = [part for part in _sticking_parts(problem, trial) if part.norm]
     along: Ways = {part.number: np.zeros(len(part.normals)) for part in parts}
     least = np.inf
     while parts:
@@ -89,7 +102,7 @@ def _along_reactions(problem: Scaled, trial: Trial, scale: float) -> Ways | None
     return along
 
 
-def _nearest(problem: Scaled, trial: Trial, scale: float, along: Ways) -> tuple[Floats, float]:
+def _nearest(problem: Scaled, trial: ModeSolution, scale: float, along: Ways) -> tuple[Floats, float]:
     """Return combinations (j) of open forces, over `scale`, that exceed bounds of friction in joints least.
 
     Then by how much in all; inf where other inequalities have no solution.
@@ -108,13 +121,13 @@ def _nearest(problem: Scaled, trial: Trial, scale: float, along: Ways) -> tuple[
     return (found.x[:free], found.value) if found.status == 0 else (np.zeros(free), np.inf)
 
 
-def _within(problem: Scaled, trial: Trial, scale: float, edges: float, along: Ways) -> Floats | None:
+def _within(problem: Scaled, trial: ModeSolution, scale: float, edges: float, along: Ways) -> Floats | None:
     """Return combinations (j) of open forces, over `scale`, with which all inequalities hold; None without any."""
     present, slopes = _limits(problem, trial, edges, along)
     free = trial.idle.shape[1]
     if free == 1:
         low, high = _interval(present / scale, slopes[:, 0])
-        return np.array([_between(low, high)]) if low <= high + 1e-12 else None
+        return np.array([_inside(low, high)]) if low <= high + 1e-12 else None
     if _certainly_none(present / scale, slopes):
         return None
     # The largest margin, so that rounding of the chosen forces breaks none of them where there is room.
@@ -132,14 +145,14 @@ def _within(problem: Scaled, trial: Trial, scale: float, edges: float, along: Wa
     return t
 
 
-def _in_circles(problem: Scaled, trial: Trial, scale: float, t: Floats, along: Ways) -> Floats:
+def _in_circles(problem: Scaled, trial: ModeSolution, scale: float, t: Floats, along: Ways) -> Floats:
     """Return such combinations with the circles as they are, from those of polygons around them."""
     present, slopes = _limits(problem, trial, None)
     forces = trial.forces @ trial.idle
     values, ways, cones = [present / scale], [slopes], [Cone((), (k,), (1.0,)) for k in range(len(present))]
     count = len(present)
-    for part in _bounded(problem, trial, along):
-        row, own = _bound(problem, part, trial, along), np.eye(problem.count)[part.rows]
+    for part in _parts_with_bounds(problem, trial, along):
+        row, own = _friction_bound(problem, part, trial, along), np.eye(problem.count)[part.rows]
         both = np.vstack([own, row])
         values.append(both @ trial.z / scale)
         ways.append(both @ forces)
@@ -173,7 +186,7 @@ def _interval(present: Floats, slopes: Floats) -> tuple[float, float]:
     return float(ends[up].max(initial=-np.inf)), float(ends[~up].min(initial=np.inf))
 
 
-def _between(low: float, high: float) -> float:
+def _inside(low: float, high: float) -> float:
     """Return a number inside an interval that may have no ends."""
     if np.isfinite(low) and np.isfinite(high):
         return (low + high) / 2.0
@@ -184,12 +197,7 @@ def _scale(problem: Scaled, z: Floats) -> float:
     return max(float(np.abs(z).max(initial=0.0)), force_tolerance(problem, z, 0.0) / ROUNDED)
 
 
-def _moved(problem: Scaled, trial: Trial, t: Floats) -> Trial:
-    x, z = trial.x + trial.moved @ t, trial.z + trial.forces @ (trial.idle @ t)
-    return replace(trial, x=x, z=z, a=problem.A @ x + problem.D @ z - problem.r)
-
-
-def undetermined(problem: Scaled, trial: Trial, state: Trial) -> tuple[Flags, Flags]:
+def open_forces(problem: Scaled, trial: ModeSolution, state: ModeSolution) -> tuple[Flags, Flags]:
     """Return (m) which forces have other admissible values beside those of a state, and which of these move things.
 
     `trial` is that of the state's mode by what moves.
@@ -198,7 +206,7 @@ def undetermined(problem: Scaled, trial: Trial, state: Trial) -> tuple[Flags, Fl
     if not trial.idle.shape[1]:
         return none, none
     here = replace(trial, x=state.x, z=state.z, a=state.a)
-    ways = _unforced(problem, here)
+    ways = _free_directions(problem, here)
     changes, moves = trial.forces @ trial.idle @ ways, trial.moved @ ways
     sizes = np.abs(changes).max(axis=1, initial=0.0)
     seen = sizes > SEEN * float(sizes.max(initial=0.0))
@@ -207,7 +215,7 @@ def undetermined(problem: Scaled, trial: Trial, state: Trial) -> tuple[Flags, Fl
     return seen & (sizes > 0.0), (columns > SEEN * float(columns.max(initial=0.0))) & bool(moving.any())
 
 
-def _unforced(problem: Scaled, trial: Trial) -> Floats:
+def _free_directions(problem: Scaled, trial: ModeSolution) -> Floats:
     """Return an orthonormal basis of the t in whose directions admissible forces lie.
 
     Inequalities that hold with equality for all admissible forces take directions away: those whose margins cannot be
@@ -225,26 +233,23 @@ def _unforced(problem: Scaled, trial: Trial) -> Floats:
         return np.eye(1) if high - low > NEAR / float(np.abs(slopes).max()) else np.zeros((1, 0))
     while held.any():
         count = int(held.sum())
+        made = np.zeros((len(slopes), count))  # margin_i - slope_i t <= present_i, no margin where one is positive
+        made[np.flatnonzero(held), np.arange(count)] = 1.0
         found = linear_program(
             np.concatenate([np.zeros(free), -np.ones(count)]),
             [*[(-1e3, 1e3)] * free, *[(0.0, 1e-3)] * count],
-            below=(_stacked(slopes, held, touched), np.maximum(present[touched], 0.0)),
+            below=(np.column_stack([-slopes, made])[touched], np.maximum(present[touched], 0.0)),
         )
-        made = found.x[free:] if found.status == 0 else np.zeros(count)
-        if not (made > 1e-9).any():
+        margin = found.x[free:] if found.status == 0 else np.zeros(count)
+        if not (margin > 1e-9).any():
             break
-        held[np.flatnonzero(held)[made > 1e-9]] = False
+        held[np.flatnonzero(held)[margin > 1e-9]] = False
     return null_space(slopes[held], SEEN) if held.any() else np.eye(free)
 
 
-def _stacked(slopes: Floats, held: Flags, touched: Flags) -> Floats:
-    """Return the left sides of margin_i - slope_i t <= present_i, without a margin where one is positive already."""
-    margins = np.zeros((len(slopes), int(held.sum())))
-    margins[np.flatnonzero(held), np.arange(margins.shape[1])] = 1.0
-    return np.column_stack([-slopes, margins])[touched]
-
-
-def _limits(problem: Scaled, trial: Trial, edges: float | None, along: Ways | None = None) -> tuple[Floats, Floats]:
+def _limits(
+    problem: Scaled, trial: ModeSolution, edges: float | None, along: Ways | None = None
+) -> tuple[Floats, Floats]:
     """Return what must be >= 0: the values (i) of a trial, and their slopes (i, j) by t.
 
     Circles have edges so far from their middles (of their radius), or are left out.
@@ -256,7 +261,7 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None, along: Ways | No
     for now, change in zip(here, changes, strict=True):
         asked = now.asked & (problem.table.sizes == 1) if now.kind == "slip" else now.asked
         found[now.kind] = now.values[asked], change.values[:, asked].T
-    parts = [part for part in _bounded(problem, trial, along or {}) if edges is not None or not part.in_space]
+    parts = [part for part in _parts_with_bounds(problem, trial, along or {}) if edges is not None or not part.in_space]
     none = np.zeros((0, problem.count))
     cones = np.vstack([none, *(_cone(problem, part, trial, edges, along or {}) for part in parts)])
     found["cone"] = cones @ trial.z, cones @ z
@@ -266,23 +271,23 @@ def _limits(problem: Scaled, trial: Trial, edges: float | None, along: Ways | No
     return values, slopes
 
 
-def _stuck(problem: Scaled, trial: Trial) -> list[Part]:
+def _sticking_parts(problem: Scaled, trial: ModeSolution) -> list[ScaledFriction]:
     """Return the parts that stick and whose forces have bounds."""
     stuck = sticking(problem, trial.mode, trial.mu)
     return [part for part in problem.parts if stuck[part.rows[0]] and not part.enough]
 
 
-def _bounded(problem: Scaled, trial: Trial, along: Ways) -> list[Part]:
+def _parts_with_bounds(problem: Scaled, trial: ModeSolution, along: Ways) -> list[ScaledFriction]:
     """Return the parts that stick and whose forces are bounded by sums of normal forces, or `along` reactions."""
-    return [part for part in _stuck(problem, trial) if not part.norm or part.number in along]
+    return [part for part in _sticking_parts(problem, trial) if not part.norm or part.number in along]
 
 
-def _bound(problem: Scaled, part: Part, trial: Trial, along: Ways) -> Floats:
+def _friction_bound(problem: Scaled, part: ScaledFriction, trial: ModeSolution, along: Ways) -> Floats:
     """Return (m) by the forces what those of a part that sticks may be at most."""
     return part.bound(float(trial.mu[part.number]), part.weights(trial.mode.sides, along), problem.count)
 
 
-def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along: Ways) -> Floats:
+def _cone(problem: Scaled, part: ScaledFriction, trial: ModeSolution, edges: float | None, along: Ways) -> Floats:
     """Return (k, m) by the forces what must be >= 0 of a part that sticks."""
     if edges is None or not part.in_space:
         ways, factor = np.array([[1.0], [-1.0]]), 1.0
@@ -291,7 +296,7 @@ def _cone(problem: Scaled, part: Part, trial: Trial, edges: float | None, along:
         ways, factor = np.column_stack([np.cos(angles), np.sin(angles)]), edges
     else:
         ways, factor = _POLYHEDRON, _INSIDE if edges < 1.0 else 1.0
-    return part.cone(factor * _bound(problem, part, trial, along), ways)
+    return part.cone(factor * _friction_bound(problem, part, trial, along), ways)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -323,7 +328,7 @@ class Ties:
         return tuple(sorted((*self.normals, *(int(problem.parts[k].rows[0]) for k in self.parts))))
 
 
-def tied(problem: Scaled, trial: Trial, mode: Modes, unsure: Flags) -> Ties:
+def tied_limits(problem: Scaled, trial: ModeSolution, mode: ModeArrays, unsure: Flags) -> Ties:
     """Return what is at its limit: a and z are both zero, of forces that are unique."""
     force = force_tolerance(problem, trial.z, TIED)
     gap = gap_tolerance(problem, trial.x, trial.z, TIED)
@@ -347,7 +352,9 @@ class RateProblem:
     parts: tuple[int, ...]
 
 
-def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floats, left: Floats) -> RateProblem:
+def rate_problem(
+    problem: Scaled, trial: ModeSolution, mode: ModeArrays, ties: Ties, g: Floats, left: Floats
+) -> RateProblem:
     """Return the problem of rates; its rows are those of the problem, without laws where the mode keeps them out.
 
     `left` (m) is what is left at limits of forces, negative where they are beyond.
@@ -377,15 +384,15 @@ def rate_problem(problem: Scaled, trial: Trial, mode: Modes, ties: Ties, g: Floa
 class _Rates:
     """The rows of the problem of rates, while parts are taken into them one by one."""
 
-    def __init__(self, problem: Scaled, trial: Trial, mode: Modes, ties: Ties) -> None:
+    def __init__(self, problem: Scaled, trial: ModeSolution, mode: ModeArrays, ties: Ties) -> None:
         self.problem, self.trial, self.mode, self.ties = problem, trial, mode, ties
         self.A, self.C, self.D = problem.A.copy(), problem.C.copy(), problem.D.copy()
         self.turned = list[tuple[Places, Floats]]()
         self.held, self.one_way = list[int](), list[int]()
-        self.parts = list[Part]()
+        self.parts = list[ScaledFriction]()
         self.stuck = sticking(problem, mode, trial.mu)
 
-    def take(self, part: Part) -> None:
+    def take(self, part: ScaledFriction) -> None:
         """Let a part slide with its normals, hold it, or leave its friction to be found."""
         z, slip = self.trial.z, int(self.mode.slips[part.number])
         mu = self.trial.mu[part.number]
@@ -405,7 +412,7 @@ class _Rates:
         else:
             self.held += part.rows.tolist()
 
-    def _begun(self, part: Part, slip: int) -> Floats:
+    def _begun(self, part: ScaledFriction, slip: int) -> Floats:
         return self.mode.direction(part) if part.in_space else np.array([float(slip)])
 
     def _turn(self, rows: Places, way: Floats) -> None:
@@ -423,7 +430,7 @@ class _Rates:
             a[rows] = frame @ a[rows]
         return a
 
-    def _follow(self, part: Part, exerts: Floats) -> None:
+    def _follow(self, part: ScaledFriction, exerts: Floats) -> None:
         """Let the normals exert the part's friction too."""
         z = self.trial.z
         weights = part.weights(z, {part.number: part.along(z)})
@@ -437,9 +444,12 @@ def against(friction: Floats) -> Floats:
     return np.asarray(-friction / np.linalg.norm(friction), dtype=float)
 
 
-def with_rates(
-    problem: Scaled, before: tuple[Trial, Modes, Ties], rates: RateProblem, after: tuple[Trial, Modes]
-) -> tuple[Modes, Ties]:
+def mode_with_rates(
+    problem: Scaled,
+    before: tuple[ModeSolution, ModeArrays, Ties],
+    rates: RateProblem,
+    after: tuple[ModeSolution, ModeArrays],
+) -> tuple[ModeArrays, Ties]:
     """Return the mode that the rates say, from the state without them and theirs, and what they leave tied."""
     old, mode, ties = before
     trial, labels = after
@@ -459,7 +469,7 @@ def with_rates(
     return mode, Ties(tuple(k for k in ties.normals if still[k]), tuple(parts))
 
 
-def _slips(mode: Modes, part: Part, way: Floats) -> None:
+def _slips(mode: ModeArrays, part: ScaledFriction, way: Floats) -> None:
     """Let a part slip along a unit vector."""
     mode.slips[part.number] = IN_SPACE if part.in_space else int(way[0])
     if part.in_space:

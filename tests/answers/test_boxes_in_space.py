@@ -200,7 +200,7 @@ def test_forces_of_legs_that_cancel_are_nothing_and_those_that_are_not_unique_ar
 def test_that_nothing_fulfils_the_laws_is_not_said_of_slip_in_any_direction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Newton's method finds directions of slip in space: where it found none, nothing is proved."""
     monkeypatch.setattr(States, "_locally", lambda *_: None)
-    monkeypatch.setattr(search, "candidates", lambda *_: iter(()))
+    monkeypatch.setattr(search, "candidate_modes", lambda *_: iter(()))
     with pytest.raises(mbs.NoSolutionError, match=r"no state was found .* all \d+ modes.* not proved that"):
         solved(PULLED, H=50.0)
 

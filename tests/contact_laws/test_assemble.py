@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multibody_sym import loads
-from multibody_sym.contact_laws.problem import Equality, Friction, LawMode, LawState, Unilateral
+from multibody_sym.contact_laws.problem import Equality, FrictionRow, LawMode, LawState, Unilateral
 from multibody_sym.dynamics.contact.contact_problem import one_way_rows
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
@@ -56,7 +56,7 @@ def test_the_problem_has_what_touches_and_friction_in_joints() -> None:
     found = rows.posed(["A.upper"])
     assert found.names == ("A.upper", "rub.normal", "rub.friction")
     problem = found.problem
-    assert problem.laws == (Unilateral(), Equality(), Friction(0, 0))
+    assert problem.laws == (Unilateral(), Equality(), FrictionRow(0, 0))
     # a = A x + D z - r with x = sqrt(2) (udot - 10), and C^T z = x where the stop and friction push
     root = np.sqrt(2)
     assert problem.matrix == pytest.approx(np.array([[-1 / root, 0], [0, 0], [1 / root, 0]]), rel=1e-15)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from multibody_sym.contact_laws import search
-from multibody_sym.contact_laws.impact_problem import ImpactProblem, Struck
+from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
 from multibody_sym.contact_laws.impact_sequence import strike
-from multibody_sym.contact_laws.problem import Friction, FrictionLaw, Law, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, Law, LawProblem, Unilateral
 from multibody_sym.scalars.arrays import Floats
 
 SIZES = tuple[float, float, float]
@@ -25,7 +25,7 @@ def posed(rows: Floats, mass: Floats, u: Floats, mu: float, e: float) -> ImpactP
     corners, each, size = rows.shape
     whole = rows.reshape(corners * each, size)
     A = whole @ np.linalg.inv(np.linalg.cholesky(mass).T)
-    laws = [law for k in range(corners) for law in (Unilateral(), *(Friction(k, j) for j in range(each - 1)))]
+    laws = [law for k in range(corners) for law in (Unilateral(), *(FrictionRow(k, j) for j in range(each - 1)))]
     parts = [
         FrictionLaw(tuple(range(k * each + 1, (k + 1) * each)), (k * each,), mu, mu, (0.0,) * (each - 1))
         for k in range(corners)
@@ -37,7 +37,7 @@ def posed(rows: Floats, mass: Floats, u: Floats, mu: float, e: float) -> ImpactP
     return ImpactProblem(problem, bounces, law="poisson", sequence="one_by_one")
 
 
-def after(problem: ImpactProblem, mass: Floats, u: Floats) -> tuple[Struck, Floats]:
+def after(problem: ImpactProblem, mass: Floats, u: Floats) -> tuple[ImpactResult, Floats]:
     found = strike(problem)
     return found, u + np.linalg.solve(np.linalg.cholesky(mass).T, found.x)
 
@@ -49,13 +49,13 @@ def box(sizes: SIZES, m: float) -> tuple[Floats, Floats]:
     return mass, np.array([corner_rows(np.array([i * a, j * b, -c]) / 2) for i in (1, -1) for j in (1, -1)])
 
 
-def in_space(sizes: SIZES, m: float, u: list[float], mu: float, e: float) -> tuple[Struck, Floats]:
+def in_space(sizes: SIZES, m: float, u: list[float], mu: float, e: float) -> tuple[ImpactResult, Floats]:
     mass, rows = box(sizes, m)
     speeds = np.array(u)
     return after(posed(rows, mass, speeds, mu, e), mass, speeds)
 
 
-def in_the_plane(sizes: SIZES, m: float, vx: float, vz: float, mu: float, e: float) -> tuple[Struck, Floats]:
+def in_the_plane(sizes: SIZES, m: float, vx: float, vz: float, mu: float, e: float) -> tuple[ImpactResult, Floats]:
     """Return the impact of the same box in the plane of x and z: two corners, speeds x, z and the turn about y."""
     mass, rows = box(sizes, m)
     here = [0, 2, 4]
@@ -65,7 +65,7 @@ def in_the_plane(sizes: SIZES, m: float, vx: float, vz: float, mu: float, e: flo
     return after(posed(plane, own, speeds, mu, e), own, speeds)
 
 
-def judged(found: Struck, v: Floats, sizes: SIZES, m: float, u: list[float], mu: float) -> None:
+def judged(found: ImpactResult, v: Floats, sizes: SIZES, m: float, u: list[float], mu: float) -> None:
     """Assert the jump by the impulses, the cones in each phase, no corner into the floor, and no energy made."""
     mass, rows = box(sizes, m)
     for phase in found.phases:
@@ -136,7 +136,7 @@ def test_a_box_that_turns_as_it_lands_is_struck_without_trying_all_modes(
     def none(*of: object) -> None:
         raise AssertionError("all modes are tried")
 
-    monkeypatch.setattr(search, "candidates", none)
+    monkeypatch.setattr(search, "candidate_modes", none)
     judged(*in_space(sizes, m, u, mu, e), sizes, m, u, mu)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from multibody_sym.contact_laws.impact_problem import ImpactProblem, Struck
+from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
 from multibody_sym.contact_laws.impact_sequence import strike
 from multibody_sym.contact_laws.problem import Equality, Law, LawProblem, Unilateral
 
@@ -24,7 +24,7 @@ def in_a_row(masses: Sequence[float], u: Sequence[float], e: float) -> ImpactPro
     return ImpactProblem(rows(H, masses, u, [Unilateral()] * count), np.full(count, e))
 
 
-def after(struck: Struck, masses: Sequence[float], u: Sequence[float]) -> np.ndarray:
+def after(struck: ImpactResult, masses: Sequence[float], u: Sequence[float]) -> np.ndarray:
     return np.array(u) + struck.x / np.sqrt(np.array(masses))
 
 

@@ -11,7 +11,7 @@ from laws import Rows, broken, train, wall
 from multibody_sym.contact_laws import search
 from multibody_sym.contact_laws.problem import LawProblem
 from multibody_sym.contact_laws.search import find
-from multibody_sym.contact_laws.solve_mode import Trial, solve_mode
+from multibody_sym.contact_laws.solve_mode import ModeSolution, solve_mode
 
 CASES = [(wall, 5.0, 0), (wall, 14.0, 2), (train, 70.0, 0), (train, 101.0, 0), (train, 200.0, 100)]
 
@@ -34,7 +34,7 @@ def test_from_the_state_before_each_pair_of_coefficients_takes_one_solve(
 ) -> None:
     """Where something slips there are two: with the static coefficient first, then with the kinetic one."""
     (state,) = find(make(load)).states
-    solved = list[Trial]()
+    solved = list[ModeSolution]()
     monkeypatch.setattr(search, "solve_mode", lambda *asked: solved.append(solve_mode(*asked)) or solved[-1])
     assert find(make(load * 1.0001), state, every=False).verdict == "one"
     assert len(solved) == (2 if slipping else 1)

@@ -7,8 +7,8 @@ import pytest
 
 from multibody_sym.contact_laws.problem import (
     Equality,
-    Friction,
     FrictionLaw,
+    FrictionRow,
     LawMode,
     LawProblem,
     LawState,
@@ -31,7 +31,7 @@ def incline(angle: float, static: float, kinetic: float, velocity: float = 0.0) 
     """Return a block of 2 kg on an incline: its normal, and uphill."""
     rows = [[-np.sin(angle), np.cos(angle)], [np.cos(angle), np.sin(angle)]]
     friction = FrictionLaw((1,), (0,), static, kinetic, (velocity,))
-    return problem(rows, [2.0, 2.0], [0.0, -2.0 * G], (Unilateral(), Friction(0)), (friction,))
+    return problem(rows, [2.0, 2.0], [0.0, -2.0 * G], (Unilateral(), FrictionRow(0)), (friction,))
 
 
 def rod(angle: float, rate: float, velocity: float, mu: float = 2.0) -> LawProblem:
@@ -39,7 +39,7 @@ def rod(angle: float, rate: float, velocity: float, mu: float = 2.0) -> LawProbl
     c, s = np.cos(angle), np.sin(angle)
     rows, gamma = [[0.0, 1.0, -c], [1.0, 0.0, s]], [-s * rate**2, -c * rate**2]
     friction = FrictionLaw((1,), (0,), mu, mu, (velocity,))
-    return problem(rows, [1.0, 1.0, 1 / 3], [0.0, -G, 0.0], (Unilateral(), Friction(0)), (friction,), gamma)
+    return problem(rows, [1.0, 1.0, 1 / 3], [0.0, -G, 0.0], (Unilateral(), FrictionRow(0)), (friction,), gamma)
 
 
 def only(asked: LawProblem) -> LawState:
@@ -93,7 +93,7 @@ def test_a_block_pulled_off_its_plane_leaves_it() -> None:
         [[0.0, 1.0], [1.0, 0.0]],
         [1.0, 1.0],
         [0.0, 3.0],
-        (Unilateral(), Friction(0)),
+        (Unilateral(), FrictionRow(0)),
         (FrictionLaw((1,), (0,), 0.5, 0.5),),
     )
     assert only(asked).mode == LawMode((0, 0), (0,), (None,))
@@ -109,7 +109,7 @@ def test_a_ball_in_a_corner_that_two_rods_hold_apart_has_no_state() -> None:
 def test_a_block_jammed_between_two_walls_may_stay_or_fall() -> None:
     """Nothing says how hard the walls press: 'several', with the rows of both walls."""
     rows = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
-    laws = (Unilateral(), Unilateral(), Friction(0), Friction(1))
+    laws = (Unilateral(), Unilateral(), FrictionRow(0), FrictionRow(1))
     parts = (FrictionLaw((2,), (0,), 0.5, 0.5), FrictionLaw((3,), (1,), 0.5, 0.5))
     found = find(problem(rows, [1.0, 1.0], [0.0, -G], laws, parts))
     assert found.verdict == "several"
@@ -122,7 +122,7 @@ def test_a_block_jammed_between_two_walls_may_stay_or_fall() -> None:
 @pytest.mark.parametrize("wall", [1.0, -1.0])
 def test_a_falling_block_between_its_guide_and_a_wall_may_be_squeezed(wall: float) -> None:
     """Nothing says how hard: forces N on one side of the guide slow it by more, wherever the wall is."""
-    laws = (Equality(), Friction(0), Unilateral(), Friction(1))
+    laws = (Equality(), FrictionRow(0), Unilateral(), FrictionRow(1))
     parts = (FrictionLaw((1,), (0,), 0.2, 0.1, (-1.0,)), FrictionLaw((3,), (2,), 0.5, 0.5, (-1.0,)))
     found = find(problem([[1.0, 0.0], [0.0, 1.0], [wall, 0.0], [0.0, 1.0]], [1.0, 1.0], [0.0, -G], laws, parts))
     assert found.verdict == "several"
@@ -132,7 +132,7 @@ def test_a_falling_block_between_its_guide_and_a_wall_may_be_squeezed(wall: floa
 def test_a_string_between_resting_blocks_has_no_value() -> None:
     """Two blocks on a rough floor, a string between them: at rest, taut, and its tension is anybody's guess."""
     rows = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0], [1, 0, -1, 0]]
-    laws = (Unilateral(), Friction(0), Unilateral(), Friction(1), Unilateral())
+    laws = (Unilateral(), FrictionRow(0), Unilateral(), FrictionRow(1), Unilateral())
     parts = (FrictionLaw((1,), (0,), 0.5, 0.4), FrictionLaw((3,), (2,), 0.5, 0.4))
     state = only(problem(rows, [1.0] * 4, [0.0, -G, 0.0, -G], laws, parts))
     assert state.mode.sides == (1, 1, 1, 1, 1)
@@ -143,7 +143,7 @@ def test_a_string_between_resting_blocks_has_no_value() -> None:
 def test_a_guide_rubs_by_the_size_of_its_reaction() -> None:
     """A block led along x and pressed against the guide, up or down, by a force below or above its weight."""
     for push in (-20.0, 3.0, 30.0):
-        rows, laws = [[0.0, 1.0], [1.0, 0.0]], (Equality(), Friction(0))
+        rows, laws = [[0.0, 1.0], [1.0, 0.0]], (Equality(), FrictionRow(0))
         asked = problem(rows, [1.0, 1.0], [5.0, push - G], laws, (FrictionLaw((1,), (0,), 0.4, 0.3),))
         state, reaction = only(asked), G - push
         slides = 0.4 * abs(reaction) < 5.0
@@ -156,7 +156,7 @@ def test_a_guide_rubs_by_the_size_of_its_reaction() -> None:
 @pytest.mark.parametrize("every", [True, False])
 def test_friction_resists_from_a_mode_in_which_nothing_pressed(load: float, every: bool) -> None:
     """A slider in a guide that carried nothing so far: whichever side presses next, friction takes energy out."""
-    laws, friction = (Equality(), Friction(0)), FrictionLaw((1,), (0,), 0.5, 0.5, (1.0,))
+    laws, friction = (Equality(), FrictionRow(0)), FrictionLaw((1,), (0,), 0.5, 0.5, (1.0,))
     asked = problem([[0.0, 1.0], [1.0, 0.0]], [1.0, 1.0], [0.0, load], laws, (friction,))
     found = find(asked, LawMode((0, 0), (1,), (None,)), every=every)
     assert [state.z.tolist() for state in found.states] == [[-load, -1.0]]

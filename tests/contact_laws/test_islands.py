@@ -8,7 +8,7 @@ from one_way_problems import random_blocks
 from scipy.linalg import block_diag
 
 from multibody_sym.contact_laws import search
-from multibody_sym.contact_laws.problem import Friction, FrictionLaw, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, LawProblem, Unilateral
 from multibody_sym.contact_laws.search import find, islands
 
 
@@ -18,7 +18,7 @@ def side_by_side(problems: list[LawProblem], order: np.ndarray) -> LawProblem:
     laws, parts, first = [], [], 0
     for problem in problems:
         for law in problem.laws:
-            laws.append(Friction(len(parts) + law.part, law.component) if isinstance(law, Friction) else law)
+            laws.append(FrictionRow(len(parts) + law.part, law.component) if isinstance(law, FrictionRow) else law)
         moved = [[tuple(place[first + k] for k in of) for of in (x.rows, x.normals)] for x in problem.parts]
         own = [(*rows, x.static, x.kinetic, x.velocity) for rows, x in zip(moved, problem.parts, strict=True)]
         parts += [FrictionLaw(*each) for each in own]
@@ -34,7 +34,7 @@ def jammed_rod() -> LawProblem:
     c, s = np.cos(1.3), np.sin(1.3)
     H = np.array([[0.0, 1.0, -c], [1.0, 0.0, s]])
     A = H * [1.0, 1.0, np.sqrt(3.0)]
-    laws, part = (Unilateral(), Friction(0)), FrictionLaw((1,), (0,), 2.0, 2.0, (-8.0,))
+    laws, part = (Unilateral(), FrictionRow(0)), FrictionLaw((1,), (0,), 2.0, 2.0, (-8.0,))
     return LawProblem(A, A, np.zeros((2, 2)), np.array([9.81, 0.0]), laws, (part,))
 
 
@@ -44,7 +44,7 @@ def foot(rng: np.random.Generator) -> LawProblem:
     H = np.array([[*way, *np.cross(point, way)] for point in points for way in np.eye(3)[[2, 0, 1]]])
     load = np.array([*rng.normal(size=2), -9.81, *rng.normal(size=3)])
     parts = tuple(FrictionLaw((3 * k + 1, 3 * k + 2), (3 * k,), 0.3, 0.3, (0.0, 0.0)) for k in range(4))
-    laws = tuple(law for k in range(4) for law in (Unilateral(), Friction(k), Friction(k, 1)))
+    laws = tuple(law for k in range(4) for law in (Unilateral(), FrictionRow(k), FrictionRow(k, 1)))
     return LawProblem(H, H, np.zeros((12, 12)), -H @ load, laws, parts)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from multibody_sym.contact_laws.impact_problem import ImpactProblem
 from multibody_sym.contact_laws.impact_sequence import strike
-from multibody_sym.contact_laws.problem import Friction, FrictionLaw, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, LawProblem, Unilateral
 
 FASTER = 2.1081888  # 1/sqrt(m), m = 0.225 kg
 LIGHTER = 3.1622777  # 1/sqrt(m), m = 0.1 kg
@@ -25,7 +25,8 @@ def pulled(noise: float) -> ImpactProblem:
     right = np.zeros(8)
     right[[0, 2, 4, 6]] = noise * np.array([6.75, -0.2, 6.32, 2.38])
     right[ROPE] = CLOSING
-    laws = (Unilateral(), Friction(0), Unilateral(), Friction(1), Unilateral(), Friction(2), Unilateral(), Unilateral())
+    touching = (law for part in range(3) for law in (Unilateral(), FrictionRow(part)))
+    laws = (*touching, Unilateral(), Unilateral())
     rough = (
         FrictionLaw((1,), (0,), 1.5, 0.9, (0.0,)),
         FrictionLaw((3,), (2,), 1e6, 1e6, (0.0,), enough=True),

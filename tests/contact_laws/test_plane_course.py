@@ -9,7 +9,7 @@ import pytest
 
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem
 from multibody_sym.contact_laws.impact_sequence import strike
-from multibody_sym.contact_laws.problem import Friction, FrictionLaw, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, LawProblem, Unilateral
 from multibody_sym.dynamics.contact.impact_problem import Deciding, Following, PlaneContact, both_ways, plane_course
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, symbol
@@ -22,7 +22,7 @@ def random_contact(rng: np.random.Generator, law: ImpactLaw) -> tuple[PlaneConta
     static = kinetic * rng.choice([1.0, 1.5])
     enough = bool(rng.random() < 0.1)
     returned = 0.0 if enough else float(rng.choice([0.0, 0.0, 0.5, 1.0]))
-    laws = (Unilateral(), Friction(0))
+    laws = (Unilateral(), FrictionRow(0))
     part = FrictionLaw((1,), (0,), static, kinetic, enough=enough)
     rows = LawProblem(A, A.copy(), np.zeros((2, 2)), -v, laws, (part,))
     own = float(K[0, 0]), float(K[0, 1]), float(K[1, 1])

@@ -12,7 +12,7 @@ from one_way_problems import Blocks, random_blocks
 from random_loops import blocks
 
 from multibody_sym.contact_laws import search
-from multibody_sym.contact_laws.problem import Found, LawState
+from multibody_sym.contact_laws.problem import LawState, LawStates
 from multibody_sym.contact_laws.search import find
 from multibody_sym.contact_laws.solve_mode import solve_mode
 
@@ -41,7 +41,7 @@ def told_apart(blocks: Blocks, state: LawState, brute: BruteState) -> list[str]:
     return apart + [f"row {k}: {state.z[k]}, not {brute.least[k]}" for k in np.flatnonzero(differs)]
 
 
-def disagreement(blocks: Blocks, found: Found, brute: list[BruteState]) -> str:
+def disagreement(blocks: Blocks, found: LawStates, brute: list[BruteState]) -> str:
     """Return in what the two differ, nothing where they agree."""
     if not found.proved:
         known = [all(told_apart(blocks, state, other) for other in brute) for state in found.states]

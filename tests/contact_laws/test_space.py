@@ -13,18 +13,18 @@ from multibody_sym.contact_laws import solve_mode as mode_solve
 from multibody_sym.contact_laws.problem import (
     IN_SPACE,
     Equality,
-    Friction,
     FrictionLaw,
+    FrictionRow,
     LawProblem,
     LawState,
-    Modes,
+    ModeArrays,
     Unilateral,
     scaled,
 )
 from multibody_sym.contact_laws.search import find
-from multibody_sym.contact_laws.solve_mode import Trial, solve_mode
+from multibody_sym.contact_laws.solve_mode import ModeSolution, solve_mode
 
-FLOOR = (Unilateral(), Friction(0, 0), Friction(0, 1))
+FLOOR = (Unilateral(), FrictionRow(0, 0), FrictionRow(0, 1))
 
 
 def weighted(H: np.ndarray, M: np.ndarray, f: np.ndarray, laws, parts) -> LawProblem:
@@ -102,7 +102,7 @@ def body(rng: np.random.Generator, feet: int) -> LawProblem:
     for foot in range(feet):
         r = rng.normal(size=3) * [1, 1, 0.3] - [0, 0, 0.5]
         rows += [[*way, *np.cross(r, way)] for way in np.eye(3)[[2, 0, 1]]]
-        laws += [Unilateral(), Friction(foot, 0), Friction(foot, 1)]
+        laws += [Unilateral(), FrictionRow(foot, 0), FrictionRow(foot, 1)]
         parts.append(FrictionLaw((3 * foot + 1, 3 * foot + 2), (3 * foot,), 0.4, float(rng.choice([0.3, 0.4]))))
     f = np.array([*6.0 * rng.normal(size=2), -10.0, *rng.normal(size=3)])
     return weighted(np.array(rows), M, f, laws, parts)
@@ -131,7 +131,7 @@ def test_directions_of_slip_take_one_solution_a_step(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(mode_solve, "pivoted_qr", counted)
     directions = np.zeros((3, 3))
     directions[:, 0] = 1.0
-    trial = solve_mode(problem, Modes(np.ones(9, dtype=int), np.full(3, IN_SPACE), directions), np.full(3, 0.3))
+    trial = solve_mode(problem, ModeArrays(np.ones(9, dtype=int), np.full(3, IN_SPACE), directions), np.full(3, 0.3))
     assert trial.solved
     for part in problem.parts:
         assert trial.mode.direction(part) == pytest.approx(trial.a[part.rows] / np.linalg.norm(trial.a[part.rows]))
@@ -144,7 +144,7 @@ def test_a_table_on_three_legs_slides_along_the_push() -> None:
     rows, laws, parts = [], [], []
     for k, r in enumerate(legs):
         rows += [[*way, *np.cross(r, way)] for way in np.eye(3)[[2, 0, 1]]]
-        laws += [Unilateral(), Friction(k, 0), Friction(k, 1)]
+        laws += [Unilateral(), FrictionRow(k, 0), FrictionRow(k, 1)]
         parts.append(FrictionLaw((3 * k + 1, 3 * k + 2), (3 * k,), 0.5, 0.3))
     f = np.array([4.0, 4.0, -10.0, 0.0, 0.0, 0.0])
     state = only(weighted(np.array(rows), np.diag([1.0, 1, 1, 2, 2, 3]), f, laws, parts))
@@ -158,7 +158,7 @@ def table_on_four_legs(push: float) -> LawProblem:
     rows, laws, parts = [], [], []
     for k, r in enumerate(np.array([[x, y, -0.7] for x in (0.5, -0.5) for y in (0.5, -0.5)])):
         rows += [[*way, *np.cross(r, way)] for way in np.eye(3)[[2, 0, 1]]]
-        laws += [Unilateral(), Friction(k, 0), Friction(k, 1)]
+        laws += [Unilateral(), FrictionRow(k, 0), FrictionRow(k, 1)]
         parts.append(FrictionLaw((3 * k + 1, 3 * k + 2), (3 * k,), 0.4, 0.3))
     M = np.diag([2.0, 2, 2, 0.2, 0.2, 0.3])
     return weighted(np.array(rows), M, np.array([push, 0.0, -20.0, 0.0, 0.0, 0.0]), laws, parts)
@@ -167,7 +167,7 @@ def table_on_four_legs(push: float) -> LawProblem:
 @pytest.mark.parametrize(("push", "slip"), [(3.0, 0), (10.0, 2)])
 def test_a_table_on_four_legs_has_all_its_modes_tried(push: float, slip: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Slip begun from any side of a leg comes to the same direction: that mode is tried once, not 27 or 81 times."""
-    solved = list[Trial]()
+    solved = list[ModeSolution]()
     monkeypatch.setattr(search, "solve_mode", lambda *asked: solved.append(solve_mode(*asked)) or solved[-1])
     state = only(table_on_four_legs(push))
     assert state.mode.slips == (slip,) * 4
@@ -199,7 +199,7 @@ def test_a_plane_problem_has_the_same_states_in_space(seed: int) -> None:
         FrictionLaw((p.rows[0], count + k), p.normals, p.static, p.kinetic, (*p.velocity, 0.0))
         for k, p in enumerate(flat.parts)
     )
-    laws = (*flat.laws, *(Friction(k, 1) for k in range(len(parts))))
+    laws = (*flat.laws, *(FrictionRow(k, 1) for k in range(len(parts))))
     right = np.concatenate([flat.right, np.zeros(len(parts))])
     one, other = find(flat), find(LawProblem(matrix, exerted, coupling, right, laws, parts))
     if one.free or not one.states:
@@ -227,7 +227,7 @@ def test_a_journal_rubs_by_the_length_of_its_reaction(pull: float, velocity: flo
     free = m * g * R / inertia
     right = np.array([pull, W - m * R * free, -free])
     friction = FrictionLaw((2,), (0, 1), mu * r, mu * r, (velocity,), norm=True)
-    state = only(LawProblem(matrix, exerted, coupling, right, (Equality(), Equality(), Friction(0)), (friction,)))
+    state = only(LawProblem(matrix, exerted, coupling, right, (Equality(), Equality(), FrictionRow(0)), (friction,)))
     alpha = state.x[0] / root + free
     s = np.sign(velocity) if velocity else (1.0 if m * g * R > mu * r * np.hypot(pull, W) else 0.0)
     assert state.mode.slips == (int(s),)
@@ -243,5 +243,5 @@ def test_a_journal_rubs_by_the_length_of_its_reaction(pull: float, velocity: flo
 def test_slip_in_space_without_a_direction_is_no_state() -> None:
     """What sticks may be flipped where its force is zero: then there is none to slip along."""
     problem = scaled(particle(np.array([3.0, 4.0]), 0.4, 0.4))
-    nowhere = Modes(np.array([1, 0, 0]), np.array([IN_SPACE]), np.zeros((1, 3)))
+    nowhere = ModeArrays(np.array([1, 0, 0]), np.array([IN_SPACE]), np.zeros((1, 3)))
     assert not solve_mode(problem, nowhere, np.array([0.4])).solved

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, LawProblem, LawState, Unilateral
 from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import NoSolutionError
 
@@ -26,7 +26,7 @@ def only(problem: LawProblem) -> LawState:
 def test_a_block_that_falls_on_a_belt_stops_or_is_braked(along: float, after: float) -> None:
     H, m = np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([5.0, 5.0])
     friction = FrictionLaw((1,), (0,), 0.4, 0.4)
-    state = only(closing(H, m, np.array([along, -2.0]), (Unilateral(), Friction(0)), (friction,)))
+    state = only(closing(H, m, np.array([along, -2.0]), (Unilateral(), FrictionRow(0)), (friction,)))
     assert state.a == pytest.approx([0.0, after], abs=1e-14)
     assert state.z == pytest.approx([10.0, 5.0 * (after - along)])
     assert state.mode.slips == (int(np.sign(after)),)

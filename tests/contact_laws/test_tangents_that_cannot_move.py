@@ -7,7 +7,7 @@ import pytest
 
 from multibody_sym.contact_laws.impact_problem import ImpactProblem
 from multibody_sym.contact_laws.impact_sequence import strike
-from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, LawProblem, Unilateral
 
 FLOOR, STOP, PRESSED, RUBS = 0, 3, 7, 9
 MU = 0.004
@@ -32,7 +32,7 @@ def landing(noise: float) -> ImpactProblem:
     right[1] = noise
     laws = [Equality()] * 10
     laws[FLOOR] = laws[STOP] = Unilateral()
-    laws[1], laws[2], laws[6], laws[RUBS] = Friction(0), Friction(0, 1), Friction(1), Friction(2)
+    laws[1], laws[2], laws[6], laws[RUBS] = FrictionRow(0), FrictionRow(0, 1), FrictionRow(1), FrictionRow(2)
     parts = (
         FrictionLaw((1, 2), (FLOOR,), 0.5, 0.1, (0.0, 0.0)),
         FrictionLaw((6,), (4, 5), 0.3, 0.2, norm=True),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from multibody_sym.contact_laws.problem import Equality, Friction, FrictionLaw, LawMode, LawProblem, Unilateral
+from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, LawMode, LawProblem, Unilateral
 from multibody_sym.contact_laws.search import find
 
-LAWS = (Unilateral(), Friction(0, 0), Friction(0, 1), Friction(0, 2))
+LAWS = (Unilateral(), FrictionRow(0, 0), FrictionRow(0, 1), FrictionRow(0, 2))
 
 
 def pressed(M: np.ndarray, f: np.ndarray, static: float, kinetic: float) -> LawProblem:
@@ -91,7 +91,7 @@ def test_a_force_of_three_components_presses_with_its_length(push: float) -> Non
     H = np.eye(6)
     way = np.array([2.0, 1.0, -2.0]) / 3.0
     f = np.array([1.0, 2.0, 2.0, *(0.6 * push * way)])
-    laws = (Equality(), Equality(), Equality(), *(Friction(0, k) for k in range(3)))
+    laws = (Equality(), Equality(), Equality(), *(FrictionRow(0, k) for k in range(3)))
     friction = FrictionLaw((3, 4, 5), (0, 1, 2), 0.2, 0.2, (0.0, 0.0, 0.0), norm=True)
     found = find(LawProblem(H, H, np.zeros((6, 6)), -f, laws, (friction,)))
     (state,) = found.states

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from multibody_sym.contact_laws.problem import Found, Friction, FrictionLaw, LawProblem, LawState, Unilateral
+from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, LawProblem, LawState, LawStates, Unilateral
 from multibody_sym.contact_laws.search import find
 
 G = 10.0
@@ -20,13 +20,13 @@ def blocks(forces: np.ndarray, static: float, kinetic: float) -> LawProblem:
             row = np.zeros(2 * count)
             row[2 * k : 2 * k + 2] = way
             rows.append(row)
-        laws += [Unilateral(), Friction(k)]
+        laws += [Unilateral(), FrictionRow(k)]
         parts.append(FrictionLaw((2 * k + 1,), (2 * k,), static, kinetic))
     A = np.array(rows)
     return LawProblem(A, A, np.zeros((2 * count, 2 * count)), -A @ forces.ravel(), tuple(laws), tuple(parts))
 
 
-def rated(problem: LawProblem, rates: np.ndarray) -> Found:
+def rated(problem: LawProblem, rates: np.ndarray) -> LawStates:
     """Return the states under forces that change at a rate (2 b): a of each row does as its body's force."""
     return find(problem, drift=lambda state: problem.matrix @ rates)
 

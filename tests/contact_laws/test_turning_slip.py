@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from multibody_sym.contact_laws.routh_method import COMPRESSED, Goal, Normal, Turned, turned, turns
+from multibody_sym.contact_laws.routh_method import COMPRESSED, Goal, Normal, TurnedSlip, follow_turning_slip, turns
 
 
-def stepped(K: np.ndarray, mu: float, v: np.ndarray, at: Normal, way: Turned) -> np.ndarray:
+def stepped(K: np.ndarray, mu: float, v: np.ndarray, at: Normal, way: TurnedSlip) -> np.ndarray:
     """Return v_n, v_t (2), p_t (2), W and the loss by friction at the same normal impulse, by steps of order 8."""
 
     def rates(_: float, y: np.ndarray) -> list[float]:
@@ -32,7 +32,7 @@ def test_it_is_the_solution_in_small_steps(seed: int) -> None:
     at = Normal(-(10.0 ** rng.uniform(-2, 1)))
     goal = (COMPRESSED, Goal("p", 10.0 ** rng.uniform(-3, 0)), Goal("v", 0.3 * abs(at.v)))[seed % 3]
     assert turns(K, mu, v)
-    way = turned(K, mu, v, at, goal)
+    way = follow_turning_slip(K, mu, v, at, goal)
     speeds, impulses = abs(at.v) + np.abs(v).max(), way.at.p * max(1.0, mu)
     if not way.velocity.any():  # slip has stopped, where steps of order 8 do not lead
         assert K[1:, 0] * way.at.p + K[1:, 1:] @ way.impulse == pytest.approx(-v, abs=1e-12 * speeds)
@@ -47,7 +47,7 @@ def test_it_is_the_solution_in_small_steps(seed: int) -> None:
 def test_an_end_at_once_is_as_exact() -> None:
     """What closes a million times slower than it slips ends in a part of the first panel that is as small."""
     K, mu, v = np.diag([3.0, 1.0, 2.0]) + 0.3, 0.4, np.array([50.0, -80.0])
-    way = turned(K, mu, v, Normal(-1e-5), COMPRESSED)
+    way = follow_turning_slip(K, mu, v, Normal(-1e-5), COMPRESSED)
     y = stepped(K, mu, v, Normal(-1e-5), way)
     assert way.ended
     assert abs(y[0]) < 1e-16
@@ -70,7 +70,7 @@ def test_slip_that_leaves_a_direction_in_which_it_would_stay_is_as_exact(power: 
         assert across(phi) * beside > 0.0
         for closing in (-2.4, -20.0):
             v = np.array([np.cos(phi), np.sin(phi)])
-            way = turned(K, mu, v, Normal(closing), COMPRESSED)
+            way = follow_turning_slip(K, mu, v, Normal(closing), COMPRESSED)
             if not way.velocity.any():
                 assert K[1:, 0] * way.at.p + K[1:, 1:] @ way.impulse == pytest.approx(-v, abs=1e-12)
                 continue

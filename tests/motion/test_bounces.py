@@ -11,7 +11,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact.contact_problem import Scale
-from multibody_sym.motion.switching.impact import Bounces
+from multibody_sym.motion.switching.impact import BounceMemory
 
 G = 9.81
 
@@ -60,7 +60,7 @@ def test_a_gap_that_opens_crosses_zero_by_rounding_once_a_time():
     laws = mbs.simulate(ball(0.5), t_end=0.1, backend="python").modes.switches.laws
     facts = laws.at(0.3, np.array([0.0, -1e-17]), np.array([0.0, 1e-6]), Scale(1.0, 4.0))
     (floor,) = facts.laws.unilateral
-    bounces = Bounces()
+    bounces = BounceMemory()
     assert bounces.leaving(facts, floor) is facts.q
     assert bounces.leaving(facts, floor) is None
     below = laws.at(0.4, np.array([0.0, -1e-12]), np.array([0.0, 1e-6]), Scale(1.0, 4.0))

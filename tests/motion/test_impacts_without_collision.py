@@ -16,7 +16,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.motion.switching.decision import next_state
-from multibody_sym.motion.switching.law_values import Facts
+from multibody_sym.motion.switching.law_values import LawValues
 
 ROD = """
 multibody_sym: 1
@@ -35,11 +35,11 @@ simulation: {t_end: 1e-3, samples: 2}
 
 
 @pytest.fixture(scope="module")
-def sliding() -> Facts:
+def sliding() -> LawValues:
     return slides(0.4)
 
 
-def slides(restitution: float | None) -> Facts:
+def slides(restitution: float | None) -> LawValues:
     """Return the rod with its tip on the floor, where K_nn - mu K_nt, the inverse of its apparent mass, is negative."""
     given = mbs.loads(ROD if restitution is not None else ROD.replace("restitution: e, ", ""))
     run = mbs.simulate(given, parameters={"e": restitution or 0.0})
@@ -59,7 +59,7 @@ def routh(e: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
     return p, np.array([-8 + p[1], p[0], 3 * (s * p[1] - c * p[0])])
 
 
-def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(sliding: Facts) -> None:
+def test_its_impulses_stop_the_slip_and_give_back_what_has_been_compressed(sliding: LawValues) -> None:
     """Routh: (p_n, p_t) compress until v_n = v_t = 0; then it sticks while e p_n more is given back."""
     p, u = routh()
     found = next_state(sliding, ["c"])

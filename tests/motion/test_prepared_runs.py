@@ -102,13 +102,13 @@ def test_decisions_of_one_run_are_verified_by_the_next_instead_of_made(
 ) -> None:
     prepared, searches = mbs.prepare(mbs.loads(text)), list[object]()
     first, alone = prepared.run(), mbs.simulate(mbs.loads(text))
-    found = decision._found
+    found = decision._find_states
 
     def counted(*given: Any) -> Any:
         searches.append(given)
         return found(*given)
 
-    monkeypatch.setattr(decision, "_found", counted)
+    monkeypatch.setattr(decision, "_find_states", counted)
     second = prepared.run()
     assert bits(second) == bits(first) == bits(alone)
     assert second.friction_work == first.friction_work

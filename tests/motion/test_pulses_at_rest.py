@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.documents.runs import run_summary
-from multibody_sym.motion.switching.legs import moments
+from multibody_sym.motion.switching.legs import times_to_check
 from multibody_sym.scalars.node import symbol
 
 G, W, AT = 9.81, 2e-4, 4.7183
@@ -60,14 +60,15 @@ def test_a_force_that_is_there_for_a_moment_moves_what_sticks(method) -> None:
 def test_a_run_looks_where_what_depends_on_time_alone_moves() -> None:
     """At each quarter of its range, whatever stands beside it; what depends on motion too it need not look at."""
     values = {symbol("w"): W, symbol("c"): AT}
-    found = moments(mbs.loads(TEXT.replace("PULSE", BELL)), values, 10.0)
+    found = times_to_check(mbs.loads(TEXT.replace("PULSE", BELL)), values, 10.0)
     near = found[np.abs(found - AT) < 3 * W]
     heights = np.concatenate([[0], np.exp(-(((near - AT) / W) ** 2)), [0]])
     assert len(near) >= 6
     assert np.abs(np.diff(heights)).max() < 0.6
     assert len(found) < 20
-    assert len(moments(mbs.loads(TEXT.replace("PULSE", "5 + x*t")), values, 10.0)) == 0
-    assert len(moments(mbs.loads(TEXT.replace("PULSE", "sin(2*pi*t)")), values, 10.0)) == pytest.approx(80, abs=3)
+    assert len(times_to_check(mbs.loads(TEXT.replace("PULSE", "5 + x*t")), values, 10.0)) == 0
+    swinging = mbs.loads(TEXT.replace("PULSE", "sin(2*pi*t)"))
+    assert len(times_to_check(swinging, values, 10.0)) == pytest.approx(80, abs=3)
 
 
 AT_A_STOP = "joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, limits: {lower: 0}}}"

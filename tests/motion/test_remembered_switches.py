@@ -80,7 +80,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
         return called
 
     with monkeypatch.context() as patched:
-        patched.setattr(mode_run, "followed", counted("in Python", mode_run.followed))
+        patched.setattr(mode_run, "follow_known_switch", counted("in Python", mode_run.follow_known_switch))
         patched.setattr(prepared, "next_state", counted("searched", prepared.next_state))
         patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
         first = mbs.simulate(system, **options)

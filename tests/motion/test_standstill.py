@@ -8,7 +8,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.motion.runs.run import FailedRunError, MotionEndsError
 from multibody_sym.motion.switching import impact
-from multibody_sym.motion.switching.impact import Bounces, Hit, Standstill
+from multibody_sym.motion.switching.impact import BounceMemory, Hit, Standstill
 
 POINT = """\
 multibody_sym: 1
@@ -55,7 +55,7 @@ def test_a_point_that_slides_in_slightly_inside_goes_on(e: float) -> None:
 
 def test_impacts_at_one_time_collapse() -> None:
     """So do those after a first one at that time, which only rounding sets apart."""
-    bounces, time = Bounces(), 11.5
+    bounces, time = BounceMemory(), 11.5
     for _ in range(141):
         assert not bounces.collapsing(time, 2)
         bounces.hit(Hit(time, frozenset({"c"}), np.zeros(2)))
@@ -158,7 +158,7 @@ def test_a_motion_that_leaves_no_room_ends_there() -> None:
 def test_a_run_that_is_struck_for_ever_ends_with_words(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Were what is inside let stay there, it would be met again at once."""
     monkeypatch.setattr(impact, "_endless", lambda contacts: 10)
-    monkeypatch.setattr(Bounces, "leaving", lambda self, facts, element: facts.q)
+    monkeypatch.setattr(BounceMemory, "leaving", lambda self, facts, element: facts.q)
     with pytest.raises(FailedRunError, match="c: it strikes or lets go again and again and time does not go on; let"):
         mbs.simulate(mbs.loads(POINT), parameters={"y0": -DEEP}, backend=backend)
 

@@ -26,7 +26,7 @@ from multibody_sym.answers.impact.solve import (
 )
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_outputs_put_in
 from multibody_sym.answers.records import ImpactFound
-from multibody_sym.contact_laws.impact_problem import Struck
+from multibody_sym.contact_laws.impact_problem import ImpactResult
 from multibody_sym.contact_laws.impact_sequence import clusters
 from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
@@ -210,7 +210,7 @@ class _Answer:
     """An impact and what it does, as it is put together."""
 
     posed: PosedImpact
-    struck: Struck
+    struck: ImpactResult
     formalism: str | None
     reasons: dict[str, None] = field(default_factory=dict)
 

@@ -14,7 +14,7 @@ from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
 from multibody_sym.answers.records import ImpactStep
-from multibody_sym.contact_laws.impact_problem import ImpactLaw, Struck
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, closed_forms, declared_state, unknowns
 from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
@@ -297,7 +297,7 @@ _MOST: Final = 12
 """Through how many impacts formulas are led, which grow with each."""
 
 
-def impact_steps(elements: Sequence[LawElement], names: Sequence[str], struck: Struck) -> list[ImpactStep]:
+def impact_steps(elements: Sequence[LawElement], names: Sequence[str], struck: ImpactResult) -> list[ImpactStep]:
     """Return the impacts in their order."""
     owners = {names.index(element.normals[0].name): element.name for element in elements}
     found = []
@@ -318,7 +318,7 @@ class ImpactFormulas:
     """
 
     mode: StruckMode
-    struck: Struck
+    struck: ImpactResult
     letters: Mapping[Node, Letter]
     reasons: dict[str, None]
     law: ImpactLaw = "newton"

@@ -14,13 +14,13 @@ from multibody_sym.contact_laws.problem import (
     INACTIVE,
     STICKS,
     Equality,
-    Found,
-    Friction,
     FrictionLaw,
+    FrictionRow,
     Law,
     LawMode,
     LawProblem,
     LawState,
+    LawStates,
     Unilateral,
 )
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
@@ -224,7 +224,7 @@ class RowNumbers(ABC):
         stays = {"touching", "closing"}
         return [x for x, how in standing.items() if how in stays or (x in closed and how != "leaving")]
 
-    def wedged(self, touching: Iterable[LawElement], found: Found) -> bool:
+    def wedged(self, touching: Iterable[LawElement], found: LawStates) -> bool:
         """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
 
         Some of it collides, and each can be moved: impulses may stop its slip.
@@ -273,7 +273,7 @@ def element_laws(
             laws[places[element.normals[0].name]] = Unilateral()
         for part in parts:
             for component, row in enumerate(part.rows):
-                laws[places[row.name]] = Friction(len(frictions), component)
+                laws[places[row.name]] = FrictionRow(len(frictions), component)
             frictions.append(friction(element, part, places))
     return tuple(laws), tuple(frictions)
 

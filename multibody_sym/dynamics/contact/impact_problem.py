@@ -14,7 +14,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, Order, Struck
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, ImpactResult, Order
 from multibody_sym.contact_laws.problem import FrictionLaw, LawProblem
 from multibody_sym.contact_laws.routh_method import AT_REST
 from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, tree_dynamics_of, weighted_rows
@@ -194,7 +194,7 @@ class StruckRows:
     given: frozenset[str] = frozenset()
 
 
-def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
+def struck_rows(blow: Blow, struck: ImpactResult) -> StruckRows:
     """Return the mechanism of an impact in the mode in which it was found."""
     places = {name: k for k, name in enumerate(blow.names)}
     acting = tuple(x for x in blow.elements if places[x.normals[0].name] in struck.closed)
@@ -235,7 +235,7 @@ def struck_rows(blow: Blow, struck: Struck) -> StruckRows:
     return StruckRows(mechanism, jumps, acting, replace(mode, slips=slips), rough, joints, given)
 
 
-def _with_own_impulses(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> frozenset[str]:
+def _with_own_impulses(blow: Blow, struck: ImpactResult, slips: Mapping[str, int]) -> frozenset[str]:
     """Return the rows of parts that slide in the end, but not one way throughout, or in space."""
     places = {name: k for k, name in enumerate(blow.names)}
     speeds = [k for k, row in enumerate(blow.rows) if row.kinematic]
@@ -248,7 +248,7 @@ def _with_own_impulses(blow: Blow, struck: Struck, slips: Mapping[str, int]) -> 
     return frozenset(found)
 
 
-def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[LawElement, ...]]:
+def _rough_mode(blow: Blow, struck: ImpactResult, small: float) -> tuple[Mode, tuple[LawElement, ...]]:
     """Return the mode of friction in joints, and the elements whose friction has more than a `small` impulse.
 
     A part that does not slide one way throughout, pressed from one side, sticks in the mode: it has its own impulse.
@@ -273,7 +273,7 @@ def _rough_mode(blow: Blow, struck: Struck, small: float) -> tuple[Mode, tuple[L
     return Mode(sides, slips), tuple(rough)
 
 
-def _joint_slip(struck: Struck, part: int, normals: list[int], rows: list[int]) -> int:
+def _joint_slip(struck: ImpactResult, part: int, normals: list[int], rows: list[int]) -> int:
     """Return the slip of a part with one row in all phases with friction, if reactions keep their direction; else 0."""
     if len(rows) > 1:
         return 0

@@ -9,7 +9,7 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, Order, Struck
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, ImpactResult, Order
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import Blow, pose, rubbing, struck_rows
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -241,7 +241,7 @@ def _opening_speed(blow: Blow, element: LawElement) -> float:
     return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
 
 
-def outcome(posed: PosedImpact) -> Struck:
+def outcome(posed: PosedImpact) -> ImpactResult:
     """Return the impulses and speeds of the impact. Raises NoSolutionError where its laws have no solution."""
     closing = [x for x in posed.blow.elements if float(_opening_speed(posed.blow, x)) < 0.0]
     if posed.law == "stronge" and posed.order == "simultaneous" and len(closing) > 1:

@@ -15,7 +15,7 @@ from functools import cached_property, partial
 from itertools import chain, combinations, islice
 from typing import Final
 
-from multibody_sym.contact_laws.problem import COLLIDE, Found, Verdict
+from multibody_sym.contact_laws.problem import COLLIDE, LawStates, Verdict
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, Posed, Scale, accelerations_of, one_way_rows
 from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
@@ -65,7 +65,7 @@ class StartState:
     begin: Start
     modes: tuple[Mode, ...]
     posed: Posed | None = None
-    found: Found | None = None
+    found: LawStates | None = None
     closing: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -171,7 +171,7 @@ def state_at(
     *,
     project: bool = False,
     overrides: Mapping[str, float] | None = None,
-    search: Callable[[Posed], Found] | None = None,
+    search: Callable[[Posed], LawStates] | None = None,
     compiled: CompiledRows | None = None,
 ) -> StartState:
     """Return a mechanism at its start with the modes that the laws of its one-way elements allow.
@@ -202,7 +202,7 @@ def state_at(
     return StartState(declared, begin, modes, problem, found, closing)
 
 
-def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> Found:
+def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> LawStates:
     """Return the states that fulfil the laws; `left` are exact values at limits, by rows."""
     from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
 

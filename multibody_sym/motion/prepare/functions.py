@@ -10,7 +10,7 @@ from typing import Final, get_args, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.contact_laws.impact_problem import Struck
+from multibody_sym.contact_laws.impact_problem import ImpactResult
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.contact.contact_problem import accelerations_of
 from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_rows
@@ -456,7 +456,7 @@ class ImpactModes:
 
         return self.function(blow, strike(pose(blow, self.posed.law, self.posed.order, found)), t, q, u)
 
-    def function(self, blow: Blow, struck: Struck, t: float, q: Floats, u: Floats) -> ImpactFunction:
+    def function(self, blow: Blow, struck: ImpactResult, t: float, q: Floats, u: Floats) -> ImpactFunction:
         """Return the function of the mode in which an impact was found."""
         mode = StruckMode(blow, struck_rows(blow, struck), self.posed.law)
         if struck.impacts > 1:
@@ -486,7 +486,7 @@ def _impact_function_compiled(mode: StruckMode, program: Program, code: Native) 
 
 
 def _verify(
-    function: ImpactFunction, blow: Blow, struck: Struck, at: tuple[float, Floats, Floats, Floats]
+    function: ImpactFunction, blow: Blow, struck: ImpactResult, at: tuple[float, Floats, Floats, Floats]
 ) -> None:
     """Raise NoSolutionError where the impact has no one mode at a state, as where its slip stops on the way."""
     jumps = accelerations_of(blow.dynamics, struck.x)

@@ -16,7 +16,7 @@ from multibody_sym.scalars.arrays import Floats
 if TYPE_CHECKING:
     from multibody_sym.motion.loop.chain import LegAnswer
     from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
-    from multibody_sym.motion.switching.legs import Leg
+    from multibody_sym.motion.switching.legs import ModeLeg
     from multibody_sym.scalars.node import Node
 
 
@@ -46,7 +46,7 @@ class RunInModes(Protocol):
     """
 
     @property
-    def legs(self) -> Sequence[Leg]: ...
+    def legs(self) -> Sequence[ModeLeg]: ...
 
     @property
     def events(self) -> list[dict[str, Any]]: ...

@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # a run that is recalled needs none of it
 
     from multibody_sym.mechanics.mechanism import Mechanism
     from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
-    from multibody_sym.motion.switching.legs import Leg as LegInMode
+    from multibody_sym.motion.switching.legs import ModeLeg as LegInMode
     from multibody_sym.scalars.node import Node
 
 MOST: Final = 1000

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import NoImpulsesError
-from multibody_sym.contact_laws.problem import COLLIDE, Found, LawState
+from multibody_sym.contact_laws.problem import COLLIDE, LawState, LawStates
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
 from multibody_sym.dynamics.contact.indeterminate_forces import CLEAR
 from multibody_sym.errors import NoSolutionError
@@ -21,21 +21,20 @@ from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.loop.problem import Reason
 from multibody_sym.motion.switching import impact
-from multibody_sym.motion.switching.flights import Fall, Instant, rest_of
+from multibody_sym.motion.switching.flights import AfterImpact, Fall, rest_of
 from multibody_sym.motion.switching.impact import (
-    Bounces,
+    BounceMemory,
     ImpactOutcome,
     at_rest,
+    at_state,
+    impact_at,
     lost_height,
     low_bounce,
     low_together,
-    moved,
-    named,
     onto_rows,
-    struck,
     without_collision,
 )
-from multibody_sym.motion.switching.law_values import Facts, basic_mode, rounded_up
+from multibody_sym.motion.switching.law_values import LawValues, basic_mode, rounded_up
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.rank import SWITCHED, least_squares
@@ -62,10 +61,10 @@ class NextState:
     what strikes would go on into what it strikes.
     """
 
-    facts: Facts
+    facts: LawValues
     mode: Mode | None
     largest: float
-    found: Found | None
+    found: LawStates | None
     posed: PosedLaws | None
     blow: ImpactOutcome | None = None
     late: Mapping[str, float] = field(default_factory=dict)
@@ -99,7 +98,7 @@ class NextState:
         return self.hindered or Reason(f"{none} ({cures}),", ends=proved)
 
     @staticmethod
-    def largest_of(forces: Floats, facts: Facts, rows: Sequence[int]) -> float:
+    def largest_of(forces: Floats, facts: LawValues, rows: Sequence[int]) -> float:
         """Return the largest force of rows at some places, and no less than what acts on all that they are joined to.
 
         Rounding is a part of it, also where weights leave nothing for a contact to carry, as in free fall. No less than
@@ -128,14 +127,14 @@ class Before:
     udot: Floats
     rates: Callable[[float, Floats], Floats] | None
     guess: Mode | None
-    bounces: Bounces
+    bounces: BounceMemory
 
     @property
     def resting(self) -> frozenset[str]:
         """The elements that act in the mode."""
         return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
 
-    def late(self, facts: Facts, closing: Collection[LawElement]) -> dict[str, float]:
+    def late(self, facts: LawValues, closing: Collection[LawElement]) -> dict[str, float]:
         """Return how much longer (s) each element would strike that comes to rest now, or collapses with others.
 
         What bounces by itself does not rest if another one strikes before.
@@ -150,7 +149,7 @@ class Before:
 
 
 def next_state(
-    facts: Facts,
+    facts: LawValues,
     closed: Collection[str],
     before: Before | None = None,
     *,
@@ -167,69 +166,65 @@ def next_state(
     apart = {*beyond, *hidden}
     flying = before.bounces.flying(facts, closed) if before is not None else set[str]()
     touching = [name for name in facts.touching(closed) if name not in apart | flying]
-    facts = moved(facts, q=onto_rows(facts, touching))
-    if lying := facts.lying(named(facts, touching)):
+    facts = at_state(facts, q=onto_rows(facts, touching))
+    if lying := facts.lying(facts.laws.named(touching)):
         flat = Reason(f"{lying} ({ON_POINTS}, or end the run before),", ends=True)
         return NextState(facts, None, 0.0, None, None, hindered=flat)
-    closing = impact.closing(facts, touching)
+    closing = impact.approaching(facts, touching)
     late = before.late(facts, closing) if before is not None else {}
     held = before.bounces.dying(facts, closing).keys() - apart if before is not None else set[str]()
     try:
         after = (
             _after(facts, touching, before, late, held)
             if blow is None
-            else _settled(facts, touching, blow, before, late, held)
+            else _after_impact(facts, touching, blow, before, late, held)
         )
-        if before is not None and blow is None and (rest := _unseen(after, facts, touching, before, apart)) is not None:
+        rest = None if before is None or blow is not None else _rest_unseen(after, facts, touching, before, apart)
+        if rest is not None:
             after, held = rest
             late = dict.fromkeys(held, 0.0)
-        while late and (back := _back(after, apart | flying) - held):
+        while late and (back := _coming_back(after, apart | flying) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
             after = _after(facts, touching, before, late, held)
         end = before.bounces.limit(facts, closing, late, before.resting) if before is not None else None
         if end is not None and _alone(end, after.touching):
             late = dict.fromkeys(late, end.t - facts.t)
-            end = moved(end, q=onto_rows(end, after.touching))
-            after = _resting(end, after.touching, before, after.blow)
+            end = at_state(end, q=onto_rows(end, after.touching))
+            after = _states_after(end, after.touching, before, after.blow)
         elif before is not None and held:
-            left = _left(facts, touching, after.touching, before)
-            late = late if left is None else dict.fromkeys(late, left)
+            end = _end_of_impacts(facts, touching, after.touching, before)
+            late = late if end is None else dict.fromkeys(late, end.t - facts.t)
     except NoSolutionError as error:
-        return NextState(facts, None, 0.0, None, None, hindered=_unsolved(error))
+        ends = isinstance(error, NoImpulsesError)  # then it is proved that there is no solution
+        hindered = Reason(f"the impact cannot be solved: {error}", ends=ends)
+        return NextState(facts, None, 0.0, None, None, hindered=hindered)
     facts, touching, blow, problem, found = after.facts, after.touching, after.blow, after.problem, after.found
-    state, mode = _lasting(problem, found, hidden)
-    limit = mode is None or before is None or _goes_on(mode, before.mode) or _between(facts, mode, before.mode)
-    limit = limit or (mode is not None and _lets_go(facts, mode))
-    if before is not None and before.rates is not None and blow is None and limit and not _stops(mode, before.mode):
-        state, mode = _ahead(facts, touching, before.mode, before.rates, (state, mode), hidden)
+    state, mode = _lasting_state(problem, found, hidden)
+    if before is not None and before.rates is not None and blow is None and _at_limit(facts, mode, before.mode):
+        state, mode = _state_soon_after(facts, touching, before.mode, before.rates, (state, mode), hidden)
     rows = [facts.laws.places[name] for name in problem.names]
     largest = 0.0 if state is None else NextState.largest_of(state.z, facts, rows)
     return NextState(facts, mode, largest, found, problem, blow, late, frozenset(held))
-
-
-def _unsolved(error: NoSolutionError) -> Reason:
-    """Return that an impact has no solution; the motion ends where that is proved."""
-    return Reason(f"the impact cannot be solved: {error}", ends=isinstance(error, NoImpulsesError))
 
 
 @dataclass(frozen=True, eq=False)
 class _After:
     """What holds after an impact, if there is one, what touches, and the states that are possible by its laws."""
 
-    facts: Facts
+    facts: LawValues
     touching: list[str]
     blow: ImpactOutcome | None
     problem: PosedLaws
-    found: Found
+    found: LawStates
 
     @property
     def wedged(self) -> bool:
         """Whether it is proved that no forces fulfil the laws of what touches and rests, some of which bounces."""
-        return self.facts.wedged(named(self.facts, self.touching), self.found)
+        return self.facts.wedged(self.facts.laws.named(self.touching), self.found)
 
 
 def _after(
-    facts: Facts,
+    facts: LawValues,
     touching: list[str],
     before: Before | None,
     late: Mapping[str, float],
@@ -242,20 +237,20 @@ def _after(
     """
     if held:
         touching = [x.name for x in facts.laws.unilateral if x.name in held or x.name in touching]
-        facts = moved(facts, q=onto_rows(facts, touching))
-    blow = struck(facts, touching, late, held, most=most) if impact.closing(facts, touching) else None
-    after = _settled(facts, touching, blow, before, late, held)
+        facts = at_state(facts, q=onto_rows(facts, touching))
+    blow = impact_at(facts, touching, late, held, most=most) if impact.approaching(facts, touching) else None
+    after = _after_impact(facts, touching, blow, before, late, held)
     for _ in range(_WEDGED):
         if not after.wedged:
             break
         again = without_collision(after.facts, after.touching)
         blow = again if after.blow is None else after.blow.then(again)
-        after = replace(_settled(after.facts, after.touching, again, before, late, held), blow=blow)
+        after = replace(_after_impact(after.facts, after.touching, again, before, late, held), blow=blow)
     return after
 
 
-def _settled(
-    facts: Facts,
+def _after_impact(
+    facts: LawValues,
     touching: list[str],
     blow: ImpactOutcome | None,
     before: Before | None,
@@ -264,22 +259,25 @@ def _settled(
 ) -> _After:
     """Return what holds once speeds have jumped: what still touches, speeds at rest to the last bit, and the states."""
     if blow is not None:
-        facts = moved(facts, u=facts.u + blow.jump)
-        leaving = [x.name for x in named(facts, touching) if _leaves(facts, x, before if late else None)]
+        facts = at_state(facts, u=facts.u + blow.jump)
+        leaving = [x.name for x in facts.laws.named(touching) if facts.standing(x) == "leaving"]
+        if before is not None and late:  # where others rest, what hardly gets off does not leave
+            off = (x for x in facts.laws.named(leaving))
+            leaving = [x.name for x in off if not low_bounce(facts, x, facts.falling(x, before.udot), facts.rate(x))]
         touching = [name for name in touching if name in held or name not in leaving]
-    return _resting(facts, touching, before, blow)
+    return _states_after(facts, touching, before, blow)
 
 
-def _resting(facts: Facts, touching: list[str], before: Before | None, blow: ImpactOutcome | None) -> _After:
+def _states_after(facts: LawValues, touching: list[str], before: Before | None, blow: ImpactOutcome | None) -> _After:
     """Return the states that are possible once what touches has struck."""
-    facts = moved(facts, u=at_rest(facts, touching))
+    facts = at_state(facts, u=at_rest(facts, touching))
     problem = facts.posed(touching)
-    found = _found(problem, None if before is None else before.guess or before.mode)
+    found = _find_states(problem, None if before is None else before.guess or before.mode)
     return _After(facts, touching, blow, problem, found)
 
 
-def _unseen(
-    after: _After, facts: Facts, touching: list[str], before: Before, apart: Collection[str]
+def _rest_unseen(
+    after: _After, facts: LawValues, touching: list[str], before: Before, apart: Collection[str]
 ) -> tuple[_After, set[str]] | None:
     """Return what follows once all rests that would bounce on unseen `after` an impact, and what of it still moved.
 
@@ -290,44 +288,41 @@ def _unseen(
     from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
     give all back have no end by themselves: there what bounces lower than steps err rests.
     """
-    strikes = {x.name for x in impact.closing(facts, touching)}
+    strikes = {x.name for x in impact.approaching(facts, touching)}
     steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
     low = low_together(facts, touching, apart, steps)
     if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
         return None
-    low = _connected(facts, low, strikes)
-    leaving = {x.name for x in named(after.facts, low) if after.facts.standing(x) == "leaving"}
+    low = _connected_with(facts, low, strikes)
+    leaving = {x.name for x in after.facts.laws.named(low) if after.facts.standing(x) == "leaving"}
     leaving |= low.difference(after.touching)
     while not low.isdisjoint(leaving):
         try:
-            held = {x.name for x in named(facts, low) if x.name in strikes | leaving or not _rubs(facts, x)}
+            smooth = {x.name for x in facts.laws.named(low) if not facts.laws.has_friction(x)}
+            held = smooth | low & (strikes | leaving)
             rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held, most=0)
         except NoSolutionError:
             return None
-        seen = _seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
+        seen = _still_seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
         if not seen:
-            return rest, {x.name for x in named(facts, low) if facts.sense(x)}
+            return rest, {x.name for x in facts.laws.named(low) if facts.sense(x)}
         if not seen.isdisjoint(strikes):
             return None
         low = low - seen
     return None
 
 
-def _connected(facts: Facts, low: Collection[str], strikes: Collection[str]) -> set[str]:
+def _connected_with(facts: LawValues, low: Collection[str], strikes: Collection[str]) -> set[str]:
     """Return what is `low` of all that is pushed, over any others of it, by what `strikes`."""
     from multibody_sym.contact_laws.impact_sequence import clusters  # brings scipy, as `contact_laws.search` does
 
     problem = facts.posed(low)
     numbers = clusters(problem.problem)
-    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in named(facts, low)}
+    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in facts.laws.named(low)}
     return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
 
 
-def _rubs(facts: Facts, element: LawElement) -> bool:
-    return any(part.name in facts.laws.parts for part in element.frictions)
-
-
-def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set[str]:
+def _still_seen(facts: LawValues, rest: _After, low: Collection[str], steps: float) -> set[str]:
     """Return what might bounce, of what is `low`, higher than what is lost in steps.
 
     Where the rest has to hold together what rubs and separates, friction of no impulse would pull: then only that is
@@ -336,8 +331,8 @@ def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set
     """
     if rest.blow is None or not rest.found.states:
         return set(low)
-    elements, energy = named(facts, low), 0.0
-    pulls = any(rest.blow.impulses[x.name] < 0.0 for x in elements if _rubs(facts, x))
+    elements, energy = facts.laws.named(low), 0.0
+    pulls = any(rest.blow.impulses[x.name] < 0.0 for x in elements if facts.laws.has_friction(x))
     places = [rest.problem.places[x.normals[0].name] for x in elements]
     exerted = rest.problem.problem.exerted[places].T
     forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()
@@ -348,33 +343,35 @@ def _seen(facts: Facts, rest: _After, low: Collection[str], steps: float) -> set
     return {x.name for x, force, height in triples if energy >= force * height}
 
 
-def _alone(end: Facts, touching: Collection[str]) -> bool:
+def _alone(end: LawValues, touching: Collection[str]) -> bool:
     """Return whether nothing else touches at the limit of impacts: it would have struck before."""
     others = (x for x in end.laws.unilateral if x.name not in touching)
     return all(end.standing(x) == "open" for x in others)
 
 
-def _left(facts: Facts, touching: list[str], resting: Collection[str], before: Before) -> float | None:
-    """Return how much longer (s) all that comes to rest together would strike unseen; None if that is not known."""
+def _end_of_impacts(
+    facts: LawValues, touching: list[str], resting: Collection[str], before: Before
+) -> LawValues | None:
+    """Return the end of all impacts of what comes to rest together; None if that is not known."""
     try:
         end = rest_of(facts, touching, resting, partial(_instant, before))
     except NoSolutionError:
         return None
-    return end.t - facts.t if end is not None and _alone(end, resting) else None
+    return end if end is not None and _alone(end, resting) else None
 
 
-def _instant(before: Before, facts: Facts, touching: list[str]) -> Instant:
+def _instant(before: Before, facts: LawValues, touching: list[str]) -> AfterImpact:
     """Return what holds once what touches has struck with its own restitution."""
     met = _after(facts, touching, before, {}, ())
     state = met.found.states[0] if met.found.states else None
     if state is None:
-        return Instant(met.facts, [], met.problem, None)
+        return AfterImpact(met.facts, [], met.problem, None)
     sides = (basic_mode(met.problem, state) or met.problem.mode(state)).sides
     active = [name for name in met.touching if sides.get(name, INACTIVE) != INACTIVE]
-    return Instant(met.facts, active, met.problem, met.facts.udot(state.x))
+    return AfterImpact(met.facts, active, met.problem, met.facts.udot(state.x))
 
 
-def _back(after: _After, others: Collection[str]) -> set[str]:
+def _coming_back(after: _After, others: Collection[str]) -> set[str]:
     """Return what leaves but comes back, in the state that follows, from no higher than what counts as touching.
 
     What rested as others struck did not fall before. It rises as they come to rest, and they as it does so later:
@@ -391,51 +388,40 @@ def _back(after: _After, others: Collection[str]) -> set[str]:
     return back
 
 
-def _goes_on(mode: Mode, before: Mode) -> bool:
-    """Return whether a mode is the one before, in which nothing is left to share in another way."""
-    return mode.alike(before) and (mode.shares is None or mode.shares.room <= CLEAR)
-
-
 def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
     return mode if mode is None or not hidden else replace(mode, idle=(*mode.idle, *hidden))
 
 
-def _leaves(facts: Facts, element: LawElement, before: Before | None) -> bool:
-    """Return whether an element leaves after an impact; not where others rest, `before`, if it hardly gets off."""
-    low = before is not None and low_bounce(facts, element, facts.falling(element, before.udot), facts.rate(element))
-    return facts.standing(element) == "leaving" and not low
+def _at_limit(facts: LawValues, mode: Mode | None, before: Mode) -> bool:
+    """Return whether the mode after a switch is at its own limit, so that only a later instant decides.
 
-
-def _between(facts: Facts, mode: Mode, before: Mode) -> bool:
-    """Tell whether a reaction that pressed on one side presses on none: it is about to press on the other.
-
-    Components of a vector whose length presses have no sides.
+    It is where no mode was found, and in the mode before in which nothing is left to share in another way. So it is
+    where a reaction that pressed on one side presses on none and is about to press on the other (components of a vector
+    whose length presses have no sides), and where something slips that any normal force would hold. It is not where
+    something sticks that slid before: the mode before would let it slip back soon after.
     """
+    slips = {} if mode is None else mode.slips
+    if any(slip != STICKS and slips.get(name, slip) == STICKS for name, slip in before.slips.items()):
+        return False
+    if mode is None or (mode.alike(before) and (mode.shares is None or mode.shares.room <= CLEAR)):
+        return True
     two_sided = [x for x in facts.laws.mechanism.one_way if not x.unilateral]
     sided = [(x, row) for x in two_sided for part in x.frictions if not part.norm for row in x.normals_of(part)]
-    return any(before.side(*each) and not mode.side(*each) for each in sided)
-
-
-def _lets_go(facts: Facts, mode: Mode) -> bool:
-    """Tell whether something slips that any normal force will hold: none presses, and it is about to open or hold."""
     parts = (part for element in facts.laws.mechanism.one_way for part in element.frictions)
-    return any(part.enough and mode.slip(part) != STICKS for part in parts)
+    lets_go = any(part.enough and mode.slip(part) != STICKS for part in parts)
+    return lets_go or any(before.side(*each) and not mode.side(*each) for each in sided)
 
 
-def _stops(mode: Mode | None, before: Mode) -> bool:
-    """Tell whether something sticks that slid before; the mode before would let it slip back soon after."""
-    slips = {} if mode is None else mode.slips
-    return any(slip != STICKS and slips.get(name, slip) == STICKS for name, slip in before.slips.items())
-
-
-def _found(problem: PosedLaws, previous: Mode | None) -> Found:
+def _find_states(problem: PosedLaws, previous: Mode | None) -> LawStates:
     """Return the states that are possible: all at the start of a run, later the one next to its mode."""
     from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
 
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
 
 
-def _lasting(problem: PosedLaws, found: Found, hidden: tuple[str, ...]) -> tuple[LawState | None, Mode | None]:
+def _lasting_state(
+    problem: PosedLaws, found: LawStates, hidden: tuple[str, ...]
+) -> tuple[LawState | None, Mode | None]:
     """Return the first of the states whose forces can stay as they are for some time, with its mode.
 
     All are asked for where none of those that were found does; where none does at all, it is the first one.
@@ -445,7 +431,7 @@ def _lasting(problem: PosedLaws, found: Found, hidden: tuple[str, ...]) -> tuple
 
     def asked() -> Iterator[LawState]:
         yield from found.states
-        yield from _found(problem, None).states
+        yield from _find_states(problem, None).states
 
     for state in asked():
         if (mode := basic_mode(problem, state)) is not None:
@@ -453,8 +439,8 @@ def _lasting(problem: PosedLaws, found: Found, hidden: tuple[str, ...]) -> tuple
     return found.states[0], _with_hidden(problem.mode(found.states[0]), hidden)
 
 
-def _ahead(
-    facts: Facts,
+def _state_soon_after(
+    facts: LawValues,
     touching: Collection[str],
     before: Mode,
     rates_of: Callable[[float, Floats], Floats],
@@ -473,10 +459,10 @@ def _ahead(
         for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
             q, u = np.split(x, [len(facts.q)])
             there = facts.laws.at(facts.t + soon, q, u, facts.scale).posed(touching)
-            found = _found(there, before)
+            found = _find_states(there, before)
             if found.states:
                 break
-        there_state, following = _lasting(there, found, hidden) if found.states else (state, mode)
+        there_state, following = _lasting_state(there, found, hidden) if found.states else (state, mode)
         if following is None or mode is None or not following.alike(mode):
             return there_state, following
     return state, mode

@@ -58,13 +58,13 @@ class LawMechanism:
         """Return the mechanism of a run of a declared one by some settings."""
         taken, bars = with_one_side(with_tips(declared))
         by_derivative = form_of(settings, constrained=True, varies=True) in _FORMS
-        if not by_derivative or not _is_served(taken):
+        if not by_derivative or not _serves_all_modes(taken):
             return LawMechanism(taken, bars, None)
         every = in_every_mode(taken)
         return LawMechanism(replace(taken, parameters=every.parameters), bars, every)
 
 
-def _is_served(declared: Mechanism) -> bool:
+def _serves_all_modes(declared: Mechanism) -> bool:
     """Return whether one set of Programs serves all modes.
 
     Not where rows hold what has no mass, there are so many that few of them act at a time, or chains so long, with so
@@ -73,15 +73,10 @@ def _is_served(declared: Mechanism) -> bool:
     rows, alike = len(every_row(declared)), alike_rows(declared)
     few = rows <= (_MOST_WITH_KINDS if alike else _MOST_ROWS)
     few = few or (rows - alike <= _MOST_ROWS and rows <= _MOST_BY_KINDS)
-    few = few and _entries(declared) <= _MOST_ENTRIES * rows
-    return few and not declared.minimum_norm and not massless_speeds(declared)
-
-
-def _entries(mechanism: Mechanism) -> int:
-    """Return how many elements of G^-1 may differ from zero: of speeds and those of bodies before them in the tree."""
-    before, found = list[int](), 0
-    for body in mechanism.bodies:
+    entries, before = 0, list[int]()  # of G^-1: those of speeds and of the speeds before them in the tree
+    for body in declared.bodies:
         above = before[body.parent] if body.parent >= 0 else 0
         before.append(above + len(body.u))
-        found += len(body.u) * above + len(body.u) * (len(body.u) + 1) // 2
-    return found
+        entries += len(body.u) * above + len(body.u) * (len(body.u) + 1) // 2
+    few = few and entries <= _MOST_ENTRIES * rows
+    return few and not declared.minimum_norm and not massless_speeds(declared)

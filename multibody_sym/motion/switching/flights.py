@@ -14,8 +14,7 @@ import numpy as np
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.motion import coordinate_rates
-from multibody_sym.motion.switching.impact import named
-from multibody_sym.motion.switching.law_values import Facts
+from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -27,50 +26,46 @@ _SHRINKS: Final = 0.99
 
 
 @dataclass(frozen=True, eq=False)
-class Instant:
+class AfterImpact:
     """What holds once what touches has struck: `facts`, what stays closed, the laws, the accelerations (nu,).
 
     `udot` is None where the laws have no state.
     """
 
-    facts: Facts
+    facts: LawValues
     touching: list[str]
     problem: PosedLaws
     udot: Floats | None
 
 
-Strike = Callable[[Facts, list[str]], Instant]
+Strike = Callable[[LawValues, list[str]], AfterImpact]
 """Lets what touches strike."""
 
 
-def rest_of(facts: Facts, touching: Collection[str], taking: Collection[str], strike: Strike) -> Facts | None:
+def rest_of(facts: LawValues, touching: Collection[str], taking: Collection[str], strike: Strike) -> LawValues | None:
     """Return the end of all impacts of `taking` that begin with those of what is `touching`; None where none is met."""
-    gaps = {x.name: 0.0 if x.name in touching else max(facts.gap(x), 0.0) for x in named(facts, taking)}
+    gaps = {x.name: 0.0 if x.name in touching else max(facts.gap(x), 0.0) for x in facts.laws.named(taking)}
     now, flights = facts, list[float]()
     for _ in range(_MOST):
         met = strike(now, [name for name, gap in gaps.items() if gap == 0.0])
         if met.udot is None:
             return None
-        off = [x for x in named(met.facts, gaps) if gaps[x.name] or x.name not in met.touching]
+        off = [x for x in met.facts.laws.named(gaps) if gaps[x.name] or x.name not in met.touching]
         flying = {x.name: Fall.of(met.facts, x, gaps[x.name], met.udot) for x in off}
         if not flying:
             return met.facts
         first = min(flying, key=lambda name: flying[name].left)
         left = flying[first].left
-        stops = _stops(met, left)
+        stops = _time_to_stop(met, left)
         flights.append(min(left, stops))
-        if not math.isfinite(left) or _goes_on(flights):
+        oldest, before, last = (sum(flights[k * _CYCLE : (k + 1) * _CYCLE or None]) for k in (-3, -2, -1))
+        goes_on = len(flights) >= 3 * _CYCLE and last > _SHRINKS * before and before > _SHRINKS * oldest
+        if not math.isfinite(left) or goes_on:
             return None
-        now = _after(met, flights[-1])
+        now = _after_flight(met, flights[-1])
         gaps |= {name: fall.gap(flights[-1]) for name, fall in flying.items()}
         gaps |= {first: 0.0} if left <= stops else {}
     return None
-
-
-def _goes_on(flights: list[float]) -> bool:
-    """Return whether flights do not get shorter: such impacts have no end."""
-    first, second, third = (sum(flights[k * _CYCLE : (k + 1) * _CYCLE or None]) for k in (-3, -2, -1))
-    return len(flights) >= 3 * _CYCLE and third > _SHRINKS * second and second > _SHRINKS * first
 
 
 @dataclass(frozen=True)
@@ -82,7 +77,7 @@ class Fall:
     falling: float
 
     @staticmethod
-    def of(facts: Facts, element: LawElement, gap: float, udot: Floats) -> Fall:
+    def of(facts: LawValues, element: LawElement, gap: float, udot: Floats) -> Fall:
         """Return how an element flies from a gap (m) on, under accelerations (nu,)."""
         return Fall(gap, facts.rate(element), facts.falling(element, udot))
 
@@ -102,7 +97,16 @@ class Fall:
         return max(self.start + self.rate * time - 0.5 * self.falling * time * time, 0.0)
 
 
-def _stops(met: Instant, most: float) -> float:
+def _after_flight(met: AfterImpact, time: float) -> LawValues:
+    """Return the values of the laws after a flight of some time (s)."""
+    facts, udot = met.facts, met.udot
+    assert udot is not None
+    mean, u = facts.u + 0.5 * time * udot, facts.u + time * udot
+    rates = coordinate_rates(facts.laws.mechanism, facts.q.tolist(), mean.tolist())
+    return facts.laws.at(facts.t + time, facts.q + time * np.array(rates, dtype=float), u, facts.scale)
+
+
+def _time_to_stop(met: AfterImpact, most: float) -> float:
     """Return after which time (s), up to `most`, slip in the plane stops first, `most` where none does."""
     facts, udot = met.facts, met.udot
     assert udot is not None
@@ -115,12 +119,3 @@ def _stops(met: Instant, most: float) -> float:
         if speed * rate < 0.0:
             most = min(most, -speed / rate)
     return most
-
-
-def _after(met: Instant, time: float) -> Facts:
-    """Return what laws ask after a flight of some time (s)."""
-    facts, udot = met.facts, met.udot
-    assert udot is not None
-    mean, u = facts.u + 0.5 * time * udot, facts.u + time * udot
-    rates = coordinate_rates(facts.laws.mechanism, facts.q.tolist(), mean.tolist())
-    return facts.laws.at(facts.t + time, facts.q + time * np.array(rates, dtype=float), u, facts.scale)

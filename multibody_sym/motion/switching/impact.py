@@ -18,7 +18,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.motion.switching.law_values import Facts
+from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.program.runtime_constants import (
     INDEPENDENT,
     MOST_PUT_BACK,
@@ -32,7 +32,7 @@ from multibody_sym.scalars.least_norm import solve_lists
 from multibody_sym.scalars.rank import SWITCHED, least_squares, row_space
 
 if TYPE_CHECKING:
-    from multibody_sym.contact_laws.impact_problem import ImpactProblem, Struck
+    from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -46,7 +46,7 @@ _NO_WAY: Final = 1e-9
 """The part of the model's size that is no way to slide."""
 
 
-def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> Facts:
+def at_state(facts: LawValues, *, q: Floats | None = None, u: Floats | None = None) -> LawValues:
     """Return what holds at other coordinates or speeds; the same where they are None."""
     if q is None and u is None:
         return facts
@@ -54,23 +54,23 @@ def moved(facts: Facts, *, q: Floats | None = None, u: Floats | None = None) -> 
     return facts.laws.at(facts.t, *there, facts.scale)
 
 
-def named(facts: Facts, names: Collection[str]) -> list[LawElement]:
+def named(facts: LawValues, names: Collection[str]) -> list[LawElement]:
     """Return the elements of these names."""
     return facts.laws.named(names)
 
 
-def closing(facts: Facts, touching: Collection[str]) -> list[LawElement]:
+def approaching(facts: LawValues, touching: Collection[str]) -> list[LawElement]:
     """Return what closes with a speed."""
     return [x for x in named(facts, touching) if facts.sense(x) < 0]
 
 
-def _kept(facts: Facts, touching: Collection[str]) -> list[int]:
+def _kept(facts: LawValues, touching: Collection[str]) -> list[int]:
     """Return the places of the rows that hold: constraints and the normals of what touches."""
     mechanism = facts.laws.mechanism
     return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in named(facts, touching)))]
 
 
-def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
+def onto_rows(facts: LawValues, touching: Collection[str]) -> Floats | None:
     """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
     places = _kept(facts, touching)
     phi = facts.known["phi"][places]
@@ -86,7 +86,7 @@ def onto_rows(facts: Facts, touching: Collection[str]) -> Floats | None:
     return onto
 
 
-def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
+def at_rest(facts: LawValues, touching: Collection[str]) -> Floats | None:
     """Return the speeds with what touches and does not slide at rest in its rows to the last bit; None if it is.
 
     Friction that is always enough stops little slip at once.
@@ -106,7 +106,7 @@ def at_rest(facts: Facts, touching: Collection[str]) -> Floats | None:
     return None
 
 
-def slid_out(facts: Facts, touching: Collection[str], udot: Floats) -> Floats | None:
+def slid_out(facts: LawValues, touching: Collection[str], udot: Floats) -> Floats | None:
     """Return the speeds with all that touches at rest, where accelerations (nu,) end slip at once; None elsewhere.
 
     It would get no further than a billionth of the model's size.
@@ -120,7 +120,7 @@ def slid_out(facts: Facts, touching: Collection[str], udot: Floats) -> Floats | 
     return facts.u + next(_changes(facts, places, -facts.known["phidot"][places]))
 
 
-def _least_change(facts: Facts, rows: Floats, wanted: Floats) -> Floats | None:
+def _least_change(facts: LawValues, rows: Floats, wanted: Floats) -> Floats | None:
     """Return the least change of speeds that changes rows as wanted; None where rows are many or nearly dependent.
 
     `turns.c` gives the same bits.
@@ -133,7 +133,7 @@ def _least_change(facts: Facts, rows: Floats, wanted: Floats) -> Floats | None:
     return facts.inverse.in_order(np.array(x))
 
 
-def _changes(facts: Facts, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:
+def _changes(facts: LawValues, places: Sequence[int], wanted: Floats) -> Iterator[Floats]:
     """Yield changes of speeds (nu,) that change rows as wanted, by ever fewer of the rows."""
     rows = facts.by_mass[places]
     change = _least_change(facts, rows, wanted)
@@ -325,7 +325,7 @@ class Hit:
 
 
 @dataclass
-class Rhythm:
+class ImpactRhythm:
     """The last impacts of a run, and the modes between them: cycles that shrink end as a geometric series does.
 
     A load lands without a rebound, its counterweight flies on until their rope is taut and jerks it up again. Each of
@@ -442,20 +442,20 @@ class _Struck:
 
 
 @dataclass
-class Bounces:
+class BounceMemory:
     """Since when contacts have been bouncing, by element; what has come to rest begins anew.
 
     `lossless`: how many impacts, one after the other, have given all back.
     """
 
     since: dict[str, float] = field(default_factory=dict)
-    rhythm: Rhythm = field(default_factory=Rhythm)
+    rhythm: ImpactRhythm = field(default_factory=ImpactRhythm)
     lossless: int = 0
     _hits: deque[tuple[float, str]] = field(default_factory=deque)
     _first: float = np.inf
     _left: dict[str, float] = field(default_factory=dict)
 
-    def leaving(self, facts: Facts, element: LawElement) -> Floats | None:
+    def leaving(self, facts: LawValues, element: LawElement) -> Floats | None:
         """Return the coordinates (nq,) from which what is only leaving goes on; None where it is not.
 
         A gap may cross zero by rounding, once a time; what is beyond its face is put onto it.
@@ -474,7 +474,7 @@ class Bounces:
             return facts.q
         return onto
 
-    def flying(self, facts: Facts, closed: Collection[str]) -> set[str]:
+    def flying(self, facts: LawValues, closed: Collection[str]) -> set[str]:
         """Return what is not `closed` and off its face, however low it flies, but for what strikes at the same instant.
 
         What neither bounces nor moves, by more than counts as rest, touches where its height is lost in rounding.
@@ -495,8 +495,8 @@ class Bounces:
         self._hits.extend((now.time, name) for name in now.names)
 
     def limit(
-        self, facts: Facts, closing: Collection[LawElement], late: Mapping[str, float], resting: frozenset[str]
-    ) -> Facts | None:
+        self, facts: LawValues, closing: Collection[LawElement], late: Mapping[str, float], resting: frozenset[str]
+    ) -> LawValues | None:
         """Return what holds once all impacts have struck after which elements rest that are `late` (s).
 
         It follows from what held at the impacts before; None where these are too few, or not alike. What is 0 s late
@@ -528,7 +528,7 @@ class Bounces:
         many = len(self._hits) > _endless(contacts)
         return frozenset(name for _, name in self._hits) if many else frozenset()
 
-    def dying(self, facts: Facts, closing: Collection[LawElement]) -> dict[str, float]:
+    def dying(self, facts: LawValues, closing: Collection[LawElement]) -> dict[str, float]:
         """Return how much longer (s) elements would strike in turn, in cycles that shrink; none where they go on.
 
         They all touch, and none gets further away in a cycle than is lost in rounding, or what is left is less than
@@ -550,7 +550,7 @@ class Bounces:
     def _unseen(self, time: float) -> float:
         return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
 
-    def remaining(self, facts: Facts, element: LawElement, udot: Floats) -> float | None:
+    def remaining(self, facts: LawValues, element: LawElement, udot: Floats) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
 
         A bouncing point with a rebound speed v that closes with an acceleration a under `udot` (nu,) has 2 v/(a (1-e))
@@ -570,17 +570,17 @@ class Bounces:
             self.since.pop(name, None)
 
 
-def _ahead(facts: Facts, closed: Collection[str]) -> float:
+def _ahead(facts: LawValues, closed: Collection[str]) -> float:
     """Return how long (s) it takes at most until what is `closed` gets there: its event is found a little before."""
-    return max((-facts.gap(x) / facts.rate(x) for x in closing(facts, closed) if facts.gap(x) > 0.0), default=0.0)
+    return max((-facts.gap(x) / facts.rate(x) for x in approaching(facts, closed) if facts.gap(x) > 0.0), default=0.0)
 
 
-def low_bounce(facts: Facts, element: LawElement, falling: float, rebound: float, steps: float = 0.0) -> bool:
+def low_bounce(facts: LawValues, element: LawElement, falling: float, rebound: float, steps: float = 0.0) -> bool:
     """Return whether the height of a bounce is lost in rounding, or in the errors of steps (`lost_height`)."""
     return rebound * rebound < 2.0 * falling * lost_height(facts, element, steps)
 
 
-def low_together(facts: Facts, touching: Collection[str], apart: Collection[str], steps: float) -> set[str]:
+def low_together(facts: LawValues, touching: Collection[str], apart: Collection[str], steps: float) -> set[str]:
     """Return what touches or flies, and all moves so slowly that it may bounce lower than what is lost.
 
     None where anything touches that is faster. What acts on the rows tells how it falls: some fall by others alone.
@@ -592,7 +592,7 @@ def low_together(facts: Facts, touching: Collection[str], apart: Collection[str]
     return names if names.issuperset(touching) else set()
 
 
-def lost_height(facts: Facts, element: LawElement, steps: float = 0.0) -> float:
+def lost_height(facts: LawValues, element: LawElement, steps: float = 0.0) -> float:
     """Return the height (m, or rad) below which a bounce is lost in rounding, or in errors of steps.
 
     These are the tolerances of another library, and the part `steps` of the farthest that is moved.
@@ -601,12 +601,12 @@ def lost_height(facts: Facts, element: LawElement, steps: float = 0.0) -> float:
     return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest, steps * farthest)
 
 
-def ceases(facts: Facts, element: LawElement) -> bool:
+def ceases(facts: LawValues, element: LawElement) -> bool:
     """Return whether bounces of an element get lower and lower."""
     return 0.0 < facts.restitution(element) < 1.0
 
 
-def bounced(facts: Facts, element: LawElement, hidden: Collection[str] = ()) -> ImpactOutcome | None:
+def lone_bounce(facts: LawValues, element: LawElement, hidden: Collection[str] = ()) -> ImpactOutcome | None:
     """Return the impact of one smooth element alone where nothing else touches and no row holds; None elsewhere.
 
     That of a rim that lies flat has no place. What is `hidden` takes no part; what does not close strikes nothing,
@@ -633,7 +633,7 @@ def bounced(facts: Facts, element: LawElement, hidden: Collection[str] = ()) -> 
     return ImpactOutcome(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
 
 
-def _strikes(facts: Facts, element: LawElement, after: Floats) -> bool:
+def _strikes(facts: LawValues, element: LawElement, after: Floats) -> bool:
     """Return whether an element touches and closes before or after the impact of another one."""
     place = facts.place(element.normals[0])
     if facts.known["phi"][place] > facts.allowed_gap(element):
@@ -642,7 +642,7 @@ def _strikes(facts: Facts, element: LawElement, after: Floats) -> bool:
     return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
-def without_collision(facts: Facts, touching: Collection[str]) -> ImpactOutcome:
+def without_collision(facts: LawValues, touching: Collection[str]) -> ImpactOutcome:
     """Return the impact of what touches and rubs so that no forces fulfil the laws, though nothing closes (Painleve).
 
     It is the limit of what happens to what has been pressed together for a time that becomes zero: such impulses stop
@@ -650,11 +650,11 @@ def without_collision(facts: Facts, touching: Collection[str]) -> ImpactOutcome:
     """
     normals = [x.normals[0] for x in named(facts, touching)]
     pace = max(float(facts.known["right"][facts.place(row)]) / facts.allowed_speed(row) for row in normals)
-    return struck(facts, touching, (), pressed=_PRESSED / pace if pace > 0.0 else 0.0)
+    return impact_at(facts, touching, (), pressed=_PRESSED / pace if pace > 0.0 else 0.0)
 
 
-def struck(
-    facts: Facts,
+def impact_at(
+    facts: LawValues,
     touching: Collection[str],
     resting: Collection[str],
     held: Collection[str] = (),
@@ -711,7 +711,7 @@ def struck(
     )
 
 
-def _without_jam(posed: ImpactProblem, found: Struck, together: set[int]) -> Struck:
+def _without_jam(posed: ImpactProblem, found: ImpactResult, together: set[int]) -> ImpactResult:
     """Return what is found; where friction of what is held `together` jams, that without it.
 
     What pulls rubs as if it pressed, so that such impulses and their friction may hold each other up, of any size. Then
@@ -739,7 +739,7 @@ def _smooth(part: FrictionLaw) -> FrictionLaw:
     return replace(part, static=0.0, kinetic=0.0, enough=False)
 
 
-def _returned(facts: Facts, problem: PosedLaws) -> tuple[float, ...]:
+def _returned(facts: LawValues, problem: PosedLaws) -> tuple[float, ...]:
     """Return how much of its friction each part gives back: what rubs first at an element, not what rolls."""
     returns: Floats = facts.known["returns"]
     firsts = {next((p.name for p in x.frictions if p.name in facts.laws.parts), ""): x.name for x in problem.elements}

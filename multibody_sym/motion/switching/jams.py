@@ -21,8 +21,8 @@ from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.switching.impact import ImpactOutcome
-from multibody_sym.motion.switching.law_values import Facts
-from multibody_sym.motion.switching.legs import Leg
+from multibody_sym.motion.switching.law_values import LawValues
+from multibody_sym.motion.switching.legs import ModeLeg
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import most, pressing
@@ -61,10 +61,10 @@ class Jam:
     """What jams, a row by name, and what holds just beyond."""
 
     row: str
-    facts: Facts
+    facts: LawValues
 
 
-def jam_of(now: Leg, facts: Facts) -> Jam | None:
+def jam_of(now: ModeLeg, facts: LawValues) -> Jam | None:
     """Return where what slides jams soon after an instant of a mode; None if nothing does."""
     way = _way_from(now, facts)
     if way is None:
@@ -78,7 +78,7 @@ def jam_of(now: Leg, facts: Facts) -> Jam | None:
     return Jam(now.program.mechanism.rows[way.row].name, facts.laws.at(time, q, u, facts.scale))
 
 
-def _way_from(now: Leg, facts: Facts) -> _Way | None:
+def _way_from(now: ModeLeg, facts: LawValues) -> _Way | None:
     """Return the way in s from an instant of a mode on, by what slides and pushes most; None where nothing does."""
     rows = now.program.mechanism.rows
     _, pushes, _ = now.of.pushed(facts.t, _state(facts)[1:])
@@ -93,19 +93,19 @@ def _way_from(now: Leg, facts: Facts) -> _Way | None:
     return _Way(now, row, float(pushes[row]), sizes)
 
 
-def _state(facts: Facts) -> Floats:
+def _state(facts: LawValues) -> Floats:
     """Return y = t, q, u (1 + nq + nu,)."""
     return np.concatenate([[facts.t], facts.q, facts.u])
 
 
-def _slip(facts: Facts, row: Row) -> float:
+def _slip(facts: LawValues, row: Row) -> float:
     """Return the speed of slip where a row slides, as a part of the largest speeds: no step may lead far beyond it."""
     along = [each for friction in row.sliding for each in friction.rows if each.name in facts.laws.places]
     parts = [abs(facts.phidot(each)) / size for each in along if (size := facts.allowed_speed(each, 1.0)) > 0.0]
     return min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
 
 
-def jams(now: Leg, t: float, x: Floats) -> bool:
+def jams(now: ModeLeg, t: float, x: Floats) -> bool:
     """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
     from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
 
@@ -121,7 +121,7 @@ def jams(now: Leg, t: float, x: Floats) -> bool:
     return left < _JAMS * nearly_dependent(composite_body(mechanism, state), generic).independence ** 2
 
 
-def before_jam(now: Leg, facts: Facts) -> float | None:
+def before_jam(now: ModeLeg, facts: LawValues) -> float | None:
     """Return a time up to an instant near which what slides jams, so long before that times can be told apart.
 
     None where nothing does, or in a mode of Programs of its own, without multipliers of friction.
@@ -130,7 +130,7 @@ def before_jam(now: Leg, facts: Facts) -> float | None:
     return None if way is None else way.before(_state(facts), _BACK * facts.scale.time)
 
 
-def slip_stopped(now: Leg, facts: Facts) -> ImpactOutcome | None:
+def slip_stopped(now: ModeLeg, facts: LawValues) -> ImpactOutcome | None:
     """Return the impact in which slip stops where m, from an instant of a mode on, only fades; None if it does not."""
     way = _way_from(now, facts)
     posed = facts.posed([x.name for x in facts.laws.unilateral if x.name in now.active])
@@ -157,7 +157,7 @@ def slip_stopped(now: Leg, facts: Facts) -> ImpactOutcome | None:
     )
 
 
-def feeds_itself(now: Leg, facts: Facts) -> str | None:
+def feeds_itself(now: ModeLeg, facts: LawValues) -> str | None:
     """Return the name of a part whose friction makes nearly all of what presses it, as bodies are massless; or None.
 
     What presses follows from the motion that friction makes while rows hold.
@@ -184,7 +184,7 @@ class _Way:
     `sizes` (nu,) are the largest speeds, or as small as the slip is beside them.
     """
 
-    now: Leg
+    now: ModeLeg
     row: int
     push: float
     sizes: Floats
@@ -218,7 +218,7 @@ class _Way:
             y = ago
         return None
 
-    def stopped(self, facts: Facts, slides: Sequence[str]) -> tuple[Floats, Floats, Floats] | None:
+    def stopped(self, facts: LawValues, slides: Sequence[str]) -> tuple[Floats, Floats, Floats] | None:
         """Return y where the first of the rows that `slides` stops, impulses (rows), and what slip took (J); or None.
 
         Once m has faded rounding decides what is left of it, and the way goes straight on.

@@ -20,7 +20,7 @@ from multibody_sym.mechanics.modes import has_rim
 from multibody_sym.motion.loop.problem import ActiveRows, Rub
 from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.decision import SOON, NextState
-from multibody_sym.motion.switching.law_values import Facts, Laws
+from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.motion.switching.rare_contacts import is_tip
 from multibody_sym.program.runtime_constants import (
     CLEAR_BY,
@@ -104,7 +104,7 @@ def plain(element: LawElement) -> bool:
     return element.unilateral and len(element.normals) == 1 and lines and not (is_tip(element) or has_rim(element))
 
 
-def _sign(facts: Facts, part: FrictionPart) -> int:
+def _sign(facts: LawValues, part: FrictionPart) -> int:
     """Return which way a part slides, 0 at rest."""
     speed = float(facts.known["phidot"][facts.place(part.rows[0])])
     return 0 if abs(speed) <= facts.allowed_slip(part) else 1 if speed > 0.0 else -1
@@ -138,16 +138,16 @@ def _acting(
 # --- verified ---------------------------------------------------------------------------------------------------------
 
 
-def followed(
-    switch: KnownSwitch, facts: Facts, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
+def follow_known_switch(
+    switch: KnownSwitch, facts: LawValues, closed: Collection[str], rates: tuple[Floats, Floats] | None = None
 ) -> NextState | None:
     """Return how a run goes on, None where it is not clear. `rates`: of coordinates and speeds in the mode before."""
     if tuple(facts.touching(closed)) != switch.touching:
         return None
-    facts = impact.moved(facts, q=impact.onto_rows(facts, switch.touching))
-    if impact.closing(facts, switch.touching):
+    facts = impact.at_state(facts, q=impact.onto_rows(facts, switch.touching))
+    if impact.approaching(facts, switch.touching):
         return None
-    facts = impact.moved(facts, u=impact.at_rest(facts, switch.touching))
+    facts = impact.at_state(facts, u=impact.at_rest(facts, switch.touching))
     if switch.before is None or rates is None or switch.cause is None:
         solved = _holds(switch, facts, switch.after)
     else:
@@ -159,7 +159,7 @@ def followed(
 
 
 def _ahead(
-    switch: KnownSwitch, before: ActiveRows, cause: int, facts: Facts, rates: tuple[Floats, Floats]
+    switch: KnownSwitch, before: ActiveRows, cause: int, facts: LawValues, rates: tuple[Floats, Floats]
 ) -> Solved | None:
     """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
     for part in (0.0, *SOON):
@@ -176,7 +176,7 @@ def _ahead(
     return None
 
 
-def _over(switch: KnownSwitch, solved: Solved, facts: Facts, before: ActiveRows, cause: int) -> float:
+def _over(switch: KnownSwitch, solved: Solved, facts: LawValues, before: ActiveRows, cause: int) -> float:
     """Return by how much the force that a row may exert is exceeded in the way it gave way."""
     size = float(np.linalg.norm(facts.exerted[cause]))
     for one in before.sticks:
@@ -190,7 +190,7 @@ def _sense(switch: KnownSwitch, tangent: int) -> int:
     return next(one.sense for one in switch.after.slides if one.tangent == tangent)
 
 
-def _holds(switch: KnownSwitch, facts: Facts, acting: ActiveRows, free: int | None = None) -> Solved | None:
+def _holds(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, free: int | None = None) -> Solved | None:
     """Return the forces of what acts where its laws hold clearly, with static coefficients and then as it slides.
 
     What they say of the row `free` may be open.
@@ -214,7 +214,7 @@ def _parts(acting: ActiveRows) -> Iterator[int]:
     yield from (one.part for one in acting.sticks)
 
 
-def _solved(switch: KnownSwitch, facts: Facts, acting: ActiveRows, *, static: bool) -> Solved | None:
+def _solved(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, *, static: bool) -> Solved | None:
     """Return the forces of what acts; None where rows are nearly dependent."""
     known = facts.known
     A, C, right, active = facts.by_mass.whole, facts.exerted.whole, known["right"], list(acting.active)
@@ -253,7 +253,7 @@ def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
     return np.asarray(np.linalg.solve(matrix, right), dtype=float) if least_worth(matrix) > PIVOT else None
 
 
-def _clearly(solved: Solved, facts: Facts, acting: ActiveRows, free: int | None) -> bool:
+def _clearly(solved: Solved, facts: LawValues, acting: ActiveRows, free: int | None) -> bool:
     """Return whether all inequalities of what acts hold clearly but for those of the row `free`."""
     z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.exerted.whole)
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.contact_laws.check_laws import fulfils
-from multibody_sym.contact_laws.problem import Flags, LawState, Modes, Part, Scaled, scaled
+from multibody_sym.contact_laws.problem import Flags, LawState, ModeArrays, Scaled, ScaledFriction, scaled
 from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, solve_mode, sticking
 from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale
@@ -68,16 +68,20 @@ class Laws(Numbered):
         always = (part.name for x in self.mechanism.one_way if not x.unilateral for part in x.frictions)
         return any(name in self.parts for name in always)
 
+    def has_friction(self, element: LawElement) -> bool:
+        """Return whether an element has friction that acts by laws."""
+        return any(part.name in self.parts for part in element.frictions)
+
     @cached_property
     def _outputs(self) -> tuple[str, ...]:
         return tuple(name for name, _ in self.compiled["laws"].signature.outputs)
 
-    def at(self, t: float, q: Floats, u: Floats, scale: Scale) -> Facts:
+    def at(self, t: float, q: Floats, u: Floats, scale: Scale) -> LawValues:
         """Return the numbers at an instant."""
         known = t, q, u, self.parameters
         inputs = self.compiled["inputs"](*known)[0] if self.mechanism.inputs else _NONE
         found = dict(zip(self._outputs, self.compiled["laws"](*known, inputs, _NONE), strict=True))
-        return Facts(self, scale, t, q, u, found)
+        return LawValues(self, scale, t, q, u, found)
 
     @cached_property
     def matrices(self) -> dict[str, tuple[tuple[int, int], NDArray[np.intp]]]:
@@ -110,7 +114,7 @@ class Laws(Numbered):
 
 
 @dataclass(frozen=True, eq=False)
-class Facts(RowNumbers):
+class LawValues(RowNumbers):
     """The outputs of `law_program` at time t, coordinates q and speeds u."""
 
     laws: Laws
@@ -268,13 +272,7 @@ def rounded_up(value: float) -> float:
     return 2.0 ** math.ceil(math.log2(BETWEEN_POWERS * value)) / BETWEEN_POWERS if value > 0.0 else 0.0
 
 
-def larger(scale: Scale, u: Floats, slides: Floats) -> Scale:
-    """Return a run's size and speed, with the largest of the speeds now."""
-    fastest = np.abs(u) * (slides + (1.0 - slides) * scale.length)
-    return replace(scale, speed=max(scale.speed, float(fastest.max(initial=0.0))))
-
-
-def rubs(facts: Facts, entered: Mechanism) -> bool:
+def has_sliding_friction(facts: LawValues, entered: Mechanism) -> bool:
     """Return whether anything slides with friction at an instant in a mode that is `entered`: coefficients may be 0."""
     sliding = [each for row in entered.rows for each in row.sliding]
     along = {row.name for each in sliding for row in each.rows}
@@ -350,7 +348,7 @@ class _Forces:
     posed: PosedLaws
     problem: Scaled
     state: LawState
-    modes: Modes
+    modes: ModeArrays
     mu: Floats
     z: Floats
     idle: Floats
@@ -365,7 +363,7 @@ class _Forces:
         mu = np.array([part.kinetic if k else part.static for part, k in zip(problem.parts, kinetic, strict=True)])
         z = state.z * problem.sizes
         z = z / (float(np.abs(z).max(initial=0.0)) or 1.0)
-        restricting = _restricting(problem, modes, mu)
+        restricting = _restricting_rows(problem, modes, mu)
         if rank(problem.A[restricting], SWITCHED) == restricting.sum():
             return None
         trial = solve_mode(problem, modes, mu)
@@ -385,10 +383,11 @@ class _Forces:
     def _corners(self, bounds: Sequence[_Bound]) -> Iterator[_Corner]:
         rows = np.array([bound.row for bound in bounds]).reshape(len(bounds), len(self.z))
         ways = row_space(self.idle.T, SWITCHED).T
-        least = _least(self.z, ways, rows)
+        along = -ways @ (ways.T @ self.z)  # to the least forces, or as far as bounds allow
+        least = np.asarray(self.z + min(1.0, float(_steps(self.z, along, rows).min(initial=1.0))) * along, dtype=float)
         seen = set[tuple[int, ...]]()
         for wish in (None, rows.sum(axis=0), *rows, *-rows):
-            z, reached = _walked(least, ways, rows, wish)
+            z, reached = _walk_to_corner(least, ways, rows, wish)
             if tuple(sorted(reached)) in seen:
                 continue
             seen.add(tuple(sorted(reached)))
@@ -428,17 +427,15 @@ class _Forces:
             if part.norm and len(part.rows) == 1 and rests[part.rows[0]] and not (part.enough or part.held):
                 yield from self._limits(owners[self.posed.parts[part.number].name], part)
 
-    def _limits(self, element: str, part: Part) -> Iterator[_Bound]:
+    def _limits(self, element: str, part: ScaledFriction) -> Iterator[_Bound]:
         """Yield the static limits of a part, slip either way."""
         weights = part.weights(self.modes.sides, {part.number: part.along(self.z)})
         bound = part.bound(float(self.mu[part.number]), weights, len(self.z))
         for slip, row in zip((1, -1), part.cone(bound, np.array([[-1.0], [1.0]])), strict=True):
             yield _Bound(row, element, carried={self.posed.parts[part.number].name: slip})
 
-    def _is_bare(self, element: LawElement, z: Floats) -> bool:
-        """Return whether an element exerts nothing."""
-        places = [self.posed.places[row.name] for row in element.rows if row.name in self.posed.places]
-        return bool((np.abs(z[places]) <= _FLAT).all())
+    def _places(self, element: LawElement) -> list[int]:
+        return [self.posed.places[row.name] for row in element.rows if row.name in self.posed.places]
 
     def _unit(self, place: int) -> Floats:
         row = np.zeros(len(self.z))
@@ -450,20 +447,21 @@ class _Forces:
         posed, problem = self.posed, self.problem
         if any(not x.idle and not x.carried for x in reached):
             return None
-        bare = {x.name for x in posed.elements if x.unilateral and self._is_bare(x, z)}  # its limits are all reached
+        one_way = (x for x in posed.elements if x.unilateral)
+        bare = {x.name for x in one_way if (np.abs(z[self._places(x)]) <= _FLAT).all()}  # its limits are all reached
         idle = list(dict.fromkeys(x.element for x in reached if x.idle or x.element in bare))
         carried = {name: how for x in reached if x.element not in idle for name, how in x.carried.items()}
         carrying, modes = np.ones(problem.count, dtype=bool), self.modes.copy()
         modes.sides[problem.both] = np.where(np.abs(z) > _FLAT, np.sign(z), 0)[problem.both]
         for element in posed.elements:
             if element.name in idle:
-                carrying[[posed.places[row.name] for row in element.rows if row.name in posed.places]] = False
+                carrying[self._places(element)] = False
         for number, part in enumerate(posed.parts):
             if part.name in carried:
                 carrying[problem.parts[number].rows] = False
                 modes.slips[number] = carried[part.name]
         carrying[[posed.places[name] for name in carried if name in posed.places]] = False
-        restricting = _restricting(problem, self.modes, self.mu)
+        restricting = _restricting_rows(problem, self.modes, self.mu)
         if rank(problem.A[restricting & carrying], SWITCHED) < rank(problem.A[restricting], SWITCHED):
             return None
         if not fulfils(problem, solve_mode(problem, modes, self.mu, carrying)):
@@ -472,7 +470,7 @@ class _Forces:
         return replace(posed.mode(replace(self.state, mode=law_mode)), idle=tuple(idle), carried=carried)
 
 
-def _restricting(problem: Scaled, modes: Modes, mu: Floats) -> Flags:
+def _restricting_rows(problem: Scaled, modes: ModeArrays, mu: Floats) -> Flags:
     """Return (m) which rows restrict motion in a mode."""
     active = active_rows(problem, modes, mu)
     active[problem.defining] = False
@@ -483,14 +481,19 @@ def _sign(value: float) -> float:
     return -1.0 if value < 0.0 else 1.0
 
 
-def _walked(z: Floats, ways: Floats, rows: Floats, wish: Floats | None) -> tuple[Floats, list[int]]:
+def _walk_to_corner(z: Floats, ways: Floats, rows: Floats, wish: Floats | None) -> tuple[Floats, list[int]]:
     """Return a corner of what rows (b, m) z >= 0 leave of z along `ways` (m, j), and the bounds that it lies at.
 
     The way to it goes towards a wish (m) as far as it can, or else to the nearest bound, on along that, and so on.
     """
     reached: list[int] = []
     while ways.shape[1]:
-        wanted = _towards(ways, wish) if wish is not None else _nearest(z, ways, rows)
+        if wish is None:
+            wanted = _nearest(z, ways, rows)
+        else:
+            wanted = ways.T @ wish
+            size = float(np.linalg.norm(wanted))  # the first way where all are across the wish
+            wanted = wanted / size if size > _FLAT * float(np.linalg.norm(wish)) else np.eye(len(wanted))[0]
         along = next((each for each in (wanted, -wanted) if ((rows @ (ways @ each)) < -_FLAT).any()), None)
         if along is None:  # nothing bounds what it changes
             ways = ways @ null_space(wanted[None], SWITCHED)
@@ -501,19 +504,6 @@ def _walked(z: Floats, ways: Floats, rows: Floats, wish: Floats | None) -> tuple
         reached.append(first)
         ways = ways @ null_space((rows[first] @ ways)[None], SWITCHED)
     return z, reached
-
-
-def _least(z: Floats, ways: Floats, rows: Floats) -> Floats:
-    """Return the least forces that differ from z along ways, or what is on the way there as bounds end it."""
-    along = -ways @ (ways.T @ z)
-    return np.asarray(z + min(1.0, float(_steps(z, along, rows).min(initial=1.0))) * along, dtype=float)
-
-
-def _towards(ways: Floats, wish: Floats) -> Floats:
-    """Return the direction (j) along ways that is nearest to a wish; the first one where they are across it."""
-    wanted: Floats = ways.T @ wish
-    size = float(np.linalg.norm(wanted))
-    return wanted / size if size > _FLAT * float(np.linalg.norm(wish)) else np.eye(len(wanted))[0]
 
 
 def _nearest(z: Floats, ways: Floats, rows: Floats) -> Floats:

@@ -30,7 +30,7 @@ from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import FineLeg
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import ImpactOutcome
-from multibody_sym.motion.switching.law_values import Facts
+from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.motion.switching.modes import ModeProgram
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -99,7 +99,7 @@ class Cause:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Leg(chain.Leg):
+class ModeLeg(chain.Leg):
     """A part of a run in a `mode`, by its Programs; `cause` is what it begins with, but for another mode."""
 
     program: ModeProgram
@@ -125,13 +125,13 @@ class Leg(chain.Leg):
         assert found is not None  # others never become positive
         return found
 
-    def rates_at(self, at: Facts) -> tuple[Floats, Floats]:
+    def rates_at(self, at: LawValues) -> tuple[Floats, Floats]:
         """Return the rates of coordinates (nq,) and speeds (nu,) in the mode."""
         rates = self.of.rates(at.t, np.concatenate([at.q, at.u]))
         qdot, udot = np.split(rates, [len(at.q)])
         return qdot, udot
 
-    def udot_at(self, at: Facts) -> Floats:
+    def udot_at(self, at: LawValues) -> Floats:
         """Return the accelerations (nu,) in the mode."""
         return self.rates_at(at)[1]
 
@@ -143,7 +143,7 @@ class Leg(chain.Leg):
 
 
 @dataclass(frozen=True, eq=False)
-class Jump(chain.LegAnswer):
+class LegJump(chain.LegAnswer):
     """Where a leg went on: from a state that had `moved`, and after what struck, if that is the `cause`."""
 
     moved: bool = False
@@ -154,15 +154,15 @@ class Jump(chain.LegAnswer):
 class Legs:
     """The legs of a run so far and the jumps within them; `ahead`: the leg that a stop kept the run from."""
 
-    legs: list[Leg] = field(default_factory=list)
-    jumps: list[Jump] = field(default_factory=list)
-    ahead: Leg | None = None
+    legs: list[ModeLeg] = field(default_factory=list)
+    jumps: list[LegJump] = field(default_factory=list)
+    ahead: ModeLeg | None = None
 
     @property
     def changes(self) -> list[Change]:
         """The changes at switches in the order of time; rest that an impact predicts comes by the next switch."""
         found: list[Change] = []
-        for cause, changed in happened([*self.legs, self.ahead] if self.ahead else self.legs, self.jumps):
+        for cause, changed in causes_and_changes([*self.legs, self.ahead] if self.ahead else self.legs, self.jumps):
             late = next((k for k in reversed(range(len(found))) if found[k].time <= cause.time), -1) + 1
             found[late:] = [replace(each, time=cause.time) for each in found[late:]]
             found += sorted(cause.changes(changed), key=lambda each: each.time)
@@ -176,7 +176,7 @@ class Legs:
     @cached_property
     def blows(self) -> list[ImpactOutcome]:
         """All impacts of the run, once it is done."""
-        return [cause.blow for cause, _ in happened(self.legs, self.jumps) if cause.blow is not None]
+        return [cause.blow for cause, _ in causes_and_changes(self.legs, self.jumps) if cause.blow is not None]
 
     @property
     def lost(self) -> dict[str, float]:
@@ -204,7 +204,7 @@ class Legs:
         return leg_samples(labelled, (t, q, u), first)
 
 
-def happened(legs: Iterable[Leg], jumps: Iterable[Jump]) -> Iterator[tuple[Cause, dict[str, str]]]:
+def causes_and_changes(legs: Iterable[ModeLeg], jumps: Iterable[LegJump]) -> Iterator[tuple[Cause, dict[str, str]]]:
     """Yield what happened in a run, in this order, with the states of elements, in words, that changed by it."""
     words, left = dict[str, str](), list(jumps)[::-1]
     for number, leg in enumerate(legs):
@@ -215,13 +215,13 @@ def happened(legs: Iterable[Leg], jumps: Iterable[Jump]) -> Iterator[tuple[Cause
         yield from ((jump.cause, {}) for jump in _within(number, left) if jump.cause is not None)
 
 
-def _within(number: int, left: list[Jump]) -> Iterator[Jump]:
+def _within(number: int, left: list[LegJump]) -> Iterator[LegJump]:
     """Yield the jumps within a leg of those that are left, the last of which come first."""
     while left and left[-1].leg == number:
         yield left.pop()
 
 
-def between_jumps(leg: Leg, jumps: Iterable[Jump]) -> Iterator[FineLeg]:
+def between_jumps(leg: ModeLeg, jumps: Iterable[LegJump]) -> Iterator[FineLeg]:
     """Yield the parts of a leg between jumps: their times, with the states (nq + nu,) after them."""
     program, problem = leg.program, replace(leg.problem, jump=None, course=None)
     nq, lasted = len(problem.q0), leg.until - problem.start
@@ -248,7 +248,7 @@ _NOTHING: Final = 1e-12
 """The value up to which a stop's function is zero, whatever it tells."""
 
 
-def stopped(switch: Switch, now: Leg, facts: Facts, part: FrictionPart) -> Switch:
+def stop_of_slip(switch: Switch, now: ModeLeg, facts: LawValues, part: FrictionPart) -> Switch:
     """Return the switch at which a part stops that slides slowly at the `facts`, by its deceleration there.
 
     It is at the next sample at the latest, and as it is where slip does not slow down.
@@ -272,7 +272,7 @@ def stops_at_turns(declared: Mechanism) -> bool:
     return bool(declared.state_stops or leaves(declared.stops.values(), "quantity"))
 
 
-def stop_met(declared: Mechanism, legs: tuple[Leg, Leg], switch: Switch, speed: float) -> End[Leg] | None:
+def stop_met(declared: Mechanism, legs: tuple[ModeLeg, ModeLeg], switch: Switch, speed: float) -> End[ModeLeg] | None:
     """Return the end of a run at a switch between two legs, if it meets a stop there.
 
     It is a state that begins or what strikes, whose number follows those of other stops, or what `stop_jumped` tells.
@@ -283,7 +283,7 @@ def stop_met(declared: Mechanism, legs: tuple[Leg, Leg], switch: Switch, speed: 
     begins = time if blow is None or not late else blow.t + late
     for k, condition in enumerate(declared.state_stops.values()):
         met = Event(begins, len(declared.stops) + k, True)
-        if struck(condition, blow):
+        if strikes_now(condition, blow):
             return End(stop=replace(met, time=time), leg=now)
         before_words, words = before.program.words, now.program.words
         if condition.holds(words) and not condition.holds(before_words) and begins <= now.of.t_end:
@@ -292,12 +292,12 @@ def stop_met(declared: Mechanism, legs: tuple[Leg, Leg], switch: Switch, speed: 
     return None if jumped is None else End(stop=Event(time, jumped, True), leg=now, behind=True)
 
 
-def struck(condition: StateCondition, blow: ImpactOutcome | None) -> bool:
+def strikes_now(condition: StateCondition, blow: ImpactOutcome | None) -> bool:
     """Return whether a condition is that an element strikes, which takes an impulse in an impact."""
     return condition.strikes and blow is not None and bool(blow.impulses.get(condition.element))
 
 
-def stop_jumped(legs: tuple[Leg, Leg], t: float, there: tuple[Floats, Floats], speed: float) -> int | None:
+def stop_jumped(legs: tuple[ModeLeg, ModeLeg], t: float, there: tuple[Floats, Floats], speed: float) -> int | None:
     """Return the number of the first stop whose condition a jump of speeds or forces makes true, None if none.
 
     `there` are the states (nq + nu,) before it and after it, `speed` the largest: what rounding of speeds brings about
@@ -310,7 +310,7 @@ def stop_jumped(legs: tuple[Leg, Leg], t: float, there: tuple[Floats, Floats], s
     return next(iter(np.flatnonzero(holds & ~held).tolist()), None)
 
 
-def _clearly(leg: Leg, t: float, x: Floats, known: float) -> NDArray[np.bool_]:
+def _clearly(leg: ModeLeg, t: float, x: Floats, known: float) -> NDArray[np.bool_]:
     """Return which stops' conditions hold at a state, whatever rounding does to its speeds."""
     beside = np.where(np.arange(len(x)) < len(leg.of.q0), 0.0, known)
     here, *near = (leg.stops_at(t, each) for each in (x, x + beside, x - beside))
@@ -358,7 +358,7 @@ _ARRAYS: Final[Mapping[str, Callable[..., Any]]] = {
 }
 
 
-def moments(system: System, values: Mapping[Node, float], t_end: float) -> Floats:
+def times_to_check(system: System, values: Mapping[Node, float], t_end: float) -> Floats:
     """Return the times in (0, t_end) at which a run looks, rising, given the values of parameters by their symbols."""
     laws = list(dict.fromkeys(_laws(system, frozenset(values))))
     if not laws:

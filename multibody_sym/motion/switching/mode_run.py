@@ -41,21 +41,21 @@ from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.every import LawMechanism
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.jams import before_jam, jam_of, jams, slip_stopped
-from multibody_sym.motion.switching.known_switches import followed
-from multibody_sym.motion.switching.law_values import Facts, Laws, rubs
+from multibody_sym.motion.switching.known_switches import follow_known_switch
+from multibody_sym.motion.switching.law_values import Laws, LawValues, has_sliding_friction
 from multibody_sym.motion.switching.legs import (
     Cause,
-    Jump,
-    Leg,
+    LegJump,
     Legs,
+    ModeLeg,
     between_jumps,
-    moments,
     stop_jumped,
     stop_met,
-    stopped,
-    struck,
+    stop_of_slip,
+    strikes_now,
+    times_to_check,
 )
-from multibody_sym.motion.switching.modes import Modes, key_of, on_its_way
+from multibody_sym.motion.switching.modes import ModePrograms, key_of, settled_direction
 from multibody_sym.motion.switching.prepared import PreparedRuns
 from multibody_sym.motion.switching.rare_contacts import first_normal
 from multibody_sym.program.backend import Native
@@ -363,13 +363,13 @@ class ModeRun(Legs):
 # --- from leg to leg --------------------------------------------------------------------------------------------------
 
 
-def next_leg(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+def next_leg(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
     """Return the leg that follows one at a switch, or why none does, or the stop that the run meets."""
     with stage("decide"):
         return _across(leg, switch, run) if switch.index == NO_STEP else _behind(leg, switch, run)
 
 
-def _behind(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+def _behind(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
     """Return the leg that follows one at a switch between steps."""
     t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
     reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
@@ -378,7 +378,7 @@ def _behind(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     if cause.ends == "moves on" and cause.part is not None:
         return _on_its_way(leg, switch, cause.part, run)
     if cause.ends == "stops in space" and cause.part is not None:
-        switch = stopped(switch, leg, switches.at(t, switch.x), cause.part)
+        switch = stop_of_slip(switch, leg, switches.at(t, switch.x), cause.part)
     found = _known(leg, switch, run)
     if found is not None:
         return _followed(leg, found, switch, run)
@@ -390,7 +390,7 @@ def _behind(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     return following
 
 
-def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
+def _across(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
     """Return the leg behind an instant at which friction jams, or why there is none.
 
     Where friction has no part in it steps may lead across: None if they have tried.
@@ -398,7 +398,7 @@ def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     t, switches, nq = switch.begun.time, run.switches, len(run.mechanism.coordinates)
     switches.grown(switch.x[nq:])
     facts = switches.seen(leg, t, switch.x)
-    rough = rubs(facts, leg.program.entered)
+    rough = has_sliding_friction(facts, leg.program.entered)
     jam = jam_of(leg, facts) if rough else None
     if rough and jam is None and jams(leg, t, switch.x):
         found = switches.tipped(leg, facts) or _slip_stopped(leg, facts, run)
@@ -421,14 +421,14 @@ def _across(leg: Leg, switch: Switch, run: ModeRun) -> Leg | End[Leg] | None:
     return _later(leg, found, switch, run)
 
 
-def _later(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _later(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at an instant beyond a switch, but before the next sample."""
     at, following = found.facts.t, run.prepared.template.times()[switch.begun.written :][:1]
     at = at if found.blow is None else found.blow.t  # facts may be those of a later limit of impacts
     return _followed(leg, found, replace(switch, begun=replace(switch.begun, time=min(at, *following))), run)
 
 
-def _slip_stopped(leg: Leg, facts: Facts, run: ModeRun) -> NextState | None:
+def _slip_stopped(leg: ModeLeg, facts: LawValues, run: ModeRun) -> NextState | None:
     """Return what follows where slip stops at once, as its friction hardly moves what presses it."""
     time = before_jam(leg, facts)
     if time is None or run.switches.standstill.lasts(facts.t, len(facts.laws.unilateral)):
@@ -440,26 +440,26 @@ def _slip_stopped(leg: Leg, facts: Facts, run: ModeRun) -> NextState | None:
     return None if found is None or found.mode is None else found
 
 
-def _on_its_way(leg: Leg, switch: Switch, part: FrictionPart, run: ModeRun) -> Leg:
+def _on_its_way(leg: ModeLeg, switch: Switch, part: FrictionPart, run: ModeRun) -> ModeLeg:
     """Return the leg in which what has started to slide in space has come to move so fast."""
     q, u = np.split(switch.x, [len(run.mechanism.coordinates)])
-    problem, mode = on_its_way(leg.program, leg.problem, leg.mode, part)
+    problem, mode = settled_direction(leg.program, leg.problem, leg.mode, part)
     problem = replace(problem, begun=switch.begun, q0=q, u0=u)
     return run.switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
 
 
-def _known(leg: Leg, switch: Switch, run: ModeRun) -> NextState | None:
+def _known(leg: ModeLeg, switch: Switch, run: ModeRun) -> NextState | None:
     """Return how the run goes on where a switch was decided before and leads on in the same way."""
     switches = run.prepared.memory.known(leg, switch.index)
     if not switches:
         return None
     facts, closed = run.switches.closed_at(leg, switch.begun.time, switch.x, leg.switching(switch.index))
     rates = None if switches[0].cause is None else leg.rates_at(facts)
-    ways = (followed(one, facts, closed, rates) for one in switches)
+    ways = (follow_known_switch(one, facts, closed, rates) for one in switches)
     return next((found for found in ways if found is not None), None)
 
 
-def _followed(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _followed(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at a switch, or the stop that the run meets."""
     following = _entered(leg, found, switch, run)
     if isinstance(following, End):
@@ -469,7 +469,7 @@ def _followed(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg |
     return end or following
 
 
-def _entered(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | End[Leg]:
+def _entered(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at a switch, from what happened there on: slightly before it, perhaps.
 
     Where impacts have a limit, which is later, it is the motion that leads to this in the mode that follows.
@@ -496,14 +496,14 @@ def _entered(leg: Leg, found: NextState, switch: Switch, run: ModeRun) -> Leg | 
         pairs = zip(program.switchings, problem.margins, strict=True)
         kept = (_KEPT * margin if x is not None and x.limits else margin for x, margin in pairs)
         problem = replace(problem, margins=tuple(kept))
-    following = Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, t))
+    following = ModeLeg(problem, program=program, mode=found.mode, cause=Cause.of(found, t))
     return _begun(following, found.facts, t, run)
 
 
 # --- what a run remembers ---------------------------------------------------------------------------------------------
 
 
-def _begun(leg: Leg, facts: Facts, t: float, run: ModeRun) -> Leg:
+def _begun(leg: ModeLeg, facts: LawValues, t: float, run: ModeRun) -> ModeLeg:
     """Return a leg in a mode that was found at some facts as it begins: what strikes has, and C may follow it."""
     switches = run.switches
     course = run.prepared.memory.entered(leg, run.course, t, switches.scale)
@@ -522,12 +522,12 @@ def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
         return None
     if met.cause is not None and met.cause.blow is not None and met.facts is not None:
         blow = met.cause.blow
-        if any(struck(each, blow) for each in run.mechanism.state_stops.values()):
+        if any(strikes_now(each, blow) for each in run.mechanism.state_stops.values()):
             return None
         if stop_jumped((leg, leg), t, (x, met.after), switches.scale.speed) is not None:
             return None
         switches.hit(blow, met.facts)
-    run.jumps.append(Jump(len(run.legs) - 1, t, index, met.after, met.moved, met.cause))
+    run.jumps.append(LegJump(len(run.legs) - 1, t, index, met.after, met.moved, met.cause))
     return met.after.copy()
 
 
@@ -559,14 +559,14 @@ def one_way_runs(
     form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
     recalled = recall_laws(declared, form, code)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
-    looks = tuple(moments(ready.system, ready.parameter_values, settings.t_end).tolist())
+    looks = tuple(times_to_check(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
     template = replace(template, project=settings.project, moments=looks)
     served = None if every is None else (every, laws.compiled)
 
     def runs(of: Problem, stabilised: tuple[float, float] | None) -> PreparedRuns:
-        modes = Modes(declared, make, of, stabilised or (0.0, 0.0), served)
+        modes = ModePrograms(declared, make, of, stabilised or (0.0, 0.0), served)
         return PreparedRuns(laws, modes, of, scale, stabilised, bars)
 
     def own() -> float:

@@ -26,7 +26,7 @@ from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import held_speeds
-from multibody_sym.motion.switching.law_values import Facts, rounded_up, rubs
+from multibody_sym.motion.switching.law_values import LawValues, has_sliding_friction, rounded_up
 from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import (
@@ -136,7 +136,7 @@ _FLATTER: Final = -1e-20
 _NONE: Final = np.zeros(0)
 
 
-class Modes:
+class ModePrograms:
     """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem.
 
     Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s). `every` is
@@ -158,7 +158,7 @@ class Modes:
         self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
         self._known: dict[tuple[Key, tuple[float, ...]], ModeProgram] = {}
 
-    def program(self, mode: Mode, at: Facts) -> ModeProgram:
+    def program(self, mode: Mode, at: LawValues) -> ModeProgram:
         """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
         key = key_of(mode), remembered_normals(at, mode)
         if key not in self._known:
@@ -215,7 +215,7 @@ class Modes:
             modes=program.numbers(mode),
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
-            crosses=not rubs(at, entered),  # friction may jam there
+            crosses=not has_sliding_friction(at, entered),  # friction may jam there
             terminal=own + (True,) * count,
             margins=tuple(
                 0.0 if one is None else _margin(one, mode, at, state.largest) for one in program.switchings
@@ -233,7 +233,7 @@ def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
     return int(rank(matrix, ROUNDED)) if places else 0
 
 
-def on_its_way(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPart) -> tuple[Problem, Mode]:
+def settled_direction(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPart) -> tuple[Problem, Mode]:
     """Return the run in a mode, and the mode, in which a part that starts to slide in space has come to move so fast.
 
     First it may turn back from then on: sooner its direction may still settle. Then it does not keep that any more.
@@ -259,7 +259,7 @@ def _slowly(mode: Mode, scale: Scale) -> Mode:
     return replace(mode, directions={name: tuple(size * x for x in way) for name, way in mode.directions.items()})
 
 
-def _margin(one: Switching, mode: Mode, at: Facts, largest: float) -> float:
+def _margin(one: Switching, mode: Mode, at: LawValues, largest: float) -> float:
     """Return by how much a switching function may exceed zero: what rounding may make of nothing."""
     if one.limits:
         return FORCE_MARGIN * largest

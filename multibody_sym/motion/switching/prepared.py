@@ -21,12 +21,20 @@ from multibody_sym.motion.loop.python_loop import put_back
 from multibody_sym.motion.methods.table import LibraryMethod
 from multibody_sym.motion.switching import impact, rare_contacts
 from multibody_sym.motion.switching.decision import SOON, Before, NextState, next_state
-from multibody_sym.motion.switching.impact import Bounces, Hit, ImpactOutcome, Returns, Standstill, bounced, ceases
+from multibody_sym.motion.switching.impact import (
+    BounceMemory,
+    Hit,
+    ImpactOutcome,
+    Returns,
+    Standstill,
+    ceases,
+    lone_bounce,
+)
 from multibody_sym.motion.switching.known_switches import KnownSwitch, known_switch, plain
-from multibody_sym.motion.switching.law_values import Facts, Laws, larger
-from multibody_sym.motion.switching.legs import Cause, Change, Leg, stops_at_turns
-from multibody_sym.motion.switching.modes import Key, Modes, key_of
-from multibody_sym.motion.switching.rare_contacts import Tips, is_tip, rounded_meeting
+from multibody_sym.motion.switching.law_values import Laws, LawValues
+from multibody_sym.motion.switching.legs import Cause, Change, ModeLeg, stops_at_turns
+from multibody_sym.motion.switching.modes import Key, ModePrograms, key_of
+from multibody_sym.motion.switching.rare_contacts import VertexContacts, is_tip, rounded_meeting
 from multibody_sym.program.runtime_constants import MarginKind
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -51,7 +59,7 @@ class SwitchMemory:
     def __init__(self, laws: Laws, template: Problem, least: float) -> None:
         self.laws = laws
         self.least = least
-        self.legs: list[Leg] = []
+        self.legs: list[ModeLeg] = []
         self._led: dict[tuple[Key, int], tuple[KnownSwitch, ...]] = {}
         self._numbers: dict[Key, int] = {}
         self._modes: list[CourseMode] = []
@@ -62,11 +70,11 @@ class SwitchMemory:
         few = len(laws.places) * len(mechanism.speeds) <= _MOST_ENTRIES
         self.follows = follows and few and not stops_at_turns(mechanism)
 
-    def known(self, leg: Leg, index: int) -> tuple[KnownSwitch, ...]:
+    def known(self, leg: ModeLeg, index: int) -> tuple[KnownSwitch, ...]:
         """Return where a switching function of a leg's mode has led."""
         return self._led.get((leg.program.key, index), ())
 
-    def learn(self, found: NextState, leg: Leg, index: int) -> None:
+    def learn(self, found: NextState, leg: ModeLeg, index: int) -> None:
         """Remember where a switch led: for forces at a limit all ways, for others the last one."""
         cause = leg.switching(index)
         switch = known_switch(found, leg.mode, cause)
@@ -86,7 +94,7 @@ class SwitchMemory:
         about = (laws.parameters, normals, angles, laws.slides, 1.0, self.least, passed)
         return Course(laws.compiled, laws.matrices, *about, modes=self._modes)
 
-    def entered(self, leg: Leg, course: Course | None, time: float, scale: Scale) -> Course | None:
+    def entered(self, leg: ModeLeg, course: Course | None, time: float, scale: Scale) -> Course | None:
         """Return the course of a run as a leg begins; None where C cannot follow it in its mode."""
         program, problem = leg.program, leg.of
         rows = program.entered.rows
@@ -104,7 +112,7 @@ class SwitchMemory:
         course.length, course.speed = scale.length, scale.speed
         return course
 
-    def tell_c(self, leg: Leg, index: int) -> None:
+    def tell_c(self, leg: ModeLeg, index: int) -> None:
         """Let C know where a switching function of a leg's mode leads, as far as it knows the modes."""
         if leg.program.key in self._numbers:
             known = [self._turn(switch) for switch in self.known(leg, index) if key_of(switch.mode) in self._numbers]
@@ -156,7 +164,7 @@ class Within:
 
     after: Floats
     moved: bool = False
-    facts: Facts | None = None
+    facts: LawValues | None = None
     cause: Cause | None = None
 
 
@@ -174,16 +182,16 @@ class Switches:
     standstill: Standstill
     returns: Returns
     hidden: tuple[str, ...] = ()
-    bounces: Bounces = field(default_factory=Bounces)
+    bounces: BounceMemory = field(default_factory=BounceMemory)
     _usual: dict[tuple[Key, int], Mode] = field(default_factory=dict)
     _last: tuple[tuple[float, int, bytes], NextState] | None = None
 
     @cached_property
-    def tips(self) -> Tips:
+    def tips(self) -> VertexContacts:
         """What is known of points that meet."""
-        return Tips.of(self.laws.mechanism)
+        return VertexContacts.of(self.laws.mechanism)
 
-    def at(self, t: float, x: Floats) -> Facts:
+    def at(self, t: float, x: Floats) -> LawValues:
         """Return what laws ask at a state (nq + nu,)."""
         nq = len(self.laws.mechanism.coordinates)
         return self.laws.at(t, x[:nq], x[nq:], self.scale)
@@ -216,7 +224,7 @@ class Switches:
 
     # --- what follows -------------------------------------------------------------------------------------------------
 
-    def next_state(self, now: Leg, t: float, x: Floats, index: int) -> NextState:
+    def next_state(self, now: ModeLeg, t: float, x: Floats, index: int) -> NextState:
         """Return how a leg goes on from a state at which a switching function of it has crossed.
 
         An impact that ends the mode is asked for twice: whether the mode goes on behind it, and what follows.
@@ -235,18 +243,18 @@ class Switches:
         self._last = asked, found
         return found
 
-    def learn(self, now: Leg, index: int, found: NextState) -> None:
+    def learn(self, now: ModeLeg, index: int, found: NextState) -> None:
         """Remember which mode followed: the next search begins with it."""
         if found.mode is not None:
             self._usual[now.program.key, index] = found.mode
 
-    def beyond(self, now: Leg, facts: Facts, blow: ImpactOutcome | None = None) -> NextState:
+    def beyond(self, now: ModeLeg, facts: LawValues, blow: ImpactOutcome | None = None) -> NextState:
         """Return what follows at an instant to which the mode does not lead, behind an impact if one is known."""
         before = Before(now.mode, now.udot_at(facts), None, None, self.bounces)
         aside = self.tips.aside(facts, now.active)
         return self.tips.resting(next_state(facts, now.active, before, beyond=aside, hidden=self.hidden, blow=blow))
 
-    def soon_beyond(self, now: Leg, limit: Facts) -> NextState | None:
+    def soon_beyond(self, now: ModeLeg, limit: LawValues) -> NextState | None:
         """Return what follows just beyond the limit of a mode; None where that is a state like others, or not known.
 
         Friction with what presses either way may have two states on one side of where that turns, and none beyond.
@@ -255,13 +263,13 @@ class Switches:
         proved = found.mode is None and found.found is not None and found.found.proved
         return found if found.blow is not None or proved else None
 
-    def slid_out(self, now: Leg, facts: Facts) -> NextState | None:
+    def slid_out(self, now: ModeLeg, facts: LawValues) -> NextState | None:
         """Return what follows where all that touches rests, as its slip ends at once; None where it does not."""
         u = impact.slid_out(facts, now.active, now.udot_at(facts))
-        found = None if u is None else self.beyond(now, impact.moved(facts, u=u))
+        found = None if u is None else self.beyond(now, impact.at_state(facts, u=u))
         return None if found is None or found.mode is None else found
 
-    def tipped(self, now: Leg, facts: Facts) -> NextState | None:
+    def tipped(self, now: ModeLeg, facts: LawValues) -> NextState | None:
         """Return what follows where forces that are not unique have no room left, so that something opens or slips."""
         if now.mode.shares is None:
             return None
@@ -271,20 +279,20 @@ class Switches:
                 return found if found.blow is not None else replace(found, facts=facts)
         return None
 
-    def _leaving(self, now: Leg, facts: Facts) -> list[str]:
+    def _leaving(self, now: ModeLeg, facts: LawValues) -> list[str]:
         """Return what gets past an edge at one instant: two corners of a box do side by side."""
         soon = self._later(now, facts, SOON[0])
         at_edge = (x for x in self.laws.unilateral if x.name in now.active and facts.reach(x) <= facts.allowed_gap(x))
         return [x.name for x in at_edge if soon.reach(x) < -soon.rounded_gap(x)]
 
     @staticmethod
-    def _later(now: Leg, facts: Facts, part: float) -> Facts:
+    def _later(now: ModeLeg, facts: LawValues, part: float) -> LawValues:
         """Return what holds a part of the model's time later, as the mode has it."""
         soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
         q, u = np.split(stepped(now.of.rates, facts.t, x, soon), [len(facts.q)])
         return facts.laws.at(facts.t + soon, q, u, facts.scale)
 
-    def within(self, now: Leg, t: float, x: Floats, index: int) -> Within | None:
+    def within(self, now: ModeLeg, t: float, x: Floats, index: int) -> Within | None:
         """Return how the mode goes on where it might end; None where it does end."""
         cause = now.switching(index)
         if cause.ends == "lies flat":
@@ -304,7 +312,8 @@ class Switches:
         if leaving is not None:
             return Within(np.concatenate([leaving, facts.u]), moved=leaving is not facts.q)
         facts = self._touched(now, facts, element)
-        blow, late, collapsed = bounced(facts, element, (*aside, *self.hidden)), dict[str, float](), frozenset[str]()
+        blow = lone_bounce(facts, element, (*aside, *self.hidden))
+        late, collapsed = dict[str, float](), frozenset[str]()
         udot = now.udot_at(facts) if ceases(facts, element) else facts.u  # nobody asks how what never rests falls
         before = Before(now.mode, udot, now.of.rates, None, self.bounces)
         if blow is not None and not before.late(facts, [element]):
@@ -320,7 +329,7 @@ class Switches:
         return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
 
     @staticmethod
-    def _fits(now: Leg, facts: Facts, element: LawElement) -> bool:
+    def _fits(now: ModeLeg, facts: LawValues, element: LawElement) -> bool:
         """Return whether the margin of a mode is that of two points as fast as they meet now."""
         pairs = zip(now.program.switchings, now.problem.margins, strict=True)
         margins = {one.element.name: -margin for one, margin in pairs if one is not None and one.ends == "closes"}
@@ -329,14 +338,14 @@ class Switches:
 
     # --- what counts for what follows ---------------------------------------------------------------------------------
 
-    def enter(self, leg: Leg) -> Leg:
+    def enter(self, leg: ModeLeg) -> ModeLeg:
         """Note a leg that begins, and return it."""
         self._last = None
         self.bounces.rhythm.mode(leg.start, leg.program.key)
         self.bounces.rested([name for name, side in leg.mode.sides.items() if side])
         return leg
 
-    def hit(self, blow: ImpactOutcome, facts: Facts) -> None:
+    def hit(self, blow: ImpactOutcome, facts: LawValues) -> None:
         """Note an impact, and what holds after it."""
         taking = frozenset(name for name, impulse in blow.impulses.items() if impulse)
         self.bounces.hit(Hit(blow.t, taking, np.concatenate([blow.q, blow.u]), blow.gives_back))
@@ -346,15 +355,17 @@ class Switches:
 
     def grown(self, u: Floats) -> None:
         """Note the speeds (nu,) that a run has come to."""
-        self.scale = larger(self.scale, u, self.laws.slides)
+        slides = self.laws.slides
+        fastest = np.abs(u) * (slides + (1.0 - slides) * self.scale.length)
+        self.scale = replace(self.scale, speed=max(self.scale.speed, float(fastest.max(initial=0.0))))
 
-    def seen(self, now: Leg, t: float, x: Floats) -> Facts:
+    def seen(self, now: ModeLeg, t: float, x: Floats) -> LawValues:
         """Return what laws ask at a state, with the normals of points that meet there."""
         facts = self.at(t, x)
         self.laws = self.tips.meeting(facts, now.active)
         return facts if self.laws is facts.laws else self.at(t, x)
 
-    def closed_at(self, now: Leg, t: float, x: Floats, cause: Switching) -> tuple[Facts, list[str]]:
+    def closed_at(self, now: ModeLeg, t: float, x: Floats, cause: Switching) -> tuple[LawValues, list[str]]:
         """Return what laws ask where a switching function of the mode has crossed, and the elements that are closed."""
         x = x if now.of.project else put_back(now.of, t, x)
         self.grown(x[len(now.of.q0) :])
@@ -367,7 +378,7 @@ class Switches:
         closed += [cause.element.name] if touches else []
         return self._touched(now, facts, cause.element) if touches else facts, closed
 
-    def _touched(self, now: Leg, facts: Facts, element: LawElement) -> Facts:
+    def _touched(self, now: ModeLeg, facts: LawValues, element: LawElement) -> LawValues:
         """Return what held when an element touched that strikes: a step ends where it is in by what rounding may make.
 
         That is late by a large part of a short flight; its parabola tells when it touched, after the last impact. Two
@@ -408,7 +419,7 @@ class PreparedRuns:
     """
 
     laws: Laws
-    modes: Modes
+    modes: ModePrograms
     template: Problem
     scale: Scale
     stabilised: tuple[float, float] | None
@@ -434,7 +445,7 @@ class PreparedRuns:
         return Switches(self.laws, scale, self.bars, standstill, Returns(self.soon))
 
     @cached_property
-    def first(self) -> tuple[Leg, Facts, tuple[str, ...]]:
+    def first(self) -> tuple[ModeLeg, LawValues, tuple[str, ...]]:
         """The leg with which runs begin, what holds there, and the sides of bars on which no points are.
 
         Raises NoSolutionError where there is no mode, ModelError where a point moves across a thin bar that it touches.
@@ -444,5 +455,5 @@ class PreparedRuns:
         if found.mode is None:
             raise NoSolutionError(f"{found.why_none.text} at the start")
         problem, program = self.modes.problem(found, None)
-        first = Leg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
+        first = ModeLeg(problem, program=program, mode=found.mode, cause=Cause.of(found, found.facts.t))
         return first, found.facts, switches.hidden

@@ -32,7 +32,7 @@ from multibody_sym.mechanics.row_records import (
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.motion.switching.decision import NextState
-from multibody_sym.motion.switching.law_values import Facts, Laws
+from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
@@ -64,7 +64,7 @@ class ThinBar:
         point, bar = sorted(self.sides[0].surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
         return f"{point.place.name} is a point and {bar.place.name} a bar without thickness"
 
-    def side(self, facts: Facts) -> int | None:
+    def side(self, facts: LawValues) -> int | None:
         """Return the side, 1 or -1, on which the point is clear of the bar; 0 beyond its ends, None near it."""
         for side, element in zip((1, -1), self.sides, strict=True):
             allowed = facts.allowed_gap(element)
@@ -73,14 +73,14 @@ class ThinBar:
         beyond = all(_reaches(facts, element) < -facts.allowed_gap(element) for element in self.sides)
         return 0 if beyond else None
 
-    def hidden(self, facts: Facts) -> LawElement | None:
+    def hidden(self, facts: LawValues) -> LawElement | None:
         """Return the side on which the point is not; None where it is at the bar."""
         side = self.side(facts)
         if side == 0:  # past the ends: whichever it comes in from behind will be exchanged
             side = 1 if facts.gap(self.sides[0]) >= 0.0 else -1
         return None if side is None else self.sides[side > 0]
 
-    def verify_leaving(self, facts: Facts) -> None:
+    def verify_leaving(self, facts: LawValues) -> None:
         """Raise ModelError where a point at the bar moves across it: it leaves one side, or strikes the other one."""
         if {facts.standing(element) for element in self.sides} == {"closing", "leaving"}:
             with at(*self.sides[0].path):
@@ -121,7 +121,7 @@ def _one_sided(element: LawElement) -> LawElement:
 
 
 def hidden_sides(
-    bars: Sequence[ThinBar], facts: Facts, decide: Callable[[tuple[str, ...]], NextState]
+    bars: Sequence[ThinBar], facts: LawValues, decide: Callable[[tuple[str, ...]], NextState]
 ) -> tuple[str, ...]:
     """Return the sides of bars on which points are not; where they rest that which carries less, as is decided."""
     places = {bar: bar.hidden(facts) for bar in bars}
@@ -144,7 +144,7 @@ def turned_round(bars: Sequence[ThinBar], element: LawElement, hidden: Sequence[
     return None
 
 
-def is_behind(facts: Facts, element: LawElement) -> bool:
+def is_behind(facts: LawValues, element: LawElement) -> bool:
     """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
     return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
 
@@ -156,7 +156,7 @@ def why_behind(element: LawElement) -> str:
     return _INSIDE if in_space else _FROM_BEHIND
 
 
-def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:
+def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[LawValues]) -> str:
     """Return which point got through a bar between samples of a run, when, and what to do; nothing where none did."""
     last: dict[ThinBar, int] = {}
     for facts in samples:
@@ -169,7 +169,7 @@ def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[Facts]) -> str:
     return ""
 
 
-def _reaches(facts: Facts, element: LawElement) -> float:
+def _reaches(facts: LawValues, element: LawElement) -> float:
     reaches: Floats = facts.known["reaches"]
     return float(reaches[facts.laws.elements[element.name]])
 
@@ -337,7 +337,7 @@ def _met(element: LawElement, name: str, skins: tuple[ContactSurface, ContactSur
 
 
 @dataclass
-class Tips:
+class VertexContacts:
     """The pairs of points of a run's mechanism that may meet, and when each last struck something there."""
 
     rows: dict[str, tuple[LawElement, ContactRow]]
@@ -345,16 +345,16 @@ class Tips:
     _struck: dict[str, float] = field(default_factory=dict)
 
     @staticmethod
-    def of(mechanism: Mechanism) -> Tips:
+    def of(mechanism: Mechanism) -> VertexContacts:
         """Return those of a mechanism."""
         normals = ((x, row) for x in mechanism.one_way for row in x.normals[:1])
         rows = {x.name: (x, row) for x, row in normals if isinstance(row, ContactRow) and row.tip is not None}
         ends = list(_ends(mechanism)) if rows else []
         pairs = {name: frozenset(skin.place for skin in row.skins) for name, (_, row) in rows.items()}
         sides = {name: tuple(e for e in ends if e.pair == pair) for name, pair in pairs.items()}
-        return Tips(rows, sides)
+        return VertexContacts(rows, sides)
 
-    def meeting(self, facts: Facts, active: Collection[str]) -> Laws:
+    def meeting(self, facts: LawValues, active: Collection[str]) -> Laws:
         """Return the laws with the normals of what meets now; `active` ones keep those that they have."""
         laws = facts.laws
         for name in self._meeting(facts, active):
@@ -363,7 +363,7 @@ class Tips:
                 laws = _remembered(facts, laws, name, self.rows[name][1], towards)
         return laws
 
-    def aside(self, facts: Facts, active: Collection[str]) -> tuple[str, ...]:
+    def aside(self, facts: LawValues, active: Collection[str]) -> tuple[str, ...]:
         """Return what takes no part although it touches: points without a normal, and sides of bars at met ends."""
         found = [end.side.name for name in active for end in self.sides.get(name, ())]
         for name in self._meeting(facts, active):
@@ -371,7 +371,7 @@ class Tips:
             found += [end.side.name for end in self.sides[name]] if strikes else [name]
         return tuple(found)
 
-    def striking(self, facts: Facts, element: LawElement, others: Collection[str]) -> LawElement | None:
+    def striking(self, facts: LawValues, element: LawElement, others: Collection[str]) -> LawElement | None:
         """Return what strikes where an element closes; `others` take no part. None where points only pass by.
 
         Of an end and the side of its bar it may be the other one, and of points that are nearest at one instant, as to
@@ -395,25 +395,25 @@ class Tips:
         idle = {end.side.name for name in held for end in self.sides[name]}.difference(found.mode.idle)
         return replace(found, mode=replace(found.mode, idle=(*found.mode.idle, *sorted(idle)))) if idle else found
 
-    def strikes(self, facts: Facts, element: LawElement, active: Collection[str]) -> bool:
+    def strikes(self, facts: LawValues, element: LawElement, active: Collection[str]) -> bool:
         """Return whether an element is a contact of two points that strike, and is not `active`."""
         name = element.name
         meets = name in self.rows and name in self._meeting(facts, active)
         return meets and self._towards(facts, name) is not None
 
-    def struck(self, facts: Facts) -> None:
+    def struck(self, facts: LawValues) -> None:
         """Note that something struck: what is in one place leaves it."""
         self._struck.update({name: facts.t for name in self.rows if self._together(facts, name)})
 
-    def _together(self, facts: Facts, name: str) -> bool:
+    def _together(self, facts: LawValues, name: str) -> bool:
         element = self.rows[name][0]
         reaches: Floats = facts.known["reaches"]
         return bool(reaches[facts.laws.elements[name]] >= -facts.allowed_gap(element))
 
-    def _meeting(self, facts: Facts, active: Collection[str]) -> list[str]:
+    def _meeting(self, facts: LawValues, active: Collection[str]) -> list[str]:
         return [name for name in self.rows if name not in active and self._together(facts, name)]
 
-    def _towards(self, facts: Facts, name: str) -> Floats | None:
+    def _towards(self, facts: LawValues, name: str) -> Floats | None:
         """Return the direction in which the first of two points comes to the second; None where nothing strikes.
 
         So it is where they hardly move, or graze, where they part or have just struck, and above the side of a bar.
@@ -438,7 +438,7 @@ class Tips:
         return comes if not on_side and _between(comes, inward) else None
 
 
-def rounded_meeting(facts: Facts, element: LawElement) -> float:
+def rounded_meeting(facts: LawValues, element: LawElement) -> float:
     """Return what rounding makes of r . v (m^2/s) of two points: of places, the time of an impact, and speeds.
 
     It is that of the speed with which they move now: slow ones turn back from so much nearer.
@@ -469,7 +469,7 @@ def _between(towards: Floats, ways: Sequence[Floats]) -> bool:
     return all(towards @ n > _ACROSS for n in supports)
 
 
-def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
+def _remembered(facts: LawValues, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
     """Return laws with a normal, in the axes of the body of the second point, against the way of the first.
 
     It stays where they come together along it but for a speed that counts as rest: they meet again along a line, and
@@ -485,13 +485,13 @@ def _remembered(facts: Facts, laws: Laws, name: str, row: ContactRow, towards: F
     return _against(facts, laws, name, tip, towards)
 
 
-def _against(facts: Facts, laws: Laws, name: str, tip: Vertex, towards: Floats) -> Laws:
+def _against(facts: LawValues, laws: Laws, name: str, tip: Vertex, towards: Floats) -> Laws:
     """Return laws with a normal against a way, in the axes of the body of the second point."""
     new = {_entry(name, k): float(x) for k, x in enumerate(_axes(facts, tip) @ -towards)}
     return replace(laws, parameters=np.array(laws.mechanism.parameters.changed(laws.parameters.tolist(), new)))
 
 
-def _yields(facts: Facts, name: str, row: ContactRow, towards: Floats) -> bool:
+def _yields(facts: LawValues, name: str, row: ContactRow, towards: Floats) -> bool:
     """Return whether impulses along a way move two points: not where both graze, which arms in line hold against it."""
     tip = row.tip
     assert tip is not None
@@ -506,7 +506,7 @@ def _yields(facts: Facts, name: str, row: ContactRow, towards: Floats) -> bool:
     return moved(towards) > TOUCHING * max(moved(axis) for axis in np.eye(3))
 
 
-def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
+def _normal(facts: LawValues, name: str, row: ContactRow) -> Floats:
     """Return the normal that is remembered of two points, in world axes."""
     tip, entries, values = row.tip, facts.laws.mechanism.parameters, facts.laws.parameters.tolist()
     assert tip is not None
@@ -514,12 +514,12 @@ def _normal(facts: Facts, name: str, row: ContactRow) -> Floats:
     return normal
 
 
-def _axes(facts: Facts, tip: Vertex) -> Floats:
+def _axes(facts: LawValues, tip: Vertex) -> Floats:
     """Return the axes (3, 3) of the body of a tip in world axes."""
     return np.array([direction(facts.motion, tip.place, axis) for axis in IDENTITY], dtype=float)
 
 
-def remembered_normals(at: Facts, mode: Mode) -> tuple[float, ...]:
+def remembered_normals(at: LawValues, mode: Mode) -> tuple[float, ...]:
     """Return the normals of points that are held where they met: which speeds a mode holds at rest depends on them."""
     held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.acts(x)]
     places = at.laws.mechanism.parameters.places
