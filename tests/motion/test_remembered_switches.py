@@ -82,7 +82,7 @@ def both_ways(monkeypatch: pytest.MonkeyPatch, text: str, **options: Any) -> tup
     with monkeypatch.context() as patched:
         patched.setattr(mode_run, "follow_known_switch", counted("in Python", mode_run.follow_known_switch))
         patched.setattr(prepared, "next_state", counted("searched", prepared.next_state))
-        patched.setattr(mode_run, "_turned", counted("in C", mode_run._turned))
+        patched.setattr(mode_run, "_note_turn", counted("in C", mode_run._note_turn))
         first = mbs.simulate(system, **options)
     with monkeypatch.context() as patched:
         patched.setattr(prepared, "known_switch", lambda *_: None)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from multibody_sym.contact_laws.problem import Equality, FrictionLaw
-from multibody_sym.dynamics.contact.contact_problem import PosedLaws
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
@@ -54,25 +53,20 @@ def at_state(facts: LawValues, *, q: Floats | None = None, u: Floats | None = No
     return facts.laws.at(facts.t, *there, facts.scale)
 
 
-def named(facts: LawValues, names: Collection[str]) -> list[LawElement]:
-    """Return the elements of these names."""
-    return facts.laws.named(names)
-
-
 def approaching(facts: LawValues, touching: Collection[str]) -> list[LawElement]:
     """Return what closes with a speed."""
-    return [x for x in named(facts, touching) if facts.sense(x) < 0]
+    return [x for x in facts.laws.named(touching) if facts.sense(x) < 0]
 
 
-def _kept(facts: LawValues, touching: Collection[str]) -> list[int]:
+def _places_of_rows(facts: LawValues, touching: Collection[str]) -> list[int]:
     """Return the places of the rows that hold: constraints and the normals of what touches."""
     mechanism = facts.laws.mechanism
-    return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in named(facts, touching)))]
+    return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in facts.laws.named(touching)))]
 
 
 def onto_rows(facts: LawValues, touching: Collection[str]) -> Floats | None:
     """Return the coordinates put onto closed gaps, taut ropes and constraints; None if they are there."""
-    places = _kept(facts, touching)
+    places = _places_of_rows(facts, touching)
     phi = facts.known["phi"][places]
     if not np.abs(phi).max(initial=0.0) > NOT_PUT_BACK * facts.scale.length:
         return None
@@ -92,7 +86,7 @@ def at_rest(facts: LawValues, touching: Collection[str]) -> Floats | None:
     Friction that is always enough stops little slip at once.
     """
     problem = facts.posed(touching)
-    places, little = _kept(facts, touching), SLIGHT * facts.scale.speed
+    places, little = _places_of_rows(facts, touching), SLIGHT * facts.scale.speed
     for part, law in zip(problem.parts, problem.problem.parts, strict=True):
         if law.rests or (law.enough and float(np.abs(law.velocity).max()) <= little):
             places += [facts.place(row) for row in part.rows]
@@ -116,7 +110,7 @@ def slid_out(facts: LawValues, touching: Collection[str], udot: Floats) -> Float
     slower, size = -float(speeds @ facts.accelerations(slips, udot)), float(np.linalg.norm(speeds))
     if not 0.0 < size**3 <= 2.0 * slower * _NO_WAY * facts.scale.length:
         return None
-    places = [*_kept(facts, touching), *slips]
+    places = [*_places_of_rows(facts, touching), *slips]
     return facts.u + next(_changes(facts, places, -facts.known["phidot"][places]))
 
 
@@ -479,7 +473,9 @@ class BounceMemory:
 
         What neither bounces nor moves, by more than counts as rest, touches where its height is lost in rounding.
         """
-        found, ahead = set[str](), _TICKS * abs(facts.t) + _ahead(facts, closed)
+        closing = (x for x in approaching(facts, closed) if facts.gap(x) > 0.0)  # an event is found a little before
+        left = max((-facts.gap(x) / facts.rate(x) for x in closing), default=0.0)
+        found, ahead = set[str](), _TICKS * abs(facts.t) + left
         for x in (x for x in facts.near if x.name not in closed):
             moves = x.name in self.since or facts.sense(x) != 0
             at_once = max(facts.allowed_gap(x, ROUNDED_GAP), ahead * abs(facts.rate(x)))
@@ -570,11 +566,6 @@ class BounceMemory:
             self.since.pop(name, None)
 
 
-def _ahead(facts: LawValues, closed: Collection[str]) -> float:
-    """Return how long (s) it takes at most until what is `closed` gets there: its event is found a little before."""
-    return max((-facts.gap(x) / facts.rate(x) for x in approaching(facts, closed) if facts.gap(x) > 0.0), default=0.0)
-
-
 def low_bounce(facts: LawValues, element: LawElement, falling: float, rebound: float, steps: float = 0.0) -> bool:
     """Return whether the height of a bounce is lost in rounding, or in the errors of steps (`lost_height`)."""
     return rebound * rebound < 2.0 * falling * lost_height(facts, element, steps)
@@ -613,7 +604,7 @@ def lone_bounce(facts: LawValues, element: LawElement, hidden: Collection[str] =
     however deep rounding has let it in.
     """
     laws, place, e = facts.laws, facts.place(element.normals[0]), facts.restitution(element)
-    rubs = laws.two_sided_rub or any(part.name in laws.parts for part in element.frictions)
+    rubs = laws.two_sided_rub or laws.has_friction(element)
     if laws.mechanism.rows or not e > 0.0 or rubs or facts.lying([element]):
         return None
     row, speed = facts.by_mass[place], facts.rate(element)
@@ -624,22 +615,16 @@ def lone_bounce(facts: LawValues, element: LawElement, hidden: Collection[str] =
     jump = facts.speeds(impulse * row)
     others = [x for x in facts.near if x is not element and x.name not in hidden]
     if others:
-        after = facts.known["phidot"] + facts.by_speeds @ jump
-        if any(_strikes(facts, x, after) for x in others):
-            return None
+        before, after = facts.known["phidot"], facts.known["phidot"] + facts.by_speeds @ jump
+        for x in others:  # none may touch and close before or after the impact
+            normal, k = x.normals[0], facts.place(x.normals[0])
+            touches = not facts.known["phi"][k] > facts.allowed_gap(x)
+            if touches and min(before[k], after[k]) <= facts.allowed_speed(normal):
+                return None
     lost = {element.name: 0.5 * impulse * (e - 1.0) * speed}
     rows = {element.normals[0].name: impulse}
     at = facts.t, facts.q, facts.u
     return ImpactOutcome(jump, {element.name: impulse}, lost, *at, rows, facts.laws.parameters, gives_back=e == 1.0)
-
-
-def _strikes(facts: LawValues, element: LawElement, after: Floats) -> bool:
-    """Return whether an element touches and closes before or after the impact of another one."""
-    place = facts.place(element.normals[0])
-    if facts.known["phi"][place] > facts.allowed_gap(element):
-        return False
-    allowed = facts.allowed_speed(element.normals[0])
-    return bool(min(facts.known["phidot"][place], after[place]) <= allowed)
 
 
 def without_collision(facts: LawValues, touching: Collection[str]) -> ImpactOutcome:
@@ -648,7 +633,7 @@ def without_collision(facts: LawValues, touching: Collection[str]) -> ImpactOutc
     It is the limit of what happens to what has been pressed together for a time that becomes zero: such impulses stop
     slip. Raises NoSolutionError if the laws of the impact have no solution.
     """
-    normals = [x.normals[0] for x in named(facts, touching)]
+    normals = [x.normals[0] for x in facts.laws.named(touching)]
     pace = max(float(facts.known["right"][facts.place(row)]) / facts.allowed_speed(row) for row in normals)
     return impact_at(facts, touching, (), pressed=_PRESSED / pace if pace > 0.0 else 0.0)
 
@@ -691,16 +676,22 @@ def impact_at(
     rows = replace(problem.problem, right=right, laws=laws)
     law: ImpactLaw = "poisson" if problem.parts else "newton"
     sequence: Order = "one_by_one" if bounces.any() and not pressed else "simultaneous"
-    returned = _returned(facts, problem)
+    firsts = {  # what rubs first at an element gives friction back, not what rolls
+        next((p.name for p in x.frictions if p.name in facts.laws.parts), ""): facts.laws.elements[x.name]
+        for x in problem.elements
+    }
+    returns: Floats = facts.known["returns"]
+    returned = tuple(float(returns[firsts[p.name]]) if p.name in firsts else 0.0 for p in problem.parts)
     posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
     posed = posed if most is None else replace(posed, most=most)
     found = _without_jam(posed, strike(posed), together)
-    taken = {element.name: _places(problem.places, element) for element in problem.elements}
+    places = problem.places
+    taken = {x.name: [places[row.name] for row in x.rows if row.name in places] for x in problem.elements}
     normals = [problem.places[x.normals[0].name] for x in own]
     return ImpactOutcome(
         facts.speeds(found.x) + pressed * facts.known["free"],
         {x.name: float(found.impulses[place]) for x, place in zip(own, normals, strict=True)},
-        {name: float(np.nansum(found.lost[places])) for name, places in taken.items()},
+        {name: float(np.nansum(found.lost[own_rows])) for name, own_rows in taken.items()},
         facts.t,
         facts.q,
         facts.u,
@@ -724,7 +715,10 @@ def _without_jam(posed: ImpactProblem, found: ImpactResult, together: set[int]) 
         return found
 
     def smooth(normals: set[int]) -> ImpactProblem:
-        parts = (_smooth(part) if normals.intersection(part.normals) else part for part in posed.rows.parts)
+        parts = list[FrictionLaw]()
+        for part in posed.rows.parts:
+            pulls = normals.intersection(part.normals)
+            parts.append(replace(part, static=0.0, kinetic=0.0, enough=False) if pulls else part)
         return replace(posed, rows=replace(posed.rows, parts=tuple(parts)))
 
     least = strike(smooth(together))
@@ -733,22 +727,6 @@ def _without_jam(posed: ImpactProblem, found: ImpactResult, together: set[int]) 
         return found
     some = strike(smooth(pulling))
     return some if np.abs(some.impulses).sum() <= most else least
-
-
-def _smooth(part: FrictionLaw) -> FrictionLaw:
-    return replace(part, static=0.0, kinetic=0.0, enough=False)
-
-
-def _returned(facts: LawValues, problem: PosedLaws) -> tuple[float, ...]:
-    """Return how much of its friction each part gives back: what rubs first at an element, not what rolls."""
-    returns: Floats = facts.known["returns"]
-    firsts = {next((p.name for p in x.frictions if p.name in facts.laws.parts), ""): x.name for x in problem.elements}
-    places = facts.laws.elements
-    return tuple(float(returns[places[firsts[p.name]]]) if p.name in firsts else 0.0 for p in problem.parts)
-
-
-def _places(places: Mapping[str, int], element: LawElement) -> list[int]:
-    return [places[row.name] for row in element.rows if row.name in places]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -767,15 +745,15 @@ def held_speeds(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -
     A speed is held if its unit vector lies in the space of rows that have no part of their own in motion, as a belt's
     or a drive's has: H u = 0 and H udot = 0 for u = 0.
     """
-    here = _held(mechanism, parameters, t, q) if mechanism.rows else set[int]()
+    here = _held_places(mechanism, parameters, t, q) if mechanism.rows else set[int]()
     if not here:
         return ()
     aside = np.array([np.sin(1.0 + 2.0 * k) for k in range(len(mechanism.speeds))]) * _ASIDE
     moved = np.array(coordinate_rates(mechanism, q.tolist(), aside.tolist()), dtype=float)
-    return tuple(sorted(here & _held(mechanism, parameters, t + _ASIDE, q + moved)))
+    return tuple(sorted(here & _held_places(mechanism, parameters, t + _ASIDE, q + moved)))
 
 
-def _held(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -> set[int]:
+def _held_places(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -> set[int]:
     still = [0.0] * len(mechanism.speeds)
     motion = motion_of(mechanism, state_of(mechanism, float, t, q.tolist(), still, parameters.tolist()))
     rows = [

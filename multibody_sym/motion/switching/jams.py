@@ -17,7 +17,6 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.loop.chain import stepped
 from multibody_sym.motion.switching.impact import ImpactOutcome
@@ -89,20 +88,17 @@ def _way_from(now: ModeLeg, facts: LawValues) -> _Way | None:
     row = max(sliding, key=lambda k: abs(float(pushes[k])))
     if not pushes[row]:
         return None
-    sizes = _slip(facts, slides[rows[row].name]) * facts.sizes[-len(facts.u) :]
-    return _Way(now, row, float(pushes[row]), sizes)
+    # No step may lead far beyond where slip stops: its speed, as a part of the largest speeds.
+    frictions = slides[rows[row].name].sliding
+    along = [each for friction in frictions for each in friction.rows if each.name in facts.laws.places]
+    parts = [abs(facts.phidot(each)) / size for each in along if (size := facts.allowed_speed(each, 1.0)) > 0.0]
+    slip = min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
+    return _Way(now, row, float(pushes[row]), slip * facts.sizes[-len(facts.u) :])
 
 
 def _state(facts: LawValues) -> Floats:
     """Return y = t, q, u (1 + nq + nu,)."""
     return np.concatenate([[facts.t], facts.q, facts.u])
-
-
-def _slip(facts: LawValues, row: Row) -> float:
-    """Return the speed of slip where a row slides, as a part of the largest speeds: no step may lead far beyond it."""
-    along = [each for friction in row.sliding for each in friction.rows if each.name in facts.laws.places]
-    parts = [abs(facts.phidot(each)) / size for each in along if (size := facts.allowed_speed(each, 1.0)) > 0.0]
-    return min(1.0, max(_SLOWEST, *parts)) if parts else 1.0
 
 
 def jams(now: ModeLeg, t: float, x: Floats) -> bool:

@@ -9,7 +9,7 @@ to the search. `turns.c` does the same.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -75,27 +75,28 @@ def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitc
         return None
     signs = tuple((part, _sign(facts, part)) for part in posed.parts)
     touching = tuple(element.name for element in posed.elements)
-    after = _acting(facts.laws, mode, posed.elements, dict(signs))
+    after = _active_rows(facts.laws, mode, posed.elements, dict(signs))
     rows = tuple(facts.laws.places[name] for name in posed.names)
     if after is None or len(after.active) > MOST_ACTIVE:
         return None
     if cause.ends == "stops":
         return KnownSwitch(mode, touching, signs, rows, after)
-    acting = _acting(facts.laws, before, posed.elements, dict(signs))
+    acting = _active_rows(facts.laws, before, posed.elements, dict(signs))
     row = cause.element.normals[0] if cause.part is None else cause.part.rows[0]
-    if acting is None or len(acting.active) > MOST_ACTIVE or not _flips(before, mode, cause):
+    if acting is None or len(acting.active) > MOST_ACTIVE:
+        return None
+    # The modes may differ in what has come to its limit alone.
+    if cause.part is None:
+        own = {part.name for part in cause.element.frictions}
+        slips = {part: slip for part, slip in before.slips.items() if part not in own}
+        flips = {**before.sides, cause.element.name: INACTIVE} == mode.sides and slips == mode.slips
+    else:
+        slip = mode.slips.get(cause.part.name, STICKS)
+        flips = slip != STICKS and {**before.slips, cause.part.name: slip} == mode.slips
+        flips = flips and before.sides == mode.sides
+    if not flips:
         return None
     return KnownSwitch(mode, touching, signs, rows, after, acting, facts.laws.places[row.name])
-
-
-def _flips(before: Mode, after: Mode, cause: Switching) -> bool:
-    """Return whether two modes differ in what has come to its limit alone."""
-    name, parts = cause.element.name, {part.name for part in cause.element.frictions}
-    if cause.part is None:
-        slips = {part: slip for part, slip in before.slips.items() if part not in parts}
-        return {**before.sides, name: INACTIVE} == after.sides and slips == after.slips
-    slip = after.slips.get(cause.part.name, STICKS)
-    return before.sides == after.sides and {**before.slips, cause.part.name: slip} == after.slips and slip != STICKS
 
 
 def plain(element: LawElement) -> bool:
@@ -110,7 +111,7 @@ def _sign(facts: LawValues, part: FrictionPart) -> int:
     return 0 if abs(speed) <= facts.allowed_slip(part) else 1 if speed > 0.0 else -1
 
 
-def _acting(
+def _active_rows(
     laws: Laws, mode: Mode, touching: Sequence[LawElement], signs: Mapping[FrictionPart, int]
 ) -> ActiveRows | None:
     """Return what acts in a mode; None if it does not go with the signs of what slides."""
@@ -151,14 +152,14 @@ def follow_known_switch(
     if switch.before is None or rates is None or switch.cause is None:
         solved = _holds(switch, facts, switch.after)
     else:
-        solved = _ahead(switch, switch.before, switch.cause, facts, rates)
+        solved = _holds_soon_after(switch, switch.before, switch.cause, facts, rates)
     if solved is None:
         return None
     largest = NextState.largest_of(solved.z, facts, list(switch.rows))
     return NextState(facts, switch.mode, largest, None, None)
 
 
-def _ahead(
+def _holds_soon_after(
     switch: KnownSwitch, before: ActiveRows, cause: int, facts: LawValues, rates: tuple[Floats, Floats]
 ) -> Solved | None:
     """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
@@ -168,26 +169,20 @@ def _ahead(
         ended = _holds(switch, later, before, cause)
         if ended is None:
             return None
-        over = _over(switch, ended, later, before, cause)
+        # By how much the force at the row exceeds its limit, in the sense in which it gave way.
+        size, over = float(np.linalg.norm(later.exerted[cause])), -float(ended.z[cause])
+        for one in before.sticks:
+            if one.tangent == cause:
+                sense = next(slide.sense for slide in switch.after.slides if slide.tangent == cause)
+                limit = float(most(later.known["coefficients"][one.part][0], ended.z[one.normal]))
+                over = -sense * float(ended.z[cause]) - limit
+                break
+        over *= size
         if over > CLEAR_BY * ended.force:
             return _holds(switch, later, switch.after) if soon else None
         if over > WITHIN * CLEAR_BY * ended.force:
             return None
     return None
-
-
-def _over(switch: KnownSwitch, solved: Solved, facts: LawValues, before: ActiveRows, cause: int) -> float:
-    """Return by how much the force that a row may exert is exceeded in the way it gave way."""
-    size = float(np.linalg.norm(facts.exerted[cause]))
-    for one in before.sticks:
-        if one.tangent == cause:
-            limit = float(most(facts.known["coefficients"][one.part][0], solved.z[one.normal]))
-            return size * (-_sense(switch, cause) * float(solved.z[cause]) - limit)
-    return -size * float(solved.z[cause])
-
-
-def _sense(switch: KnownSwitch, tangent: int) -> int:
-    return next(one.sense for one in switch.after.slides if one.tangent == tangent)
 
 
 def _holds(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, free: int | None = None) -> Solved | None:
@@ -198,23 +193,19 @@ def _holds(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, free: int 
     if any(_sign(facts, part) != sign for part, sign in switch.signs):
         return None
     mu = facts.known["coefficients"]
-    if not all(float(mu[part, 0]) > 0.0 and float(mu[part, 1]) > 0.0 for part in _parts(acting)):
+    parts = [one.part for one in (*acting.slides, *acting.sticks)]
+    if not all(float(mu[part, 0]) > 0.0 and float(mu[part, 1]) > 0.0 for part in parts):
         return None
     differ = any(one.begins and float(mu[one.part, 0]) != float(mu[one.part, 1]) for one in acting.slides)
     solved = None
     for static in (True, False) if differ else (False,):
-        solved = _solved(switch, facts, acting, static=static)
-        if solved is None or not _clearly(solved, facts, acting, free):
+        solved = _solve_forces(switch, facts, acting, static=static)
+        if solved is None or not _hold_clearly(solved, facts, acting, free):
             return None
     return solved
 
 
-def _parts(acting: ActiveRows) -> Iterator[int]:
-    yield from (one.part for one in acting.slides)
-    yield from (one.part for one in acting.sticks)
-
-
-def _solved(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, *, static: bool) -> Solved | None:
+def _solve_forces(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, *, static: bool) -> Solved | None:
     """Return the forces of what acts; None where rows are nearly dependent."""
     known = facts.known
     A, C, right, active = facts.by_mass.whole, facts.exerted.whole, known["right"], list(acting.active)
@@ -223,13 +214,12 @@ def _solved(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, *, static
     for one in acting.slides:
         mu = known["coefficients"][one.part, 0 if static and one.begins else 1]
         pushes[active.index(one.normal)] -= one.sense * mu * C[one.tangent]
-    zeta = _eliminated(
-        A[active] / lengths[active][:, None] @ (pushes / sizes[active][:, None]).T, right[active] / lengths[active]
-    )
-    if zeta is None:
-        return None
     z = np.zeros(len(right))
-    z[active] = zeta / sizes[active]
+    if active:
+        matrix = A[active] / lengths[active][:, None] @ (pushes / sizes[active][:, None]).T
+        if not least_worth(matrix) > PIVOT:
+            return None
+        z[active] = np.asarray(np.linalg.solve(matrix, right[active] / lengths[active]), dtype=float) / sizes[active]
     for one in acting.slides:
         z[one.tangent] = -one.sense * known["coefficients"][one.part, 0 if static and one.begins else 1] * z[one.normal]
     x = pushes.T @ z[active]
@@ -246,14 +236,7 @@ def _lengths(rows: Floats) -> Floats:
     return lengths
 
 
-def _eliminated(matrix: Floats, right: Floats) -> Floats | None:
-    """Return the solution of few equations; None where a pivot is small beside one."""
-    if not len(right):
-        return np.zeros(0)
-    return np.asarray(np.linalg.solve(matrix, right), dtype=float) if least_worth(matrix) > PIVOT else None
-
-
-def _clearly(solved: Solved, facts: LawValues, acting: ActiveRows, free: int | None) -> bool:
+def _hold_clearly(solved: Solved, facts: LawValues, acting: ActiveRows, free: int | None) -> bool:
     """Return whether all inequalities of what acts hold clearly but for those of the row `free`."""
     z, a, mu, sizes = solved.z, solved.a, facts.known["coefficients"], _lengths(facts.exerted.whole)
     forces = [(k, z[k] * sizes[k]) for k in acting.pressing]

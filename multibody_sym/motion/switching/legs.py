@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from itertools import islice, pairwise
 from typing import Any, Final
 
@@ -267,11 +267,6 @@ def stop_of_slip(switch: Switch, now: ModeLeg, facts: LawValues, part: FrictionP
     return replace(switch, begun=replace(switch.begun, time=t + left), x=x)
 
 
-def stops_at_turns(declared: Mechanism) -> bool:
-    """Return whether a run may stop where a mode ends without impact: by its state, or by forces, which jump there."""
-    return bool(declared.state_stops or leaves(declared.stops.values(), "quantity"))
-
-
 def stop_met(declared: Mechanism, legs: tuple[ModeLeg, ModeLeg], switch: Switch, speed: float) -> End[ModeLeg] | None:
     """Return the end of a run at a switch between two legs, if it meets a stop there.
 
@@ -306,17 +301,13 @@ def stop_jumped(legs: tuple[ModeLeg, ModeLeg], t: float, there: tuple[Floats, Fl
     problem = legs[0].of
     if not any(problem.terminal[: problem.switches]):
         return None
-    held, holds = (_clearly(leg, t, x, _KNOWN * speed) for leg, x in zip(legs, there, strict=True))
-    return next(iter(np.flatnonzero(holds & ~held).tolist()), None)
-
-
-def _clearly(leg: ModeLeg, t: float, x: Floats, known: float) -> NDArray[np.bool_]:
-    """Return which stops' conditions hold at a state, whatever rounding does to its speeds."""
-    beside = np.where(np.arange(len(x)) < len(leg.of.q0), 0.0, known)
-    here, *near = (leg.stops_at(t, each) for each in (x, x + beside, x - beside))
-    rounding = np.max(np.abs(np.array(near) - here), axis=0)
-    found: NDArray[np.bool_] = here > np.maximum(rounding, _NOTHING)
-    return found
+    holds = list[NDArray[np.bool_]]()  # before and after, whatever rounding does to speeds
+    for leg, x in zip(legs, there, strict=True):
+        beside = np.where(np.arange(len(x)) < len(leg.of.q0), 0.0, _KNOWN * speed)
+        here, *near = (leg.stops_at(t, each) for each in (x, x + beside, x - beside))
+        rounding = np.max(np.abs(np.array(near) - here), axis=0)
+        holds.append(here > np.maximum(rounding, _NOTHING))
+    return next(iter(np.flatnonzero(holds[1] & ~holds[0]).tolist()), None)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -360,18 +351,18 @@ _ARRAYS: Final[Mapping[str, Callable[..., Any]]] = {
 
 def times_to_check(system: System, values: Mapping[Node, float], t_end: float) -> Floats:
     """Return the times in (0, t_end) at which a run looks, rising, given the values of parameters by their symbols."""
-    laws = list(dict.fromkeys(_laws(system, frozenset(values))))
+    laws = list(dict.fromkeys(_terms_of_time(system, frozenset(values))))
     if not laws:
         return np.zeros(0)
     with np.errstate(all="ignore"):
-        times = _refined(laws, values, _sampled(laws, values, t_end), t_end)
-        looked = [_looked(times, _values(law, values, times)) for law in laws]
+        times = _refine_times(laws, values, _sample_times(laws, values, t_end), t_end)
+        looked = [_times_to_look(times, _values(law, values, times)) for law in laws]
     found: Floats = times[np.unique(np.concatenate(looked))]
     return found
 
 
-def _laws(system: System, fixed: frozenset[Node]) -> Iterator[Node]:
-    """Yield what depends on time and parameters alone, the terms of sums each for itself."""
+def _terms_of_time(system: System, fixed: frozenset[Node]) -> Iterator[Node]:
+    """Yield the largest terms that depend on time and parameters alone, those of sums each for itself."""
     for written in expressions_in(system, ("forces", "constraints", "inputs", "joints", "bodies")):
         if written.node.shadow is not None:  # numbers, which most are
             continue
@@ -379,20 +370,16 @@ def _laws(system: System, fixed: frozenset[Node]) -> Iterator[Node]:
         for n in postorder([written.node]):
             known = n is _T or n in fixed or n.shadow is not None
             timed[n] = known or (bool(n.args) and all(timed[a] for a in n.args))
-        yield from (n for n in _largest(written.node, timed) if n is not _T and _T in leaves([n], "symbol"))
-
-
-def _largest(node: Node, timed: Mapping[Node, bool]) -> Iterator[Node]:
-    stack, seen = [node], set[Node]()
-    while stack:
-        n = stack.pop()
-        if n in seen:
-            continue
-        seen.add(n)
-        if timed[n] and n.op not in ("add", "neg"):
-            yield n
-        else:
-            stack.extend(n.args)
+        stack, seen = [written.node], set[Node]()
+        while stack:
+            n = stack.pop()
+            if n in seen:
+                continue
+            seen.add(n)
+            if not timed[n] or n.op in ("add", "neg"):
+                stack.extend(n.args)
+            elif n is not _T and _T in leaves([n], "symbol"):
+                yield n
 
 
 def _values(law: Node, values: Mapping[Node, float], times: Floats) -> Floats:
@@ -409,30 +396,27 @@ def _values(law: Node, values: Mapping[Node, float], times: Floats) -> Floats:
     return np.where(np.isfinite(result), result, 0.0)
 
 
-def _sampled(laws: Sequence[Node], values: Mapping[Node, float], t_end: float) -> Floats:
+def _sample_times(laws: Sequence[Node], values: Mapping[Node, float], t_end: float) -> Floats:
     """Return the times at which to sample: evenly spaced, and between moments at which the laws switch or fade."""
     known = {0.0, t_end}
+
+    def value(g: Node, t: float) -> float:
+        try:
+            return evaluate_float([g], {**values, _T: t})[0]
+        except (ArithmeticError, ValueError):
+            return 0.0
+
     for g in (*switching_functions(laws), *fading_functions(laws)):
         if _T in leaves([g], "symbol"):
             told = known_zeros(g, _T, values)
-            known.update(islice(zeros(_of_time(g, values), t_end), _MOST_SWITCHES) if told is None else told)
+            known.update(islice(zeros(partial(value, g), t_end), _MOST_SWITCHES) if told is None else told)
     ends = sorted(x for x in known if 0.0 <= x <= t_end)
     even, pieces = np.linspace(0.0, t_end, SAMPLES + 1), max(1, min(_BETWEEN, _MOMENTS_MOST // (2 * len(ends))))
     between = [np.linspace(a, b, pieces + 1) for a, b in pairwise(ends)]
     return np.unique(np.concatenate([even, *between]))
 
 
-def _of_time(g: Node, values: Mapping[Node, float]) -> Callable[[float], float]:
-    def function(t: float) -> float:
-        try:
-            return evaluate_float([g], {**values, _T: t})[0]
-        except (ArithmeticError, ValueError):
-            return 0.0
-
-    return function
-
-
-def _refined(laws: Sequence[Node], values: Mapping[Node, float], times: Floats, t_end: float) -> Floats:
+def _refine_times(laws: Sequence[Node], values: Mapping[Node, float], times: Floats, t_end: float) -> Floats:
     """Return the times with more of them between those from which to the next a law changes by much."""
     while len(times) < _MOMENTS_MOST:
         moving = np.zeros(len(times) - 1, dtype=bool)
@@ -446,7 +430,7 @@ def _refined(laws: Sequence[Node], values: Mapping[Node, float], times: Floats, 
     return times
 
 
-def _looked(times: Floats, values: Floats) -> np.ndarray[Any, np.dtype[np.intp]]:
+def _times_to_look(times: Floats, values: Floats) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return at which of the times to look at a law: whenever it has changed by a part of its range."""
     span = float(np.ptp(values))
     if not span > 0.0:

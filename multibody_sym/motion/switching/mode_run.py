@@ -11,11 +11,10 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.dynamics.programs.law_programs import friction_power_program
 from multibody_sym.mechanics.energy import split
-from multibody_sym.mechanics.law_elements import STICKS, FrictionPart
+from multibody_sym.mechanics.law_elements import STICKS
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import friction_parts
 from multibody_sym.mechanics.row_records import VelocityRow
@@ -123,7 +122,11 @@ class _Work:
         """Return the work in a stretch from at least that many parts of it."""
         fine = stretch.fine(2 * asked)
         powers, *others = program.map("friction_power", *fine.arguments, fine.derivative[2])[2:]
-        values = np.where(_stick(stretch.mechanism), 0.0, powers), *others
+        mode = stretch.mechanism.mode
+        assert mode is not None
+        # What sticks has a power of rounding, which no places resolve.
+        sticks = [mode.slips.get(part.name) == STICKS for _, part in friction_parts(stretch.mechanism)]
+        values = np.where(sticks, 0.0, powers), *others
         powers = np.column_stack([values[0], values[2]])
         kinetic, potential = fine.evaluated("energy")
         places = (len(fine.t) - 1) // 8
@@ -157,7 +160,10 @@ class _Work:
             yield self
             return
         of_all = self.friction, self.shares, self.loads, self.sizes, self.unsure
-        friction, shares, loads, sizes, unsure = (_without(values, rough) for values in of_all)
+        sure = [values.copy() for values in of_all]
+        for values in sure:
+            values[rough] = 0.0
+        friction, shares, loads, sizes, unsure = sure
         last = None if rough[-1] else self.last
         yield replace(self, friction=friction, shares=shares, loads=loads, sizes=sizes, unsure=unsure, last=last)
         t, q, u = self.begins
@@ -198,12 +204,6 @@ def _parts(values: Floats, t: Floats) -> Floats:
 
 def _with(values: Floats, last: float) -> Floats:
     return np.concatenate([values, np.full((1, *values.shape[1:]), last)])
-
-
-def _without(values: Floats, places: npt.NDArray[np.bool_]) -> Floats:
-    values = values.copy()
-    values[places] = 0.0
-    return values
 
 
 def energy_account(
@@ -259,7 +259,13 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
     Where places are too far apart there are nearer ones: friction that jams grows without bound at the very end of a
     stretch, and a power jumps at kinks and where points meet. `ends` are the states at the ends of stretches.
     """
-    working = [stretch for stretch in stretches if _may_work(stretch.mechanism)]
+    working = list[FineLeg]()
+    for stretch in stretches:  # neither friction nor loads work where nothing slides and nothing moves
+        of = stretch.mechanism
+        assert of.mode is not None
+        moves = any(slip != STICKS for slip in of.mode.slips.values()) or len(of.held) < len(of.speeds)
+        if moves and (friction_parts(of) or split(of.loads)[1]):
+            working.append(stretch)
     few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
     looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2) for stretch in working]
     works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
@@ -278,20 +284,6 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
         limit = float(changes[known - 1]) if known else 0.0
         works = [part for work in works for part in work.finer(limit)]
     return works
-
-
-def _stick(mechanism: Mechanism) -> list[bool]:
-    """Tell of each friction part whether it sticks in a mode: its power is of rounding, which no places resolve."""
-    assert mechanism.mode is not None
-    return [mechanism.mode.slips.get(part.name) == STICKS for _, part in friction_parts(mechanism)]
-
-
-def _may_work(mechanism: Mechanism) -> bool:
-    """Tell whether friction or loads may do work in a mode: not where nothing slides and nothing moves."""
-    assert mechanism.mode is not None
-    slides = any(slip != STICKS for slip in mechanism.mode.slips.values())
-    moves = slides or len(mechanism.held) < len(mechanism.speeds)
-    return moves and bool(friction_parts(mechanism) or split(mechanism.loads)[1])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -314,10 +306,10 @@ class ModeRun(Legs):
     def __post_init__(self) -> None:
         """Begin the run. Raises NoSolutionError, and ModelError where a point moves across a thin bar it touches."""
         self.switches = self.prepared.switches()
-        self.course = self.prepared.memory.course(partial(_turned, self))
+        self.course = self.prepared.memory.course(partial(_note_turn, self))
         first, facts, self.switches.hidden = self.prepared.first
         self.switches.laws = facts.laws
-        self.legs.append(_begun(first, facts, facts.t, self))
+        self.legs.append(_begin_leg(first, facts, facts.t, self))
 
     @property
     def mechanism(self) -> Mechanism:
@@ -366,31 +358,31 @@ class ModeRun(Legs):
 def next_leg(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
     """Return the leg that follows one at a switch, or why none does, or the stop that the run meets."""
     with stage("decide"):
-        return _across(leg, switch, run) if switch.index == NO_STEP else _behind(leg, switch, run)
+        if switch.index == NO_STEP:
+            return _leg_across_jam(leg, switch, run)
+        t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
+        reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
+        if reason is not None:
+            return End(RunFailure(Status.NO_MODE, t, None, reason))
+        if cause.ends == "moves on" and cause.part is not None:
+            q, u = np.split(switch.x, [len(run.mechanism.coordinates)])
+            problem, mode = settled_direction(leg.program, leg.problem, leg.mode, cause.part)
+            problem = replace(problem, begun=switch.begun, q0=q, u0=u)
+            return switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
+        if cause.ends == "stops in space" and cause.part is not None:
+            switch = stop_of_slip(switch, leg, switches.at(t, switch.x), cause.part)
+        found = _known_state(leg, switch, run)
+        if found is not None:
+            return _leg_or_stop(leg, found, switch, run)
+        found = switches.next_state(leg, switch.begun.time, switch.x, switch.index)
+        switches.learn(leg, switch.index, found)
+        run.prepared.memory.learn(found, leg, switch.index)
+        following = _leg_or_stop(leg, found, switch, run)
+        run.prepared.memory.tell_c(leg, switch.index)
+        return following
 
 
-def _behind(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
-    """Return the leg that follows one at a switch between steps."""
-    t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
-    reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
-    if reason is not None:
-        return End(RunFailure(Status.NO_MODE, t, None, reason))
-    if cause.ends == "moves on" and cause.part is not None:
-        return _on_its_way(leg, switch, cause.part, run)
-    if cause.ends == "stops in space" and cause.part is not None:
-        switch = stop_of_slip(switch, leg, switches.at(t, switch.x), cause.part)
-    found = _known(leg, switch, run)
-    if found is not None:
-        return _followed(leg, found, switch, run)
-    found = switches.next_state(leg, switch.begun.time, switch.x, switch.index)
-    switches.learn(leg, switch.index, found)
-    run.prepared.memory.learn(found, leg, switch.index)
-    following = _followed(leg, found, switch, run)
-    run.prepared.memory.tell_c(leg, switch.index)
-    return following
-
-
-def _across(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
+def _leg_across_jam(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg] | None:
     """Return the leg behind an instant at which friction jams, or why there is none.
 
     Where friction has no part in it steps may lead across: None if they have tried.
@@ -402,7 +394,9 @@ def _across(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg
     jam = jam_of(leg, facts) if rough else None
     if rough and jam is None and jams(leg, t, switch.x):
         found = switches.tipped(leg, facts) or _slip_stopped(leg, facts, run)
-        return End(RunFailure(Status.SINGULAR, t, None)) if found is None else _later(leg, found, switch, run)
+        if found is None:
+            return End(RunFailure(Status.SINGULAR, t, None))
+        return _leg_before_sample(leg, found, switch, run)
     if jam is None and leg.of.crosses:
         return None
     if jam is None:
@@ -418,14 +412,14 @@ def _across(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg
             why.ends,
         )
         return End(RunFailure(Status.NO_MODE, t, None, reason))
-    return _later(leg, found, switch, run)
+    return _leg_before_sample(leg, found, switch, run)
 
 
-def _later(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
+def _leg_before_sample(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at an instant beyond a switch, but before the next sample."""
     at, following = found.facts.t, run.prepared.template.times()[switch.begun.written :][:1]
     at = at if found.blow is None else found.blow.t  # facts may be those of a later limit of impacts
-    return _followed(leg, found, replace(switch, begun=replace(switch.begun, time=min(at, *following))), run)
+    return _leg_or_stop(leg, found, replace(switch, begun=replace(switch.begun, time=min(at, *following))), run)
 
 
 def _slip_stopped(leg: ModeLeg, facts: LawValues, run: ModeRun) -> NextState | None:
@@ -440,15 +434,7 @@ def _slip_stopped(leg: ModeLeg, facts: LawValues, run: ModeRun) -> NextState | N
     return None if found is None or found.mode is None else found
 
 
-def _on_its_way(leg: ModeLeg, switch: Switch, part: FrictionPart, run: ModeRun) -> ModeLeg:
-    """Return the leg in which what has started to slide in space has come to move so fast."""
-    q, u = np.split(switch.x, [len(run.mechanism.coordinates)])
-    problem, mode = settled_direction(leg.program, leg.problem, leg.mode, part)
-    problem = replace(problem, begun=switch.begun, q0=q, u0=u)
-    return run.switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
-
-
-def _known(leg: ModeLeg, switch: Switch, run: ModeRun) -> NextState | None:
+def _known_state(leg: ModeLeg, switch: Switch, run: ModeRun) -> NextState | None:
     """Return how the run goes on where a switch was decided before and leads on in the same way."""
     switches = run.prepared.memory.known(leg, switch.index)
     if not switches:
@@ -459,9 +445,9 @@ def _known(leg: ModeLeg, switch: Switch, run: ModeRun) -> NextState | None:
     return next((found for found in ways if found is not None), None)
 
 
-def _followed(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
+def _leg_or_stop(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at a switch, or the stop that the run meets."""
-    following = _entered(leg, found, switch, run)
+    following = _enter_mode(leg, found, switch, run)
     if isinstance(following, End):
         return following
     end = stop_met(run.mechanism, (leg, following), switch, run.switches.scale.speed)
@@ -469,7 +455,7 @@ def _followed(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> M
     return end or following
 
 
-def _entered(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
+def _enter_mode(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
     """Return the leg in the mode that was found at a switch, from what happened there on: slightly before it, perhaps.
 
     Where impacts have a limit, which is later, it is the motion that leads to this in the mode that follows.
@@ -485,7 +471,7 @@ def _entered(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> Mo
     if returns > _GIVEN_UP:
         beyond = switches.soon_beyond(leg, found.facts) or switches.slid_out(leg, found.facts)
         if beyond is not None:
-            return _entered(leg, beyond, switch, run)
+            return _enter_mode(leg, beyond, switch, run)
         changing = ", ".join(sorted({change.element for change in run.changes[-_GIVEN_UP:]}))
         reason = Reason(
             f"no state of {changing or 'what touches'} was found that lasts: {returns} times the same one followed "
@@ -497,13 +483,13 @@ def _entered(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> Mo
         kept = (_KEPT * margin if x is not None and x.limits else margin for x, margin in pairs)
         problem = replace(problem, margins=tuple(kept))
     following = ModeLeg(problem, program=program, mode=found.mode, cause=Cause.of(found, t))
-    return _begun(following, found.facts, t, run)
+    return _begin_leg(following, found.facts, t, run)
 
 
 # --- what a run remembers ---------------------------------------------------------------------------------------------
 
 
-def _begun(leg: ModeLeg, facts: LawValues, t: float, run: ModeRun) -> ModeLeg:
+def _begin_leg(leg: ModeLeg, facts: LawValues, t: float, run: ModeRun) -> ModeLeg:
     """Return a leg in a mode that was found at some facts as it begins: what strikes has, and C may follow it."""
     switches = run.switches
     course = run.prepared.memory.entered(leg, run.course, t, switches.scale)
@@ -531,7 +517,7 @@ def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
     return met.after.copy()
 
 
-def _turned(run: ModeRun, passage: Passage) -> None:
+def _note_turn(run: ModeRun, passage: Passage) -> None:
     """Note a turn that the loop in C has taken."""
     switches = run.switches
     if passage.speed != switches.scale.speed:
@@ -554,7 +540,7 @@ def one_way_runs(
     laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
     begun = None if ready.laws else (ready.mechanism, ready.compiled)
-    make = partial(_made, begun, ready.system.simulation, ready.formalism, code)
+    make = partial(_compile_mode, begun, ready.system.simulation, ready.formalism, code)
     values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
     form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
     recalled = recall_laws(declared, form, code)
@@ -577,7 +563,7 @@ def one_way_runs(
     return partial(ModeRun, prepared=runs(template, stabilised))
 
 
-def _made(
+def _compile_mode(
     begun: tuple[Mechanism, Compiled] | None,
     settings: Settings,
     formalism: str,

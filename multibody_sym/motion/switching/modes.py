@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.contact.contact_problem import PosedLaws, Scale
 from multibody_sym.dynamics.programs.reactions import Switching, switchings
 from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
@@ -199,8 +198,14 @@ class ModePrograms:
         assert mode is not None
         program = self.program(mode, at)
         entered = program.entered
-        independent = len(entered.rows) if state.posed is None else independent_rows(entered, state.posed)
-        mode = _slowly(mode, at.scale)
+        independent = len(entered.rows)
+        if state.posed is not None and entered.rows:
+            places = [state.posed.places[row.name] for row in entered.rows]
+            laws = state.posed.problem
+            independent = int(rank(np.hstack([laws.matrix[places], laws.coupling[places]]), ROUNDED))
+        size = min(1.0, _SLOW * at.scale.speed / STARTING)  # directions are shorter where the whole model is slow
+        shorter = {name: tuple(size * x for x in way) for name, way in mode.directions.items()}
+        mode = replace(mode, directions=shorter)
         values = self.parameters(program.mechanism, at.laws.parameters, mode, independent)
         count = len(program.switchings)
         own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
@@ -226,13 +231,6 @@ class ModePrograms:
         return problem, program
 
 
-def independent_rows(entered: Mechanism, posed: PosedLaws) -> int:
-    """Return how many rows of a mechanism in a mode are independent, as its laws have them."""
-    places = [posed.places[row.name] for row in entered.rows]
-    matrix = np.hstack([posed.problem.matrix[places], posed.problem.coupling[places]])
-    return int(rank(matrix, ROUNDED)) if places else 0
-
-
 def settled_direction(program: ModeProgram, now: Problem, mode: Mode, part: FrictionPart) -> tuple[Problem, Mode]:
     """Return the run in a mode, and the mode, in which a part that starts to slide in space has come to move so fast.
 
@@ -251,12 +249,6 @@ def settled_direction(program: ModeProgram, now: Problem, mode: Mode, part: Fric
         else:
             values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
     return replace(now, parameters=values, modes=modes, margins=tuple(margins)), mode
-
-
-def _slowly(mode: Mode, scale: Scale) -> Mode:
-    """Return a mode with directions that are shorter where the whole model is slow."""
-    size = min(1.0, _SLOW * scale.speed / STARTING)
-    return replace(mode, directions={name: tuple(size * x for x in way) for name, way in mode.directions.items()})
 
 
 def _margin(one: Switching, mode: Mode, at: LawValues, largest: float) -> float:

@@ -32,12 +32,13 @@ from multibody_sym.motion.switching.impact import (
 )
 from multibody_sym.motion.switching.known_switches import KnownSwitch, known_switch, plain
 from multibody_sym.motion.switching.law_values import Laws, LawValues
-from multibody_sym.motion.switching.legs import Cause, Change, ModeLeg, stops_at_turns
+from multibody_sym.motion.switching.legs import Cause, Change, ModeLeg
 from multibody_sym.motion.switching.modes import Key, ModePrograms, key_of
 from multibody_sym.motion.switching.rare_contacts import VertexContacts, is_tip, rounded_meeting
 from multibody_sym.program.runtime_constants import MarginKind
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What the runs of a prepared system remember: where switches led, in modes that the loop in C may follow as well.
@@ -68,7 +69,9 @@ class SwitchMemory:
         rates = not pairs.balls and len(pairs.plain) == len(mechanism.coordinates)
         follows = laws.compiled.backend == "c" and smooth and rates and all(plain(x) for x in mechanism.one_way)
         few = len(laws.places) * len(mechanism.speeds) <= _MOST_ENTRIES
-        self.follows = follows and few and not stops_at_turns(mechanism)
+        # A declared stop may end a run where a mode ends without impact: by its state, or by forces, which jump.
+        stops = bool(mechanism.state_stops or leaves(mechanism.stops.values(), "quantity"))
+        self.follows = follows and few and not stops
 
     def known(self, leg: ModeLeg, index: int) -> tuple[KnownSwitch, ...]:
         """Return where a switching function of a leg's mode has led."""
@@ -218,9 +221,13 @@ class Switches:
             return Reason(f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}")
         if cause.ends != "closes" or is_tip(cause.element) or not rare_contacts.is_behind(self.at(t, x), cause.element):
             return None
-        hidden = rare_contacts.turned_round(self.bars, cause.element, self.hidden)
-        self.hidden = self.hidden if hidden is None else tuple(hidden)
-        return Reason(f"{cause.element.name}: {rare_contacts.why_behind(cause.element)}") if hidden is None else None
+        name = cause.element.name
+        for bar in self.bars:
+            sides = [side.name for side in bar.sides]
+            if name in sides:  # the point has come in from behind: it is on the other side from now on
+                self.hidden = (*(x for x in self.hidden if x not in sides), name)
+                return None
+        return Reason(f"{name}: {rare_contacts.why_behind(cause.element)}")
 
     # --- what follows -------------------------------------------------------------------------------------------------
 

@@ -89,15 +89,26 @@ class ThinBar:
                 )
 
 
-def thin_bars(mechanism: Mechanism) -> tuple[ThinBar, ...]:
-    """Return the bars without thickness that points may strike on either side."""
-    sides = [element for element in mechanism.one_way if element.unilateral and _is_thin(element)]
-    return tuple(_pairs(sides))
+def _thin_bars(mechanism: Mechanism) -> list[ThinBar]:
+    """Return the bars without thickness that points may strike on either side: two elements of the same two places."""
+    found, waiting = list[ThinBar](), dict[tuple[object, ...], LawElement]()
+    for element in mechanism.one_way:
+        skins = (element.surfaces if element.unilateral else None) or ()
+        flat = (skin for skin in skins if isinstance(skin, PlaneSurface) and skin.ends is not None)
+        thin = any([face.place for face in skin.beside] == [skin.ends[0]] for skin in flat if skin.ends is not None)
+        if not (thin and any(map(is_point, skins))):
+            continue
+        key = (element.group, *(skin.place for skin in skins))
+        if key in waiting:
+            found.append(ThinBar((waiting.pop(key), element)))
+        else:
+            waiting[key] = element
+    return found
 
 
 def with_one_side(mechanism: Mechanism) -> tuple[Mechanism, tuple[ThinBar, ...]]:
     """Return a mechanism in whose motion points at thin bars are on the side that the run knows, and these bars."""
-    bars = thin_bars(mechanism)
+    bars = _thin_bars(mechanism)
     one_sided = {side.name: _one_sided(side) for bar in bars for side in bar.sides}
     elements = tuple(one_sided.get(element.name, element) for element in mechanism.one_way)
     return replace(mechanism, one_way=elements), tuple(
@@ -135,15 +146,6 @@ def hidden_sides(
     return tuple(hidden)
 
 
-def turned_round(bars: Sequence[ThinBar], element: LawElement, hidden: Sequence[str]) -> list[str] | None:
-    """Return the hidden sides once a point has come in from behind a side of its bar; None where it is at none."""
-    for bar in bars:
-        names = [side.name for side in bar.sides]
-        if element.name in names:
-            return [x for x in hidden if x not in names] + [element.name]
-    return None
-
-
 def is_behind(facts: LawValues, element: LawElement) -> bool:
     """Return whether what comes within reach of a face that ends is behind it, and so does not touch it."""
     return facts.gap(element) < -_BEHIND * facts.allowed_gap(element)
@@ -172,26 +174,6 @@ def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[LawValues]) -> s
 def _reaches(facts: LawValues, element: LawElement) -> float:
     reaches: Floats = facts.known["reaches"]
     return float(reaches[facts.laws.elements[element.name]])
-
-
-def _is_thin(element: LawElement) -> bool:
-    skins = element.surfaces or ()
-    return any(map(is_point, skins)) and any(
-        [face.place for face in skin.beside] == [skin.ends[0]]
-        for skin in skins
-        if isinstance(skin, PlaneSurface) and skin.ends is not None
-    )
-
-
-def _pairs(sides: list[LawElement]) -> Iterator[ThinBar]:
-    """Yield the two sides of each bar together: those that the same two places touch."""
-    waiting: dict[tuple[object, ...], LawElement] = {}
-    for element in sides:
-        key = (element.group, *(skin.place for skin in element.surfaces or ()))
-        if key in waiting:
-            yield ThinBar((waiting.pop(key), element))
-        else:
-            waiting[key] = element
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -285,7 +267,7 @@ def with_tips(mechanism: Mechanism) -> Mechanism:
         if isinstance(row, ContactRow) and all(is_point(skin) for skin in row.skins):
             vector, normal = _with_normal(vector, element.name)
             first, second = row.skins
-            elements[k] = _met(element, element.name, (first, Vertex(second.place, normal)))
+            elements[k] = _met_contact(element, element.name, (first, Vertex(second.place, normal)))
     for end, *others in ends.values():
         if end.is_corner and not others:
             continue  # a face that is named by itself
@@ -293,7 +275,7 @@ def with_tips(mechanism: Mechanism) -> Mechanism:
         point, tip = RoundSurface(end.point), RoundSurface(end.ends[0])
         first, second = (point, tip) if end.place else (tip, point)
         corner = any(each.is_corner for each in (end, *others))
-        elements.append(_met(end.side, end.name, (first, Vertex(second.place, normal, corner=corner))))
+        elements.append(_met_contact(end.side, end.name, (first, Vertex(second.place, normal, corner=corner))))
     return replace(mechanism, one_way=tuple(elements), parameters=vector)
 
 
@@ -318,7 +300,7 @@ def _entry(name: str, component: int) -> str:
     return f"normal of {name} {component + 1}"
 
 
-def _met(element: LawElement, name: str, skins: tuple[ContactSurface, ContactSurface]) -> LawElement:
+def _met_contact(element: LawElement, name: str, skins: tuple[ContactSurface, ContactSurface]) -> LawElement:
     """Return a contact of two points that rubs and bounces as another one."""
 
     def row_of(row: Row) -> Row:
@@ -360,7 +342,7 @@ class VertexContacts:
         for name in self._meeting(facts, active):
             towards = self._towards(facts, name)
             if towards is not None:
-                laws = _remembered(facts, laws, name, self.rows[name][1], towards)
+                laws = _remember_normal(facts, laws, name, self.rows[name][1], towards)
         return laws
 
     def aside(self, facts: LawValues, active: Collection[str]) -> tuple[str, ...]:
@@ -435,7 +417,10 @@ class VertexContacts:
         if all(end.row.inner is None for end in ends):
             return comes if all(comes @ way > _ACROSS for way in inward) else None
         on_side = any(end.row.inner is not None and facts.standing(end.side) == "closing" for end in ends)
-        return comes if not on_side and _between(comes, inward) else None
+        # Strictly within the convex cone of the directions inward it leads into a corner.
+        across = [np.array([-y, x, 0.0]) for x, y, _ in inward]
+        supports = (n for way in across for n in (way, -way) if all(other @ n > -_ACROSS for other in inward))
+        return comes if not on_side and all(comes @ n > _ACROSS for n in supports) else None
 
 
 def rounded_meeting(facts: LawValues, element: LawElement) -> float:
@@ -462,14 +447,7 @@ def _separation(row: ContactRow, motion: Motion) -> Floats:
     return np.array(separation(motion, first.place, second.place), dtype=float)
 
 
-def _between(towards: Floats, ways: Sequence[Floats]) -> bool:
-    """Return whether a direction in the plane is strictly within the convex cone of others: it leads into a corner."""
-    across = [np.array([-y, x, 0.0]) for x, y, _ in ways]
-    supports = (n for way in across for n in (way, -way) if all(other @ n > -_ACROSS for other in ways))
-    return all(towards @ n > _ACROSS for n in supports)
-
-
-def _remembered(facts: LawValues, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
+def _remember_normal(facts: LawValues, laws: Laws, name: str, row: ContactRow, towards: Floats) -> Laws:
     """Return laws with a normal, in the axes of the body of the second point, against the way of the first.
 
     It stays where they come together along it but for a speed that counts as rest: they meet again along a line, and
