@@ -296,7 +296,7 @@ def _compiled(system: mbs.System) -> list[Call]:
 
 
 def _vjp(function: mbs.Function, weights: Any) -> Any:
-    return function.vjp(0.0, [0.1], [0.2], by="q", udot=weights)
+    return function.vjp(0.0, [0.1], [0.2], by="q", weights={"udot": weights})
 
 
 def _results(system: mbs.System) -> list[Call]:

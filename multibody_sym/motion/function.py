@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate, pairwise
 from typing import Any, Final, cast, get_args
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.state_functions import (
     OPTIONS,
     STATE_FUNCTIONS,
@@ -32,7 +33,8 @@ from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.start.number_checks import examined
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, ModelError, shown
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
@@ -49,8 +51,14 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats, number
 
+_BY_FORCES: Final = frozenset(
+    ["state_derivative", "inverse_dynamics", "hybrid_dynamics", "constraints", "reactions", "outputs"]
+)
+"""Functions that depend on what acts in contacts, stops and the like."""
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
+_VERIFIED: Final = 100
+"""Vectors of parameters in a batch whose masses and inertias are verified: the first ones."""
 
 
 def function(
@@ -117,14 +125,15 @@ class _Question:
         if not isinstance(self.what, str):
             system = replace(system, outputs={f"y{k}": cast(Any, text) for k, text in enumerate(self.what)})
         resolved = examined(system)
-        if resolved.one_way:
+        by_forces = self.name in _BY_FORCES
+        if by_forces and resolved.one_way:
             names = ", ".join(element.name for element in resolved.one_way[:3])
             raise ModelError(
-                f"{names} may hold or let go: a function has one state of them; use compile(state_derivative(system)) "
-                "for that of the start, or leave them out",
+                f"{names} may hold or let go, and a function of forces has one state of them; use "
+                "compile(state_derivative(system)) for that of the start, or leave them out",
                 number="M110",
             )
-        if not resolved.rows:
+        if not resolved.rows and not (by_forces and massless_speeds(resolved)):
             return resolved, np.array(parameter_values(resolved, {}))
         ready = prepare_system(system, self.formalism)
         asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
@@ -155,12 +164,18 @@ class _Question:
         for name in options.given:
             if name not in self.system.joints:
                 raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=self.system.joints)
+            if not any(body.joint_name == name and body.u for body in self.mechanism.bodies):
+                raise InputError(f"joint {name!r} has no speed whose rate could be given")
         if not isinstance(self.what, str):
             return expressions_program(self.mechanism, options)
+        if self.what == "outputs" and not self.mechanism.outputs:
+            raise ModelError("the system declares no outputs; ask for a list of expressions", number="M110")
         return STATE_FUNCTIONS[self.what](self.mechanism, options)
 
     def units(self, output: str) -> Any:
-        """Return the units of the elements of an output, nested as its axes are; None where they differ by model."""
+        """Return the units of the elements of an output, nested as its axes are; None where nothing tells them."""
+        if self.name == "outputs":
+            return MechanismUnits(self.mechanism).outputs[output] if isinstance(self.what, str) else None
         coordinates, speeds = self.mechanism.coordinates, [x.unit for x in self.mechanism.speeds]
         turns = [unit.startswith("rad") for unit in speeds]
         found = {
@@ -255,13 +270,24 @@ class Function:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The names of the parameters, in the order of a vector of them."""
-        return tuple(entry.name for entry in self._question.mechanism.parameters)
+        """The names of the declared parameters, in the order of a vector of them."""
+        return tuple(self._question.mechanism.parameters[k].name for k in self._declared_places)
+
+    @property
+    def parameter_values(self) -> Floats:
+        """The declared values of the parameters (np,), in this order."""
+        return self._question.parameters[self._declared_places]
+
+    @cached_property
+    def _declared_places(self) -> list[int]:
+        entries = enumerate(self._question.mechanism.parameters)
+        return [k for k, entry in entries if entry.source is Source.DECLARED]
 
     @property
     def independent_parameters(self) -> tuple[str, ...]:
         """The names of the columns of a derivative by "parameters"."""
-        return tuple(self.parameters[k] for k in independent_parameters(self._question.mechanism))
+        mechanism = self._question.mechanism
+        return tuple(mechanism.parameters[k].name for k in independent_parameters(mechanism))
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -336,7 +362,7 @@ class Function:
         }
         if udot is not None:
             arrays["udot"] = _array("udot", udot, nu)
-        if type(threads) is not int or not 1 <= threads <= _MOST_THREADS:
+        if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool) or not 1 <= threads <= _MOST_THREADS:
             raise ArgumentError(f"threads is a number from 1 to {_MOST_THREADS}, not {shown(threads)}")
         own = self._own_inputs(inputs)
         count = _count({**arrays, **own})
@@ -345,15 +371,24 @@ class Function:
         given += [values, np.empty(0), *([arrays["udot"]] if udot is not None else [])]
         function = self._compiled["given"] if own else self._function
         outputs = self._space(out, count)
+        if out is not None and _overlap(outputs, given):
+            raise InputError("arrays of out= share memory with each other or with arguments: copy these first")
         run_many(function, given, outputs, count, threads)
         if out is not None:
             return out
         return outputs[0] if len(outputs) == 1 else self._tuple(*outputs)
 
     def _parameters(self, given: Any) -> Floats:
-        if given is not None and not isinstance(given, Mapping) and np.ndim(given) == 2:
-            return _array("parameters", given, len(self._question.parameters))
-        return self._arguments._parameter_vector(given)
+        """Return all parameters (np,) or (n, np), those that are not declared as they are."""
+        if given is None or isinstance(given, Mapping):
+            return self._arguments._parameter_vector(given)
+        declared = _array("parameters", given, len(self.parameters))
+        every = self._question.parameters
+        whole = np.broadcast_to(every, (*declared.shape[:-1], len(every))).copy()
+        whole[..., self._declared_places] = declared
+        for row in whole.reshape(-1, whole.shape[-1])[:_VERIFIED]:
+            self._arguments._judge(row)
+        return whole
 
     def _own_inputs(self, given: Any) -> dict[str, Floats]:
         """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
@@ -386,12 +421,12 @@ class Function:
             return [np.empty(shape) for shape in shapes]
         arrays = list(out) if isinstance(out, (tuple, list)) else [out]
         fits = len(arrays) == len(shapes) and all(
-            isinstance(x, np.ndarray) and x.shape == shape and x.dtype == float and x.flags.c_contiguous
+            isinstance(x, np.ndarray) and x.shape == shape and x.dtype == float and x.flags.carray
             for x, shape in zip(arrays, shapes, strict=True)
         )
         if not fits:
             wanted = ", ".join(f"{name} {shape}" for name, shape in zip(self.names, shapes, strict=True))
-            raise InputError(f"out= takes contiguous arrays of floats: {wanted}")
+            raise InputError(f"out= takes contiguous arrays of floats that may be written to: {wanted}")
         return arrays
 
     # --- what is made once --------------------------------------------------------------------------------------------
@@ -418,7 +453,7 @@ class Function:
 
     @cached_property
     def _tuple(self) -> Callable[..., Any]:
-        return namedtuple(self.name, self.names, rename=True)
+        return _result_type(self.name, self.names)
 
     @cached_property
     def _doors(self) -> list[Door]:
@@ -457,6 +492,8 @@ class Function:
         if by not in VARIABLES or (by == "udot" and not self._takes_udot):
             known = [x for x in VARIABLES if x != "udot" or self._takes_udot]
             raise InputError(f"{self.name} is no function of {shown(by)}; known: {', '.join(known)}")
+        if by == "inputs":
+            self._arguments._verify_free(self.inputs)
         if by not in self._derivatives:
             self._derivatives[by] = self._differentiated(by)
         return self._derivatives[by]
@@ -474,28 +511,49 @@ class Function:
         return replace(self, _program=program, _total=total, _by=(*self._by, by), _derivatives={})
 
 
-    def jvp(self, *given: ArrayLike, **rates: ArrayLike) -> Any:
-        """Return the rates of the results while variables move: f.jvp(t, q, u, q=dq, parameters=dp).
+    def jvp(self, *state: ArrayLike, rates: Mapping[Variable, ArrayLike], **options: Any) -> Any:
+        """Return the rates of the results while variables move: f.jvp(t, q, u, rates={"q": dq, "parameters": dp}).
 
-        A rate of q has one element a speed. Raises InputError as `derivative` does.
+        A rate of q has one element a speed; rates have n rows, too, where there are n states. `options` as of a call.
+        Raises InputError as `derivative` does, and for wrong shapes.
         """
-        if not rates:
-            raise ArgumentError(f"say what moves: {', '.join(VARIABLES)}")
-        parts = [(self.derivative(cast(Variable, by))(*given), floats(by, rate)) for by, rate in rates.items()]
-        sums = [sum(np.dot(x, rate) for x, rate in each) for each in zip(*map(_pairs, parts), strict=True)]
+        if not isinstance(rates, Mapping) or not rates:
+            raise ArgumentError(f"rates is a map from what moves to its rate: {', '.join(VARIABLES)}")
+        sums: list[Any] = [0.0] * len(self.names)
+        for by, given in rates.items():
+            slopes = self._parts(self.derivative(by)(*state, **options))
+            rate = _array(f"rates[{by!r}]", np.atleast_1d(floats(str(by), given)), slopes[0].shape[-1])
+            for k, (slope, shape) in enumerate(zip(slopes, self.shapes.values(), strict=True)):
+                along = rate.reshape(len(rate), *(1 for _ in shape), -1) if rate.ndim == 2 else rate
+                sums[k] = sums[k] + (slope * along).sum(axis=-1)
         return sums[0] if len(sums) == 1 else self._tuple(*sums)
 
-    def vjp(self, *given: ArrayLike, by: Variable, **weights: ArrayLike) -> Floats:
-        """Return the derivative by a variable of the sum of results times weights: f.vjp(t, q, u, by="q", udot=w)."""
-        for name in weights:
-            if name not in self.names:
+    def vjp(
+        self, *state: ArrayLike, by: Variable, weights: Mapping[str, ArrayLike] | ArrayLike, **options: Any
+    ) -> Floats:
+        """Return the derivative by a variable of the sum of results times weights, one element a column.
+
+        `weights`: of the only result, or by the names of results: f.vjp(t, q, u, by="q", weights={"udot": w}). They
+        have n in front, too, where there are n states. Raises InputError as `derivative` does, and for wrong shapes.
+        """
+        named = weights if isinstance(weights, Mapping) else {self.names[0]: weights}
+        if not named or (len(self.names) > 1 and named is not weights):
+            raise ArgumentError(f"weights is a map from names to arrays: {', '.join(self.names)}")
+        slopes = dict(zip(self.names, self._parts(self.derivative(by)(*state, **options)), strict=True))
+        found: Any = 0.0
+        for name, given in named.items():
+            if name not in slopes:
                 raise InputError(f"{self.name} returns no {name}", number="M106", word=name, known=self.names)
-        found = self.derivative(by)(*given)
-        slopes = dict(zip(self.names, [found] if len(self.names) == 1 else found, strict=True))
-        parts = [np.tensordot(floats(x, w), slopes[x], axes=len(self.shapes[x])) for x, w in weights.items()]
-        if not parts:
-            raise ArgumentError(f"say weights of results: {', '.join(self.names)}")
-        return np.asarray(sum(parts))
+            weight, shape = np.asarray(floats(name, given)), self.shapes[name]
+            lead = slopes[name].shape[: slopes[name].ndim - len(shape) - 1]
+            if weight.shape not in (shape, (*lead, *shape)):
+                raise InputError(f"weights[{name!r}] has the shape {weight.shape}, not {shape}")
+            axes = tuple(range(len(lead), len(lead) + len(shape)))
+            found = found + (slopes[name] * weight[..., None]).sum(axis=axes)
+        return np.asarray(found)
+
+    def _parts(self, result: Any) -> Sequence[Floats]:
+        return result if isinstance(result, tuple) else (result,)
 
     def ode(self) -> OrdinaryEquations:
         """Return the state derivative as x' = f(t, x) with x = (q, u), and its Jacobian `jac`, as solvers take them."""
@@ -506,35 +564,48 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class OrdinaryEquations:
-    """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`."""
+    """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`.
+
+    Quaternions count by their directions: x' is that of the state in which they have length one, so that what rounding
+    does to their lengths does not grow. x may be (n, nq + nu). Inputs and parameters are as declared.
+    """
 
     _function: Function
 
     def __call__(self, t: float, x: ArrayLike) -> Floats:
         """Return x' at time t."""
-        found = self._function(number("t", t), *self._parts(x))
+        q, u = self._parts(x)
+        for places in self._balls:
+            q[..., places] /= np.linalg.norm(q[..., places], axis=-1, keepdims=True)
+        found = self._function(number("t", t), q, u)
         return np.concatenate([found.qdot, found.udot], axis=-1)
 
     def jac(self, t: float, x: ArrayLike) -> Floats:
-        """Return d x'/dx (nx, nx), by quaternions as by their directions."""
-        function, (q, u) = self._function, self._parts(x)
-        balls = [list(places) for body in function._question.mechanism.bodies for places in body.quaternions]
-        sizes = [float(np.linalg.norm(q[places])) for places in balls]
-        for places, size in zip(balls, sizes, strict=True):
+        """Return d x'/dx (nx, nx) at one state."""
+        q, u = self._parts(x)
+        if q.ndim != 1:
+            raise InputError(f"x has the shape {np.shape(x)}, not (nx,): jac takes one state")
+        sizes = [float(np.linalg.norm(q[places])) for places in self._balls]
+        for places, size in zip(self._balls, sizes, strict=True):
             q[places] /= size
+        function = self._function
         given = number("t", t), q, u, function._question.parameters, np.zeros(len(function.inputs)), np.empty(0)
         found: Floats = self._jacobian["jacobian"](*given)[0]
-        for places, size in zip(balls, sizes, strict=True):
+        for places, size in zip(self._balls, sizes, strict=True):
             way = q[places]
             found[:, places] = (found[:, places] - np.outer(found[:, places] @ way, way)) / size
         return found
 
+    @property
+    def _balls(self) -> list[list[int]]:
+        bodies = self._function._question.mechanism.bodies
+        return [list(places) for body in bodies for places in body.quaternions]
+
     def _parts(self, x: ArrayLike) -> tuple[Floats, Floats]:
-        values = np.asarray(floats("x", x))
+        """Return copies of q and u."""
         nq, nu = (shape[0] for shape in self._function._sizes)
-        if values.shape[-1] != nq + nu:
-            raise InputError(f"x has the shape {values.shape}, not ({nq + nu},)")
-        return np.ascontiguousarray(values[..., :nq]), np.ascontiguousarray(values[..., nq:])
+        values = _array("x", x, nq + nu)
+        return values[..., :nq].copy(), values[..., nq:].copy()
 
     @cached_property
     def _jacobian(self) -> Compiled:
@@ -543,10 +614,18 @@ class OrdinaryEquations:
         return load({"jacobian": program}, function._code)
 
 
-def _pairs(part: tuple[Any, Floats]) -> list[tuple[Floats, Floats]]:
-    """Return each slope with the rate by which it counts."""
-    slopes, rate = part
-    return [(x, rate) for x in (slopes if isinstance(slopes, tuple) else (slopes,))]
+@cache
+def _result_type(name: str, names: tuple[str, ...]) -> Callable[..., Any]:
+    """Return the type of results with these names, which pickles by them."""
+    def reduced(self: Any) -> tuple[Any, ...]:
+        return _result, (name, names, tuple(self))
+
+    base: Any = namedtuple(name, names, rename=True)  # type: ignore[misc]
+    return type(name, (base,), {"__slots__": (), "__reduce__": reduced})
+
+
+def _result(name: str, names: tuple[str, ...], values: tuple[Floats, ...]) -> Any:
+    return _result_type(name, names)(*values)
 
 
 def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[Variable]) -> Function:
@@ -569,6 +648,12 @@ def _array(name: str, value: ArrayLike, size: int | None) -> Floats:
         wanted = "() or (n,)" if size is None else f"({size},) or (n, {size})"
         raise InputError(f"{name} has the shape {values.shape}, not {wanted}")
     return values
+
+
+def _overlap(outputs: Sequence[Floats], given: Sequence[Floats]) -> bool:
+    """Return whether an output shares memory with another one, or with an argument."""
+    others = [*outputs, *given]
+    return any(np.may_share_memory(x, y) for k, x in enumerate(outputs) for y in others[k + 1 :])
 
 
 _VECTORS: Final = ("q", "u", "udot", "parameters", "inputs")

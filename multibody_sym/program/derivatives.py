@@ -50,6 +50,17 @@ def unused(name: str, suffix: str, names: Iterable[str]) -> str:
     return name
 
 
+def _arrays_beside(
+    names: Iterable[str], suffix: str, wanted: Iterable[tuple[str, tuple[int, ...]]]
+) -> list[Array]:
+    """Return an array for each that is wanted, whose name with a suffix is that of no other."""
+    used, found = set(names), []
+    for name, shape in wanted:
+        found.append(Array(unused(name, suffix, used), shape))
+        used.add(found[-1].name)
+    return found
+
+
 def known(value: Node, inner: Node) -> Node:
     """Return what a callee returns; a constant needs no call."""
     return value if inner.shadow is None else inner
@@ -252,7 +263,7 @@ class _Forward:
         if (id(program), active) not in self.callees:
             names = [array.name for array in program.inputs]
             moving = [array for array, moves in zip(program.inputs, active, strict=True) if moves]
-            rates = [Array(unused(array.name, "_rate", names), array.shape) for array in moving]
+            rates = _arrays_beside(names, "_rate", [(array.name, array.shape) for array in moving])
             sweep = _Forward(resumed(program, f"{program.name}_rate", rates))
             sweep.callees = self.callees
             pairs = zip(moving, rates, strict=True)
@@ -417,7 +428,7 @@ class _Reverse:
         if (id(program), active) not in self.callees:
             names = [array.name for array in program.inputs]
             counting = [output for output, counts in zip(program.outputs, active, strict=True) if counts]
-            arrays = [Array(unused(o.name, "_weight", names), o.shape) for o in counting]
+            arrays = _arrays_beside(names, "_weight", [(output.name, output.shape) for output in counting])
             sweep = _Reverse(resumed(program, f"{program.name}_weight", arrays))
             sweep.callees = self.callees
             pairs = zip(counting, arrays, strict=True)

@@ -243,7 +243,7 @@ def test_wrong_calls_are_told() -> None:
                 joints={"free": mbs.Planar("ground", "box", initial={"q": [0, 2, 0]})},
                 contacts={"touch": mbs.Contact(["box.corner", "ground.floor"])},
             ),
-            "mass_matrix",
+            "state_derivative",
         )
 
 
@@ -355,11 +355,122 @@ def test_products_with_derivatives(system: mbs.System) -> None:
     given = state(f)
     rng, count = np.random.default_rng(3), len(given[2])
     dq, du, weights = rng.standard_normal((3, count))
-    forward = f.jvp(*given, q=dq, u=du)
-    by_q, by_u = (f.derivative(by)(*given) for by in ("q", "u"))
-    np.testing.assert_allclose(forward.udot, by_q.udot @ dq + by_u.udot @ du, atol=1e-12)
-    back = f.vjp(*given, by="q", udot=weights)
+    forward = f.jvp(*given, rates={"q": dq, "u": du, "t": 1.0})
+    by_q, by_u, by_t = (f.derivative(by)(*given) for by in ("q", "u", "t"))
+    np.testing.assert_allclose(forward.udot, by_q.udot @ dq + by_u.udot @ du + by_t.udot[:, 0], atol=1e-12)
+    back = f.vjp(*given, by="q", weights={"udot": weights})
     np.testing.assert_allclose(back @ dq, weights @ (by_q.udot @ dq), atol=1e-11 * max(1.0, np.abs(back).max()))
+    with pytest.raises(mbs.InputError, match=r"rates\['q'\] has the shape"):
+        f.jvp(*given, rates={"q": np.zeros(count + 1)})
+    with pytest.raises(mbs.InputError, match=r"weights\['udot'\] has the shape"):
+        f.vjp(*given, by="q", weights={"udot": 1.0})
+
+
+@pytest.mark.parametrize("many", [1, 3, 5])
+def test_products_for_many_states_are_those_of_each(many: int) -> None:
+    f, M = (mbs.function(arm(), what) for what in ("state_derivative", "mass_matrix"))
+    rng = np.random.default_rng(4)
+    q, u, dq, w = rng.standard_normal((4, many, 3))
+    W = rng.standard_normal((many, 3, 3))
+    forward, back = f.jvp(0.0, q, u, rates={"q": dq}), f.vjp(0.0, q, u, by="q", weights={"udot": w})
+    of_matrix = M.vjp(0.0, q, u, by="q", weights=W)
+    assert (forward.udot.shape, back.shape, of_matrix.shape) == ((many, 3),) * 3
+    for k in range(many):
+        alone = f.jvp(0.0, q[k], u[k], rates={"q": dq[k]})
+        np.testing.assert_allclose(forward.udot[k], alone.udot, atol=1e-12)
+        np.testing.assert_allclose(back[k], f.vjp(0.0, q[k], u[k], by="q", weights={"udot": w[k]}), atol=1e-11)
+        np.testing.assert_allclose(of_matrix[k], M.vjp(0.0, q[k], u[k], by="q", weights=W[k]), atol=1e-12)
+
+
+def test_nothing_of_the_caller_is_changed() -> None:
+    rhs = mbs.function(mbs.loads(BALL), "state_derivative").ode()
+    x = np.zeros(15)
+    x[3] = 2.0
+    x.setflags(write=False)
+    rhs.jac(0.0, x)
+    np.testing.assert_array_equal(rhs(0.0, x), rhs(0.0, np.where(np.arange(15) == 3, 1.0, x)))
+    f = mbs.function(arm(), "mass_matrix")
+    _, q, u = state(f)
+    out = np.zeros((3, 3))
+    out.setflags(write=False)
+    with pytest.raises(mbs.InputError, match="may be written to"):
+        f(0.0, q, u, out=out)
+    whole = np.zeros((5, 3))
+    with pytest.raises(mbs.InputError, match="share memory"):
+        mbs.function(arm(), "bias")(0.0, np.tile(q, (4, 1)), whole[:4], out=whole[1:])
+
+
+def test_results_are_pickled_by_their_names() -> None:
+    found = mbs.function(arm(), "energies")(*state(mbs.function(arm(), "energies")))
+    again = pickle.loads(pickle.dumps(found))
+    assert again == found
+    assert again.kinetic == found.kinetic
+
+
+def test_third_derivatives_are_functions(system: mbs.System) -> None:
+    f = mbs.function(system, "state_derivative")
+    second = f.derivative("u").derivative("u")
+    third = second.derivative("u")
+    given = state(f)
+    way = np.eye(len(given[2]))[0]
+    (limit,) = differences(lambda size: [second(*given[:2], given[2] + size * way).udot])
+    found = third(*given).udot[..., 0]
+    np.testing.assert_allclose(found, limit, atol=1e-7 * max(1.0, np.abs(found).max()))
+
+
+def test_parameters_are_those_that_are_declared() -> None:
+    f = mbs.function(mbs.loads(FOUR_BAR.replace("gravity: [0, -9.81, 0]", GIVEN)), "state_derivative")
+    assert f.parameters == ("g", "half")
+    np.testing.assert_array_equal(f.parameter_values, [9.81, 4.905])
+    t, q, u = state(f)
+    np.testing.assert_array_equal(f(t, q, u, parameters=f.parameter_values).udot, f(t, q, u).udot)
+    many = f(t, q, u, parameters=np.array([[9.81, 4.905], [5.0, 2.5]])).udot
+    np.testing.assert_array_equal(many[1], f(t, q, u, parameters={"g": 5.0}).udot)
+    masses = mbs.function(arm(), "mass_matrix")
+    with pytest.raises(mbs.ModelError, match="mass"):
+        masses(*state(masses), parameters=[[-1.0, 30.0, 10.0]])
+
+
+GIVEN = "gravity: [0, -g, 0]\nparameters: {g: 9.81, half: g/2}"
+
+
+def test_what_no_function_has_is_told() -> None:
+    with pytest.raises(mbs.ModelError, match="declares no outputs"):
+        mbs.function(mbs.loads(BALL), "outputs")
+    mass = "{mass: 0.5, com: [0, 0.2, 0], inertia: {Ixx: 0.01, Iyy: 0.002, Izz: 0.01}}"
+    massless = BALL.replace(mass, "{}")
+    with pytest.raises(mbs.NoSolutionError, match="hinge"):
+        mbs.function(mbs.loads(massless), "state_derivative")
+    driven = ARM.replace("axis: x, q: x}", "axis: x, motion: push}").replace("-2*x - u_x", "sin(t)")
+    driven = driven.replace("  drive: {type: force, on: cart, value: [push, 0, 0]}\n", "")
+    with pytest.raises(mbs.InputError, match="drives a motion"):
+        mbs.function(mbs.loads(driven), "energies").derivative("inputs")
+
+
+def test_units_of_outputs_are_those_of_their_expressions() -> None:
+    system = mbs.loads(ARM.replace('{height: "position(lower.tip, y)"}', '{momentum: "position(lower.tip, y)"}'))
+    assert mbs.function(system, "outputs").units == {"momentum": "m"}
+
+
+def test_functions_without_forces_do_not_ask_what_touches() -> None:
+    box = BOX.format(contacts="contacts: {touch: {between: [box.corner, ground.floor], static: 0.5}}")
+    touching, free = mbs.loads(box), mbs.loads(BOX.format(contacts=""))
+    for what in ("mass_matrix", "bias", "energies", "momentum"):
+        f, g = (mbs.function(each, what) for each in (touching, free))
+        for one, other in zip(parts(f(*state(f))), parts(g(*state(f))), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+BOX = """
+multibody_sym: 1
+name: box
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {{surfaces: {{floor: {{plane: [0, 0, 0], normal: y}}}}}}
+  box: {{mass: 1, com: [0.1, 0, 0], inertia: {{Izz: 1}}, points: {{corner: [0, -1, 0]}}}}
+joints: {{free: {{type: planar, parent: ground, child: box, initial: {{q: [0, 2, 0]}}}}}}
+{contacts}
+"""
 
 
 def test_zeros_by_construction_are_no_part_of_the_sparsity() -> None:

@@ -458,7 +458,7 @@ def _coordinate_rates(mechanism: Mechanism, whole: Program) -> Program:
 def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
     """Return -> jacobian (nq + nu, nq + nu) of a state derivative by the elements of x = (q, u), inputs as declared.
 
-    Quaternions are taken by their directions: x' is that of the state in which they have length one.
+    Quaternions have length one there.
     """
     nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
     ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
