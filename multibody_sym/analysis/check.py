@@ -23,12 +23,12 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.start.declared_impact import from_impact
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
-from multibody_sym.dynamics.start.number_checks import blame_numbers, end_of_run, examined, holes, on_numbers
+from multibody_sym.dynamics.start.number_checks import blame_numbers, check_numbers, end_of_run, holes, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, sampled_states, verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.dynamics.theorems.balance import NEGLIGIBLE, terms_at_states, theorems
-from multibody_sym.dynamics.theorems.conserved import MOST, conserved
+from multibody_sym.dynamics.theorems.conserved import MOST, find_conserved
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import with_driving_inputs
@@ -142,7 +142,7 @@ def check(
 
 @on_numbers
 def _check(system: System, formalism: str | None) -> CheckReport:
-    resolved = examined(system)
+    resolved = check_numbers(system)
     chosen = formalism_name(formalism, resolved)
     base = resolved.relative or resolved
     declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
@@ -151,7 +151,7 @@ def _check(system: System, formalism: str | None) -> CheckReport:
         if jumps:
             declared = [*declared, _BEFORE.format(", ".join(jumps))]
         elif resolved.impact is not None:
-            resolved, declared = examined(from_impact(system).system), [*declared, _AFTER]
+            resolved, declared = check_numbers(from_impact(system).system), [*declared, _AFTER]
         state = state_at(resolved, project=system.simulation.project)
         resolved, begin = state.mechanism, state.start
         verify_regular_start(resolved, begin)
@@ -182,7 +182,7 @@ def _with_dynamics(
     missed = [f"theorem of {name.replace('_', ' ')}" for name, x in residuals.items() if not x <= NEGLIGIBLE]
     missing = (*beyond_rounding(resolved, ratios), *missed)
     multipliers = dict(zip((row.name for row in resolved.rows), solved[0].multipliers.tolist(), strict=True))
-    kept = {each.name: each.symmetry for each in conserved(resolved, begin)}
+    kept = {each.name: each.symmetry for each in find_conserved(resolved, begin)}
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - sum(rank.doubles.values()) - rank.rank,
         rank=rank.rank,

@@ -24,7 +24,7 @@ from multibody_sym.analysis.equilibrium_search import Positions, find_equilibria
 from multibody_sym.analysis.state_asked_about import friction_left_out, no_equilibrium_error, tried_sets_text
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.start.number_checks import examined, on_numbers
+from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
@@ -345,7 +345,7 @@ def equilibrium(
 @on_numbers
 def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     verify_formalism(formalism)
-    resolved = examined(system)
+    resolved = check_numbers(system)
     begin = start(resolved, project=system.simulation.project)
     without_friction = friction_left_out(resolved)
     if not resolved.speeds:  # nothing moves: the one position is at rest, whatever acts

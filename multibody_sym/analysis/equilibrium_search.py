@@ -23,7 +23,7 @@ from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_ne
 from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start
-from multibody_sym.dynamics.start.state import placed, rows_at, started
+from multibody_sym.dynamics.start.state import mechanism_in_mode, rows_at, start_in_mode
 from multibody_sym.mechanics.energy import stored_energy
 from multibody_sym.mechanics.law_elements import ACTIVE, LawElement, Mode
 from multibody_sym.mechanics.load_records import JointPotential, JointSpring
@@ -747,8 +747,8 @@ class _Closings:
     def search(self, closed: Closed) -> EquilibriumSearch:
         """Return the search in the mechanism in which some elements are closed, from the start or one beside it."""
         if closed not in self._searches:
-            mechanism = placed(self.declared, Mode(dict.fromkeys(closed, ACTIVE)))
-            begun = started(mechanism, self.declared.relative or self.declared, self.own)
+            mechanism = mechanism_in_mode(self.declared, Mode(dict.fromkeys(closed, ACTIVE)))
+            begun = start_in_mode(mechanism, self.declared.relative or self.declared, self.own)
             search = search_from(mechanism, begun, self.formalism)
             near = closed_near(search.rows, np.array(begun.q, dtype=float))
             self._searches[closed] = (

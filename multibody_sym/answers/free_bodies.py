@@ -27,7 +27,7 @@ from multibody_sym.derivation.force_letters import (
 )
 from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import LawForces, ropes
 from multibody_sym.mechanics.contact_geometry import touch
 from multibody_sym.mechanics.forces import applied_forces
@@ -126,7 +126,7 @@ def open_forces(motion: Motion, ambiguous: Collection[str]) -> frozenset[Compone
     return frozenset(found)
 
 
-def sums(instant: Instant, several: Collection[Component], touching: Motion) -> Values:
+def sums(instant: StateQuantities, several: Collection[Component], touching: Motion) -> Values:
     """Return by contact the friction of all its corners together, where that is unique and single ones are not.
 
     `touching` is the motion of the mechanism with the rows of all that touches and sticks.
@@ -182,7 +182,7 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component
     q, u, inputs = (part.arguments[k][-1].tolist() for k in (1, 2, 4))
     known = state_of(part.mechanism, float, float(part.t[-1]), q, u, part.parameters.tolist(), inputs)
     _, udot, multipliers, *_ = part.derivative
-    instant = Instant(motion_of(part.mechanism, known), udot[-1].tolist(), multipliers[-1].tolist())
+    instant = StateQuantities(motion_of(part.mechanism, known), udot[-1].tolist(), multipliers[-1].tolist())
     mode = part.mechanism.mode
     sliding = frozenset(name for name, slip in (mode.slips.items() if mode else ()) if slip)
     several = open_forces(instant.motion, run.redundancy.ambiguous)
@@ -194,7 +194,7 @@ def at_end(run: Trajectory) -> tuple[Values, frozenset[str], frozenset[Component
     return values, sliding, several
 
 
-def _values(run: Trajectory, instant: Instant) -> dict[str, Mapping[str, float]]:
+def _values(run: Trajectory, instant: StateQuantities) -> dict[str, Mapping[str, float]]:
     """Return the forces at an instant but ambiguous ones; those of joints are what the run tells of them."""
     mechanism, several = instant.motion.mechanism, run.redundancy.ambiguous
     acting = LawForces(instant.motion, instant.multipliers)

@@ -9,7 +9,7 @@ from functools import partial
 
 from multibody_sym.cli.options import model_options
 from multibody_sym.cli.output import verify_apart
-from multibody_sym.dynamics.start.number_checks import examined, numbers_of
+from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, Where, gathered, joined
 from multibody_sym.mechanics.changes import with_overrides
@@ -56,7 +56,7 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
                     raise joined(of_file) from None
         try:
             with wrong:
-                examined(changed)
+                check_numbers(changed)
         finally:  # numbers that fail elsewhere hide no settings
             wrong.told()
 

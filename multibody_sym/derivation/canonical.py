@@ -50,7 +50,7 @@ from multibody_sym.derivation.prepare import DerivationInput, constants_step, re
 from multibody_sym.derivation.steps import coordinate_step, energy_steps, position_steps
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, FirstIntegral, in_order
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.dynamics.theorems.conserved import Candidate, Conserved, candidates, conserved, freedom_name
+from multibody_sym.dynamics.theorems.conserved import Candidate, Conserved, candidates, find_conserved, freedom_name
 from multibody_sym.errors import ExpressionError, ModelError, MultibodyError
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
@@ -409,7 +409,7 @@ def _common_fields(
 def with_first_integrals(equations: CanonicalEquations, *, project: bool = False) -> CanonicalEquations:
     """Return the equations with the quantities that stay constant; none where there is no start to look from."""
     try:
-        kept = conserved(equations.mechanism, start(equations.mechanism, project=project))
+        kept = find_conserved(equations.mechanism, start(equations.mechanism, project=project))
     except MultibodyError:
         return equations
     if not kept:

@@ -18,8 +18,8 @@ from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, Subexpressions, WrittenOut, tidied
 from multibody_sym.derivation.lagrange import Energies, energies, energy_nodes
 from multibody_sym.derivation.notation import READABLE, Equation, Label, Step, Symbols, symbols_of
-from multibody_sym.dynamics.start.initial_geometry import Side, straightened
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.errors import ArgumentError, MultibodyError, shown
@@ -56,7 +56,7 @@ class Naming:
 
     labels: Mapping[str, str]
     constants: Mapping[Any, float]
-    sides: tuple[Side, ...]
+    sides: tuple[SignedLength, ...]
 
 
 @dataclass(frozen=True)
@@ -78,17 +78,18 @@ def prepare(model: System | Mechanism, changes: Overrides) -> DerivationInput:
     if isinstance(model, System):
         model = changes.of(model)
         labels, project = letters_of(model.parameters), model.simulation.project
-        mechanism = examined(model)
+        mechanism = check_numbers(model)
         if mechanism.one_way:
             mechanism = state_at(mechanism, project=project).mechanism
     elif changes != Overrides():
         raise ArgumentError("a Mechanism is what follows from a System and is not changed; hand over the System")
     else:
         mechanism = model
-    begin, sides, constants = _measured_start(mechanism, project=project), tuple[Side, ...](), dict[Any, float]()
+    begin = _measured_start(mechanism, project=project)
+    sides, constants = tuple[SignedLength, ...](), dict[Any, float]()
     if begin is not None:
         mechanism = _without_zero_angles(mechanism, begin)
-        mechanism, sides = straightened(mechanism, begin.q, begin.u, begin.parameters)
+        mechanism, sides = fix_directions(mechanism, begin.q, begin.u, begin.parameters)
     symbols = symbols_of(mechanism)
     if begin is not None:
         values = zip(symbols.parameters, mechanism.parameters, begin.parameters, strict=True)
@@ -157,7 +158,7 @@ def _is_numeric(mechanism: Mechanism, begin: Start, measure: TangentAngle) -> bo
     return True
 
 
-def sides_step(sides: Sequence[Side], lengths: Sequence[str]) -> tuple[Step, ...]:
+def sides_step(sides: Sequence[SignedLength], lengths: Sequence[str]) -> tuple[Step, ...]:
     """Return the step with the sides on which ropes and springs lie, as equations hold only there."""
     notes = [
         f"{side.element}, {side.ends[0]} to {side.ends[1]}: {length} > 0"

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import Subexpressions, value_of
 from multibody_sym.derivation.notation import Derivation, Equation, Notation, ReadableEquations, Symbols
-from multibody_sym.dynamics.formalisms.constrained import constrained, in_floats
+from multibody_sym.dynamics.formalisms.constrained import in_floats, solve_constrained
 from multibody_sym.dynamics.formalisms.equations import FrictionTerms
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, ModelError, shown
@@ -203,7 +203,7 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: Fri
     weight = np.trace(M) if rank(M, exact(M)) < len(M) else 0.0
     factors = factorized((M + weight * H.T @ H).tolist())
     forcing = (f + weight * H.T @ gamma).tolist()
-    found = constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats, friction=friction)
+    found = solve_constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats, friction=friction)
     return np.array(found.udot, dtype=float)
 
 

@@ -21,7 +21,7 @@ from multibody_sym.algebra.roots import linear_parts, roots
 from multibody_sym.dynamics.constraints.closing import ConstraintRows
 from multibody_sym.dynamics.constraints.redundancy import held_coordinates
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import LawForces
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
@@ -321,14 +321,14 @@ class ActingForces(LawForces):
     udot: Sequence[S]
 
     @classmethod
-    def at(cls, instant: Instant) -> ActingForces:
+    def at(cls, instant: StateQuantities) -> ActingForces:
         """Return what acts at an instant."""
         return cls(instant.motion, instant.multipliers, instant.udot)
 
     @property
     def tensions(self) -> Mapping[str, S]:
         """All tensions of ropes, by the names by which they are asked."""
-        return Instant(self.motion, self.udot, self.multipliers).tensions
+        return StateQuantities(self.motion, self.udot, self.multipliers).tensions
 
     @property
     def beyond(self) -> str:
@@ -602,7 +602,7 @@ def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState
 
 def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms) -> bool:
     """Return whether every slide that begins in space stays along its direction, whatever the parameters are."""
-    acting = ActingForces.at(Instant(motion_of(mechanism, given.state), *unknowns(mechanism)))
+    acting = ActingForces.at(StateQuantities(motion_of(mechanism, given.state), *unknowns(mechanism)))
     for sliding in _starting_slides(mechanism):
         assert sliding.starts is not None
         rates = [as_node(acting.acceleration(row)) for row in sliding.rows]
@@ -618,7 +618,7 @@ def begins_along(mechanism: Mechanism, given: SymbolicState, forms: ClosedForms)
 def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Sliding) -> list[Node]:
     """Return the direction in which a slide would begin without friction; empty without a closed form."""
     variant = with_coefficients(mechanism, lambda _: ZERO)
-    acting = ActingForces.at(Instant(motion_of(variant, given.state), *unknowns(variant)))
+    acting = ActingForces.at(StateQuantities(motion_of(variant, given.state), *unknowns(variant)))
     try:
         forms = closed_forms(variant, given)
         rates = [book_form(x) for x in forms.of(as_node(acting.acceleration(row)) for row in sliding.rows)]

@@ -27,11 +27,11 @@ from multibody_sym.text.units import (
     PURE,
     TIME,
     Dimension,
+    InferredUnit,
     Kind,
-    Known,
     Turning,
+    infer_units,
     kind_of,
-    known,
 )
 
 REACTION_UNITS: Final[Mapping[str, str]] = {name: component_kind(name).unit for name in (*COMPONENTS, NORMAL)}
@@ -52,7 +52,7 @@ class MechanismUnits:
         symbols = ((name, node) for name, node in self.mechanism.symbols.items() if name.op == "symbol")
         named = {name.data: node for name, node in symbols if node.op != "slot"}
         measured = {name: node for name, node in named.items() if name not in relative}
-        found = dict(zip(measured, map(_unit, known(measured.values(), self._leaf)), strict=True))
+        found = dict(zip(measured, map(_unit, infer_units(measured.values(), self._leaf)), strict=True))
         coordinates = {c.name: c.unit for c in self.mechanism.coordinates}
         return {**found, **relative, **coordinates, **{s.name: s.unit for s in self.mechanism.speeds}}
 
@@ -84,7 +84,7 @@ class MechanismUnits:
 
     def of(self, nodes: Iterable[Node]) -> list[str]:
         """Return the unit of each expression, in slots or in the names of the model."""
-        return [_unit(x) for x in known(nodes, self._declared._leaf)]
+        return [_unit(x) for x in infer_units(nodes, self._declared._leaf)]
 
     # --- what is known of leaves ----------------------------------------------------------------------------------
 
@@ -93,7 +93,7 @@ class MechanismUnits:
         """The units in coordinates of joints, in which expressions are declared."""
         return self if self.mechanism.relative is None else MechanismUnits(self.mechanism.relative)
 
-    def _leaf(self, leaf: Node) -> Known | None:
+    def _leaf(self, leaf: Node) -> InferredUnit | None:
         leaf = self.mechanism.symbols.get(leaf, leaf)
         if leaf.op == "quantity":
             function, arguments = leaf.data
@@ -101,20 +101,20 @@ class MechanismUnits:
                 return None
             if function in ("'", "''"):
                 place = self.mechanism.speed_place(arguments[0])
-                return None if place is None else Known(kind_of(f"{self.mechanism.speeds[place].unit}^2"))
+                return None if place is None else InferredUnit(kind_of(f"{self.mechanism.speeds[place].unit}^2"))
             if arguments in self._exerted:
                 return self._of_alone(self._exerted[arguments])
             return quantity_known(function, arguments) or self._named_multiplier(arguments)
         return self._slot(*leaf.data) if leaf.op == "slot" else None
 
-    def _slot(self, array: str, index: int) -> Known | None:
+    def _slot(self, array: str, index: int) -> InferredUnit | None:
         if array == "parameters":
             return self._parameters[index]
         if array == "inputs":
             return self._inputs[index]
         if array == "t":
-            return Known(Kind(TIME), doubtful=True)  # 2*t may be any force that grows
-        return Known(self._moved[array][index])
+            return InferredUnit(Kind(TIME), doubtful=True)  # 2*t may be any force that grows
+        return InferredUnit(self._moved[array][index])
 
     @cached_property
     def _moved(self) -> dict[str, list[Kind]]:
@@ -124,11 +124,11 @@ class MechanismUnits:
         }
 
     @cached_property
-    def _parameters(self) -> list[Known | None]:
+    def _parameters(self) -> list[InferredUnit | None]:
         """The unit of each parameter, as far as known; an expression of others has theirs."""
-        entries, found = self.mechanism.parameters, dict[int, Known | None]()
+        entries, found = self.mechanism.parameters, dict[int, InferredUnit | None]()
 
-        def of_slot(leaf: Node) -> Known | None:
+        def of_slot(leaf: Node) -> InferredUnit | None:
             return found.get(leaf.data[1]) if leaf.op == "slot" else None
 
         for k in range(len(entries)):
@@ -145,16 +145,16 @@ class MechanismUnits:
                     if entry.dimension is not None:
                         found[place] = _of_dimension(entry.dimension)
                     elif entry.value is not None:
-                        (found[place],) = known([entry.value], of_slot)
+                        (found[place],) = infer_units([entry.value], of_slot)
                     else:
-                        found[place] = None if entry.measure is None else Known(kind_of(entry.measure.unit))
+                        found[place] = None if entry.measure is None else InferredUnit(kind_of(entry.measure.unit))
         return [found[k] for k in range(len(entries))]
 
     @cached_property
-    def _inputs(self) -> list[Known | None]:
+    def _inputs(self) -> list[InferredUnit | None]:
         """The unit of each input, as far as known: it may be a force given by motion or time and a plain number."""
         given = self.mechanism.input_dimensions
-        found = zip(self.mechanism.inputs, known(self.mechanism.inputs.values(), self._leaf), strict=True)
+        found = zip(self.mechanism.inputs, infer_units(self.mechanism.inputs.values(), self._leaf), strict=True)
         firm = ((name, x if x is not None and x.firm else None) for name, x in found)
         return [_of_dimension(given[name]) if name in given else x for name, x in firm]
 
@@ -164,23 +164,23 @@ class MechanismUnits:
         pairs = (pair for element in self.mechanism.one_way for pair in exerted_by(element).items())
         return {(name, component): rows[0] for name, parts in pairs for component, rows in parts.items()}
 
-    def _of_alone(self, row: Row) -> Known | None:
+    def _of_alone(self, row: Row) -> InferredUnit | None:
         """Return the unit of the force of a row that acts in some modes."""
         return MechanismUnits(replace(self.mechanism, rows=(row,)))._multiplier(row)
 
     # --- multipliers ----------------------------------------------------------------------------------------------
 
-    def _named_multiplier(self, arguments: tuple[str, ...]) -> Known | None:
+    def _named_multiplier(self, arguments: tuple[str, ...]) -> InferredUnit | None:
         rows = [row for row in self.mechanism.rows if row.name == arguments[0]]
         return self._multiplier(rows[0]) if rows else None
 
-    def _multiplier(self, row: Row) -> Known | None:
+    def _multiplier(self, row: Row) -> InferredUnit | None:
         """Return the unit of a row's multiplier: that of its kind, or of its expression."""
         if row.unit is not None:
-            return Known(kind_of(row.unit)._replace(angle=None), firm=True)
+            return InferredUnit(kind_of(row.unit)._replace(angle=None), firm=True)
         return self._declared._of_expression(row.name)
 
-    def _of_expression(self, name: str) -> Known | None:
+    def _of_expression(self, name: str) -> InferredUnit | None:
         """Return work / (q d(zero)/dq) for a coordinate q, power / (u d(zero)/du) for a row of speeds.
 
         Coordinates that stand alone in it are asked first: a number beside others may carry a unit that nobody wrote.
@@ -190,7 +190,7 @@ class MechanismUnits:
         found = self._by_slopes(row.zero, "u" if isinstance(row, VelocityRow) else "q")
         alone = {dimension for slope, dimension in found if slope.shadow is not None}
         told = alone or {dimension for _, dimension in found}
-        return Known(Kind(told.pop(), angle=None), firm=True) if len(told) == 1 else None
+        return InferredUnit(Kind(told.pop(), angle=None), firm=True) if len(told) == 1 else None
 
     def _by_slopes(self, zero: Node, array: str) -> list[tuple[Node, Dimension]]:
         """Return slopes of a row that are 1, -1 or known expressions, each with the multiplier's dimension by it."""
@@ -199,7 +199,7 @@ class MechanismUnits:
         slopes = [tangents([zero], {leaf: ONE})[0] for leaf, _ in moved]
         work = ENERGY if array == "q" else ENERGY.times(TIME, -1)
         found = []
-        for (_, kind), slope, by_slope in zip(moved, slopes, known(slopes, self._leaf), strict=True):
+        for (_, kind), slope, by_slope in zip(moved, slopes, infer_units(slopes, self._leaf), strict=True):
             unit_slope = slope.shadow is not None and abs(slope.shadow) == 1.0
             dimension = DIMENSIONLESS if unit_slope else by_slope and by_slope.kind.dimension
             if dimension is not None and kind != PURE:
@@ -207,13 +207,13 @@ class MechanismUnits:
         return found
 
 
-def _of_dimension(declared: Dimension) -> Known:
+def _of_dimension(declared: Dimension) -> InferredUnit:
     mass, length, time = declared
     angular = declared == DIMENSIONLESS or isinstance(declared, Turning)
     angle = 1 if angular else 0 if declared in _WITHOUT_ANGLE else None
     firm = bool(mass or length or time > 0)  # an angle or 1/s may be in other units after all: 180/pi, turns
-    return Known(Kind(declared, angle), firm)
+    return InferredUnit(Kind(declared, angle), firm)
 
 
-def _unit(found: Known | None) -> str:
+def _unit(found: InferredUnit | None) -> str:
     return "" if found is None else found.kind.unit

@@ -30,7 +30,7 @@ from multibody_sym.dynamics.programs.state_functions import (
     with_declared_inputs,
 )
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, ModelError, shown
 from multibody_sym.mechanics.mechanism import Mechanism, Source
@@ -124,7 +124,7 @@ class _Question:
         system = self.system
         if not isinstance(self.what, str):
             system = replace(system, outputs={f"y{k}": cast(Any, text) for k, text in enumerate(self.what)})
-        resolved = examined(system)
+        resolved = check_numbers(system)
         by_forces = self.name in _BY_FORCES
         if by_forces and resolved.one_way:
             names = ", ".join(element.name for element in resolved.one_way[:3])

@@ -32,7 +32,7 @@ from multibody_sym.scalars.node import (
 from multibody_sym.scalars.sign_changes import is_condition
 from multibody_sym.text.printer import AT, FORCE_NAMES, text
 from multibody_sym.text.tokens import Token, exact_number, failure, tokens
-from multibody_sym.text.units import ENERGY, FORCE, LENGTH, Dimension, Kind, Known, read_unit
+from multibody_sym.text.units import ENERGY, FORCE, LENGTH, Dimension, InferredUnit, Kind, read_unit
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The quantities of the moving system that an expression can name, such as `reaction(C, fx)`.
@@ -127,14 +127,14 @@ def component_kind(component: str) -> Kind:
     return Kind(ENERGY, angle=None) if turns else Kind(FORCE)
 
 
-def quantity_known(function: str, arguments: Sequence[str]) -> Known | None:
+def quantity_known(function: str, arguments: Sequence[str]) -> InferredUnit | None:
     """Return the kind of a quantity by its arguments; None where it depends on the constraint or freedom."""
     if function == "reaction":
-        return Known(component_kind(arguments[1]), firm=True)
+        return InferredUnit(component_kind(arguments[1]), firm=True)
     dimension = QUANTITIES[function].dimension
     if dimension is None:
         return None
-    return Known(Kind(dimension, _ANGULAR.get(function, 0), function in _ENERGIES), firm=dimension.mass != 0)
+    return InferredUnit(Kind(dimension, _ANGULAR.get(function, 0), function in _ENERGIES), firm=dimension.mass != 0)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

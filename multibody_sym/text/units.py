@@ -475,7 +475,7 @@ def kind_of(unit: str) -> Kind:
     return Kind(dimension, 1 if angles else 0, len(names) == 1 and names[0].endswith("J"))
 
 
-class Known(NamedTuple):
+class InferredUnit(NamedTuple):
     """The kind of an expression: `firm` where numbers that multiply it are pure, `doubtful` where one may not be."""
 
     kind: Kind
@@ -487,24 +487,24 @@ class Known(NamedTuple):
         """Whether no number in it can carry an unwritten unit."""
         return self.firm or not self.doubtful
 
-    def times(self, other: Known, exponent: int = 1) -> Known:
+    def times(self, other: InferredUnit, exponent: int = 1) -> InferredUnit:
         """Return the kind of a product or (exponent -1) quotient."""
         a, b = self.kind.angle, other.kind.angle
         dimension = self.kind.dimension.times(other.kind.dimension, exponent)
         kind = Kind(dimension, None if a is None or b is None else a + exponent * b)
-        return Known(kind, self.firm or other.firm, self.doubtful or other.doubtful)
+        return InferredUnit(kind, self.firm or other.firm, self.doubtful or other.doubtful)
 
-    def raised(self, exponent: Fraction) -> Known:
+    def raised(self, exponent: Fraction) -> InferredUnit:
         """Return the kind of a power."""
         angle = self.kind.angle
         dimension = DIMENSIONLESS.times(self.kind.dimension, exponent)
         return self._replace(kind=Kind(dimension, None if angle is None else exponent * angle))
 
 
-def known(nodes: Iterable[Node], of_leaf: Callable[[Node], Known | None]) -> list[Known | None]:
+def infer_units(nodes: Iterable[Node], of_leaf: Callable[[Node], InferredUnit | None]) -> list[InferredUnit | None]:
     """Return the kind of each expression, given those of its leaves; None where it is not certain."""
     roots = list(nodes)
-    kinds: dict[Node, Known | None] = {}
+    kinds: dict[Node, InferredUnit | None] = {}
     for n in postorder(roots):
         if n.shadow is not None:
             kinds[n] = None  # the operation beside a constant looks at the constant itself
@@ -516,7 +516,7 @@ def known(nodes: Iterable[Node], of_leaf: Callable[[Node], Known | None]) -> lis
 _ANGLES: Final = ("asin", "acos", "atan", "atan2")
 
 
-def _infer_operation(n: Node, operands: list[Known | None]) -> Known | None:
+def _infer_operation(n: Node, operands: list[InferredUnit | None]) -> InferredUnit | None:
     if n.op in ("neg", "abs"):
         return operands[0]
     if n.op in ("add", "min", "max", "where"):
@@ -526,9 +526,9 @@ def _infer_operation(n: Node, operands: list[Known | None]) -> Known | None:
     if n.op in ("mul", "div"):
         (left, right), (a, b) = n.args, operands
         if right.shadow is not None:
-            return _multiplied(a, right)
+            return _times_constant(a, right)
         if left.shadow is not None:
-            return _multiplied(b if b is None or n.op == "mul" else b.raised(Fraction(-1)), left)
+            return _times_constant(b if b is None or n.op == "mul" else b.raised(Fraction(-1)), left)
         return None if a is None or b is None else a.times(b, -1 if n.op == "div" else 1)
     if n.op in ("pow", "sqrt"):
         base = operands[0]
@@ -536,10 +536,10 @@ def _infer_operation(n: Node, operands: list[Known | None]) -> Known | None:
         if base is None or exponent is None:
             return base if base is not None and base.kind == PURE else None
         return base.raised(Fraction(exponent))
-    return Known(ANGLE if n.op in _ANGLES else PURE)
+    return InferredUnit(ANGLE if n.op in _ANGLES else PURE)
 
 
-def _multiplied(known: Known | None, constant: Node) -> Known | None:
+def _times_constant(known: InferredUnit | None, constant: Node) -> InferredUnit | None:
     """Return the kind of the product with a constant."""
     if known is None or constant.op == "real" or not is_pure(constant):
         return None
@@ -547,7 +547,7 @@ def _multiplied(known: Known | None, constant: Node) -> Known | None:
     return known if plain else known._replace(doubtful=True)
 
 
-def _common_kind(args: tuple[Node, ...], operands: list[Known | None]) -> Known | None:
+def _common_kind(args: tuple[Node, ...], operands: list[InferredUnit | None]) -> InferredUnit | None:
     """Return the kind of the terms of a sum, or of values to choose from, if all are of one kind.
 
     Among two terms that are both certain, or both doubtful, a pure number fits every dimension.
@@ -566,4 +566,4 @@ def _common_kind(args: tuple[Node, ...], operands: list[Known | None]) -> Known 
     angles = {a.kind.angle, b.kind.angle} - {None}
     angle = angles.pop() if len(angles) == 1 else 1 if angles == {0, 1} else None
     kind = Kind(a.kind.dimension, angle, a.kind.energy or b.kind.energy)
-    return Known(kind, a.firm or b.firm, a.doubtful and b.doubtful)
+    return InferredUnit(kind, a.firm or b.firm, a.doubtful and b.doubtful)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.dynamics.theorems.conserved import Conserved, conserved
+from multibody_sym.dynamics.theorems.conserved import Conserved, find_conserved
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rolling
 from multibody_sym.model.forces import Damper, Drag, Force, Pull, SpringDamper, Torque
@@ -246,8 +246,8 @@ SYSTEMS: dict[str, tuple[dict[str, object], list[str]]] = {
 
 def of(declared: dict[str, object]) -> list[Conserved]:
     system = System("s", **declared)
-    state = state_at(examined(system), project=system.simulation.project)
-    return conserved(state.mechanism, state.start)
+    state = state_at(check_numbers(system), project=system.simulation.project)
+    return find_conserved(state.mechanism, state.start)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

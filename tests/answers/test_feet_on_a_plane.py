@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 
 import multibody_sym as mbs
 from multibody_sym.contact_laws.search import find
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.mechanics.changes import Overrides
 
@@ -160,7 +160,7 @@ def rests_up_to_the_circles(one: Stool, beyond: Sequence[float] = ()) -> None:
     ((low, high),) = mbs.range_of_rest(system, "F").rest
     assert (low, high) == (0.0, pytest.approx(one.limit(), rel=1e-9))
     for part in beyond:
-        declared = examined(Overrides({"F": high * (1 + part)}).of(system))
+        declared = check_numbers(Overrides({"F": high * (1 + part)}).of(system))
         state = state_at(declared, search=lambda posed: find(posed.problem, every=False))
         (found,) = state.found.states
         assert_holds(state.posed.problem, found)

@@ -18,7 +18,7 @@ from multibody_sym.documents.notebook import solution_markdown
 from multibody_sym.documents.solution import solution_text
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.motion import motion_of
@@ -77,7 +77,7 @@ def numbers_at(system: mbs.System, given: Mapping[str, float], start: Mapping[st
     mechanism, begin = examined_state(Overrides(given, start).of(system)).in_joints
     state = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(composite_body(mechanism, state))
-    instant = Instant(motion_of(mechanism, state), found.udot.tolist(), found.multipliers.tolist())
+    instant = StateQuantities(motion_of(mechanism, state), found.udot.tolist(), found.multipliers.tolist())
     forces = {f"{name} {part}": x for name, parts in instant.reactions.items() for part, x in parts.items()}
     named = [(c.name, x) for c, x in zip(mechanism.coordinates, begin.q, strict=True)]
     named += [(u.name, x) for u, x in zip(mechanism.speeds, begin.u, strict=True)]

@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.instant.instant import Decided, solved_in
 from multibody_sym.answers.solve import solution_of
 from multibody_sym.documents.solution import solution_text
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
@@ -61,7 +61,7 @@ contacts: {c1: {between: [b1, ground.left], static: mu}, c2: {between: [b2, grou
 def solved(model: str, slips: dict[str, int], *, at_limit: tuple[str, ...] = (), opened: str = "") -> mbs.Solution:
     """Return the solution in a mode in which all touch but what is `opened`."""
     system = mbs.loads(HEAD + model)
-    declared = examined(system)
+    declared = check_numbers(system)
     names = [element.name for element in declared.one_way]
     mode = Mode({name: int(name != opened) for name in names}, slips)
     mechanism = in_mode(declared, mode)

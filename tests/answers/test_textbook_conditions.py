@@ -16,7 +16,7 @@ import multibody_sym as mbs
 from multibody_sym.answers.solve import acceleration_names
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.row_records import RopeRow
@@ -69,7 +69,7 @@ def formulas(solution: mbs.Solution) -> dict[str, Node]:
 )
 def test_formulas_hold_where_their_conditions_do_and_only_there(name: str, least: int) -> None:
     system = replace(mbs.load(FILES / f"{name}.yaml"), ask={})  # signs in answers are conditions of theirs
-    solution, declared = mbs.solve(system), examined(system)
+    solution, declared = mbs.solve(system), check_numbers(system)
     conditions = [parse(condition) for condition in solution.conditions]
     named = formulas(solution)
     assert named.keys() >= solution.accelerations.keys()
@@ -125,7 +125,7 @@ forces: {rub: {type: friction, joint: slide, static: mu}}
 @pytest.mark.parametrize("model", [SLOPE, PULLED, WEDGE], ids=["slope", "pulled", "wedge"])
 def test_a_question_leaves_the_conditions_of_the_state(model: str, question: str) -> None:
     system = mbs.loads(f"{model}ask: {{{question}}}\n")
-    solution, declared = mbs.solve(system), examined(system)
+    solution, declared = mbs.solve(system), check_numbers(system)
     conditions = [parse(condition) for condition in solution.conditions]
     sample = {p: evaluate_float([x.value], {})[0] for p, x in system.parameters.items()}
     at_sample, _ = found_in_floats(declared, sample)

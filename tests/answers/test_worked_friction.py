@@ -14,7 +14,7 @@ from multibody_sym.answers.worked.elimination import in_sympy
 from multibody_sym.answers.worked.equations import Equations
 from multibody_sym.derivation.symbolic_start import declared_state
 from multibody_sym.documents.document import worked_document, write_document
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
@@ -79,7 +79,7 @@ contacts: {c1: {between: [a, ground.steep], kinetic: mu}, c2: {between: [b, grou
 
 def equations(model: str, mode: Mode) -> Equations:
     """Return the equations of a model in a mode at its start."""
-    declared = examined(mbs.loads(model))
+    declared = check_numbers(mbs.loads(model))
     mechanism = in_mode(declared, mode)
     return Equations(mechanism, declared_state(mechanism, start(declared)), plane=True)
 

@@ -9,7 +9,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.state import StartState, examined_state
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
@@ -31,13 +31,13 @@ forces: {drive: {type: torque, joint: A, value: 2}, load: {type: torque, joint: 
 """
 
 
-def acting(text: str) -> tuple[StartState, Instant]:
+def acting(text: str) -> tuple[StartState, StateQuantities]:
     """Return the start of a model in the mode that the law finds, solved."""
     found = examined_state(mbs.loads(text))
     mechanism, begin = found.mechanism, found.start
     state = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     solved = forward_dynamics(FORMALISMS["block_ldl"](mechanism, state))
-    return found, Instant(motion_of(mechanism, state), solved.udot.tolist(), solved.multipliers.tolist())
+    return found, StateQuantities(motion_of(mechanism, state), solved.udot.tolist(), solved.multipliers.tolist())
 
 
 @pytest.mark.parametrize(("wrap", "sense"), [('"+"', 1), ('{P: "+", Q: "-"}', -1)])

@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
@@ -53,12 +53,12 @@ def system(joint: Joint, extra: Mapping[str, Joint]) -> System:
     )
 
 
-def instant(of: System) -> Instant:
+def instant(of: System) -> StateQuantities:
     resolved = mbs.mechanism(of)
     begin = start(resolved)
     state = state_of(resolved, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(composite_body(resolved, state))
-    return Instant(motion_of(resolved, state), found.udot.tolist(), found.multipliers.tolist())
+    return StateQuantities(motion_of(resolved, state), found.udot.tolist(), found.multipliers.tolist())
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
@@ -76,7 +76,7 @@ def quaternion(rotation: np.ndarray) -> np.ndarray:
     return np.array([w, x, y, z])
 
 
-def free_start(tree: Instant) -> Mapping[str, Any]:
+def free_start(tree: StateQuantities) -> Mapping[str, Any]:
     """Return the start of a free joint at which the body moves as in `tree`."""
     rotation, position = (np.array(part, dtype=float) for part in tree.motion.poses[0])
     body = tree.motion.bodies[0]

@@ -13,7 +13,7 @@ from multibody_sym.contact_laws.search import find
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.contact.contact_problem import one_way_rows
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -43,17 +43,17 @@ constraints: {string: {type: rope, path: [one, drum, two]}}
 G = 9.81
 
 
-def solved(text: str, slip: int, **parameters: float) -> Instant:
+def solved(text: str, slip: int, **parameters: float) -> StateQuantities:
     """Return the start of a model in a mode, solved."""
     return instant(mechanism(mbs.loads(text)), Mode({"string": 1}, {"drum": slip}), parameters)
 
 
-def instant(resolved: Mechanism, mode: Mode, parameters: dict[str, float]) -> Instant:
+def instant(resolved: Mechanism, mode: Mode, parameters: dict[str, float]) -> StateQuantities:
     acting = in_mode(resolved, mode)
     begin = start(acting, parameters)
     state = state_of(acting, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(FORMALISMS["block_ldl"](acting, state))
-    return Instant(motion_of(acting, state), found.udot.tolist(), found.multipliers.tolist())
+    return StateQuantities(motion_of(acting, state), found.udot.tolist(), found.multipliers.tolist())
 
 
 @pytest.mark.parametrize(("m1", "m2", "slip"), [(1.0, 5.0, 1), (6.0, 1.0, -1)])
@@ -143,7 +143,7 @@ def test_the_wrap_is_that_of_the_present_position() -> None:
     q[1:3] = [-2.0, 1.0]
     state = state_of(acting, float, 0.0, q, [0.0] * len(begin.u), begin.parameters)
     found = forward_dynamics(FORMALISMS["composite_body"](acting, state))
-    at = Instant(motion_of(acting, state), found.udot.tolist(), found.multipliers.tolist())
+    at = StateQuantities(motion_of(acting, state), found.udot.tolist(), found.multipliers.tolist())
     d = math.hypot(2.0, 2.0)
     heading = math.atan2(2.0, 2.0) + math.asin(0.1 / d)  # up and to the right, the wheel's centre on the right
     wrap = heading + math.pi / 2  # clockwise down to -90 deg

@@ -16,7 +16,7 @@ from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.documents.derivation import derivation_data, derivation_document
 from multibody_sym.documents.document import write_document
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.model_files import loads
 from multibody_sym.mechanics.state import state_of
@@ -73,7 +73,7 @@ def test_components_are_those_of_the_table_whose_axes_are_grounds(angle: float) 
 
 def test_tangents_are_carried_along_and_recalled_programs_hold_no_start() -> None:
     models = [table(angle, own_axes=True) for angle in (0.7, -0.4)]
-    keys = {structure_key(examined(model), "block_ldl") for model in models}
+    keys = {structure_key(check_numbers(model), "block_ldl") for model in models}
     assert len(keys) == 1
     for angle, model in zip((0.7, -0.4), models, strict=True):
         run, other = simulate(model), simulate(table(angle, own_axes=False))
@@ -144,7 +144,7 @@ def test_where_x_is_normal_to_the_plane_t1_is_y() -> None:
 def test_derive_tells_the_constants_of_the_start_and_their_values() -> None:
     system = table(0.7, own_axes=True)
     equations = derive(system, "composite_body")
-    resolved = examined(system)
+    resolved = check_numbers(system)
     begin = start(resolved)
     (value,) = equations.constants.values()
     assert value == begin.parameters[0] != 0.0

@@ -11,7 +11,7 @@ import pytest
 
 from multibody_sym import check, loads, simulate
 from multibody_sym.cli.main import main
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.model_files import load_with_places
 from multibody_sym.mechanics.resolve import mechanism
@@ -482,7 +482,7 @@ def test_a_negative_length_is_told_as_such_where_it_stands(
     spring = f"s: {{type: spring, between: [a, b], stiffness: 1, length: {length}}}"
     springs = f"{TIPS}forces: {{{spring}}}\nparameters: {{l: 2 m}}\n"
     assert told_of(springs, tmp_path, capsys) == ["forces.s.length"]
-    assert examined(loads(springs.replace(length, "-1 - cos(t)"))).loads
+    assert check_numbers(loads(springs.replace(length, "-1 - cos(t)"))).loads
 
 
 def test_keys_that_stand_twice_hide_nothing_else() -> None:

@@ -23,28 +23,29 @@ from multibody_sym.text.units import (
     LENGTH,
     TIME,
     Dimension,
+    InferredUnit,
     Kind,
-    Known,
-    known,
+    infer_units,
     parse_unit,
 )
 
 SPEED = LENGTH.times(TIME, -1)
 DECLARED = {
-    name: Known(Kind(parse_unit(unit)[1], angle=0 if unit in ("kg", "s") else None), firm=True)
+    name: InferredUnit(Kind(parse_unit(unit)[1], angle=0 if unit in ("kg", "s") else None), firm=True)
     for name, unit in {"m": "kg", "l": "m", "K": "N/m", "T": "s", "C": "N*m", "F": "N"}.items()
 }
 MOVING = {
-    "x": Known(Kind(LENGTH)), "y": Known(Kind(LENGTH)), "v": Known(Kind(SPEED)), "a": Known(ANGLE),
-    "w": Known(Kind(Dimension(time=-1), angle=1)), "E": Known(Kind(ENERGY, energy=True), firm=True),
-    "t": Known(Kind(TIME), doubtful=True),
+    "x": InferredUnit(Kind(LENGTH)), "y": InferredUnit(Kind(LENGTH)),
+    "v": InferredUnit(Kind(SPEED)), "a": InferredUnit(ANGLE),
+    "w": InferredUnit(Kind(Dimension(time=-1), angle=1)), "E": InferredUnit(Kind(ENERGY, energy=True), firm=True),
+    "t": InferredUnit(Kind(TIME), doubtful=True),
 }
-LEAVES: Mapping[str, Known] = {**DECLARED, **MOVING}
+LEAVES: Mapping[str, InferredUnit] = {**DECLARED, **MOVING}
 
 
 def unit(text: str) -> str | None:
     """Return the unit of an expression; `k` and whatever else is not in the tables has none."""
-    (found,) = known([parse(text)], lambda leaf: LEAVES.get(leaf.data))
+    (found,) = infer_units([parse(text)], lambda leaf: LEAVES.get(leaf.data))
     return None if found is None else found.kind.unit
 
 
@@ -116,7 +117,7 @@ def fitted(given: Dimension, wanted: Dimension) -> str:
     return "".join(f"*{name}^({exponent})" for name, exponent in zip("mlT", missing, strict=True) if exponent)
 
 
-def made_of(leaves: Mapping[str, Known]) -> st.SearchStrategy[Made]:
+def made_of(leaves: Mapping[str, InferredUnit]) -> st.SearchStrategy[Made]:
     single = st.sampled_from(sorted(leaves)).map(lambda name: Made(name, leaves[name].kind.dimension))
     return st.recursive(single, grown, max_leaves=6)
 
@@ -124,7 +125,7 @@ def made_of(leaves: Mapping[str, Known]) -> st.SearchStrategy[Made]:
 def scales_as_told(text: str) -> bool:
     """Return whether a unit was told; fail where the value in other units of mass, length, time is not that factor."""
     node = parse(text)
-    (found,) = known([node], lambda leaf: LEAVES.get(leaf.data))
+    (found,) = infer_units([node], lambda leaf: LEAVES.get(leaf.data))
     if found is not None:
         before = value(node, VALUES)
         scaled = {name: x * scale(LEAVES[name].kind.dimension) for name, x in VALUES.items()}

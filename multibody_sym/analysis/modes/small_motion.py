@@ -32,7 +32,7 @@ from multibody_sym.analysis.modes.record import Mode, Modes, Rows
 from multibody_sym.analysis.modes.spectrum import Root, Spectrum, spectrum
 from multibody_sym.analysis.modes.state import SteadyState, formulas_of, place_of
 from multibody_sym.derivation.symbolic_start import SymbolicState
-from multibody_sym.dynamics.start.initial_geometry import straightened
+from multibody_sym.dynamics.start.initial_geometry import fix_directions
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -153,7 +153,7 @@ class SmallMotion:
         flow, begin = place.flow, place.begin
         if not place.linear.states:
             raise NoSolutionError("nothing is free to move: there are no small motions", number="N111")
-        formal, _ = straightened(flow.mechanism, begin.q, begin.u, begin.parameters)
+        formal, _ = fix_directions(flow.mechanism, begin.q, begin.u, begin.parameters)
         size = len(formal.speeds)
         tangents = flow.tangents(np.array(begin.q, dtype=float), np.array(begin.u, dtype=float))
         places = [k - size for k in tangents.places if k >= size]

@@ -20,7 +20,7 @@ from multibody_sym.analysis.rest.exact_ends import ExactEnd, fits, short_number,
 from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, search_of
 from multibody_sym.analysis.rest.statics import Position, RestEnd
 from multibody_sym.derivation.routes import verify_formalism
-from multibody_sym.dynamics.start.number_checks import examined, on_numbers
+from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import (
     ArgumentError,
@@ -173,7 +173,7 @@ def rest_position(system: System, formalism: str | None) -> Position:
 
     Raises NoSolutionError where a prescribed motion carries elements along, so that speeds of 0 are no rest.
     """
-    declared = examined(system)
+    declared = check_numbers(system)
     verify_kept(declared)
     resolved = declared.relative or declared
     position = Position(resolved, start(resolved, project=system.simulation.project), formalism)

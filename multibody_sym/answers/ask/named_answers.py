@@ -12,7 +12,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.questions import named_by
 from multibody_sym.model.settings import Ask
@@ -53,7 +53,7 @@ class Anywhere:
 
     solved: SolvedInstant
     forms: ClosedForms
-    instant: Instant
+    instant: StateQuantities
 
     @property
     def variables(self) -> frozenset[Node]:
@@ -91,7 +91,7 @@ def anywhere(solved: SolvedInstant, q: Sequence[float], u: Sequence[float]) -> A
         forms.known.update(zip(names, forms.of(values), strict=True))  # those that constraints hold have no letters
     except NoClosedFormError:
         return None
-    return Anywhere(solved, forms, Instant(motion_of(mechanism, general.state), *unknowns(mechanism)))
+    return Anywhere(solved, forms, StateQuantities(motion_of(mechanism, general.state), *unknowns(mechanism)))
 
 
 @dataclass(eq=False)

@@ -20,7 +20,7 @@ from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
@@ -44,7 +44,7 @@ class UniformMotion:
     solved: SolvedInstant
     forms: ClosedForms
     anywhere: ClosedForms
-    nodes: Instant
+    nodes: StateQuantities
     variables: frozenset[Node]
 
     # --- coordinates ----------------------------------------------------------------------------------------------
@@ -168,7 +168,7 @@ def uniform_motion(solved: SolvedInstant) -> UniformMotion | None:
         return None
     if any(x.symbols & variables for x in anywhere.udot):
         return None
-    nodes = Instant(motion_of(resolved, general.state), *unknowns(resolved))
+    nodes = StateQuantities(motion_of(resolved, general.state), *unknowns(resolved))
     return UniformMotion(solved, forms, anywhere, nodes, variables)
 
 

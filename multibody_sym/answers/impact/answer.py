@@ -28,9 +28,9 @@ from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with
 from multibody_sym.answers.records import ImpactFound
 from multibody_sym.contact_laws.impact_problem import ImpactResult
 from multibody_sym.contact_laws.impact_sequence import clusters
-from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing, struck_rows
+from multibody_sym.dynamics.contact.impact_problem import StruckRows, friction_parts, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
-from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
 from multibody_sym.errors import ExpressionError, RunError, Where, at
 from multibody_sym.mechanics.energy import kinetic_energy
@@ -266,10 +266,10 @@ class _Answer:
         solved, names = self.solved, [speed.name for speed in self.posed.mechanism.speeds]
         units = {speed.name: speed.unit for speed in self.posed.mechanism.speeds}
 
-        def jumps(instant: Instant) -> Mapping[str, Any]:
+        def jumps(instant: StateQuantities) -> Mapping[str, Any]:
             return dict(zip(names, instant.udot, strict=True))
 
-        def after(instant: Instant) -> Mapping[str, Any]:
+        def after(instant: StateQuantities) -> Mapping[str, Any]:
             return dict(zip(names, _impact(instant).after, strict=True))
 
         lost = self._lost_by()
@@ -303,7 +303,7 @@ class _Answer:
         found: dict[str, Values] = {}
         for element in self.rows.acting:
 
-            def of_element(instant: Instant, element: LawElement = element) -> Mapping[str, Any]:
+            def of_element(instant: StateQuantities, element: LawElement = element) -> Mapping[str, Any]:
                 return _impulses_of(instant, element)
 
             units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
@@ -314,11 +314,11 @@ class _Answer:
         """Return the friction of each rough joint, of each pad where several rub."""
         found: dict[str, Values] = {}
         for element in self.rows.rough:
-            rows = [row for part in rubbing(element) for row in part.rows]
+            rows = [row for part in friction_parts(element) for row in part.rows]
             units = {row.name.removeprefix(f"{element.name}."): f"{row.unit}*s" for row in rows}
 
             def of_rows(
-                instant: Instant, rows: Sequence[Row] = rows, words: Sequence[str] = tuple(units)
+                instant: StateQuantities, rows: Sequence[Row] = rows, words: Sequence[str] = tuple(units)
             ) -> Mapping[str, Any]:
                 return dict(zip(words, row_impulses(_impact(instant), [row.name for row in rows]), strict=True))
 
@@ -334,7 +334,7 @@ class _Answer:
         found: dict[str, Values] = {}
         for name, elements in groups.items():
 
-            def of_group(instant: Instant, elements: Sequence[LawElement] = elements) -> Mapping[str, Any]:
+            def of_group(instant: StateQuantities, elements: Sequence[LawElement] = elements) -> Mapping[str, Any]:
                 every = [_impulses_of(instant, element) for element in elements]
                 return {part: sum((each[part] for each in every if part in each), 0) for part in every[0]}
 
@@ -351,7 +351,7 @@ class _Answer:
             if row.name in acting or owner in mechanism.joint_names:
                 continue
 
-            def of_row(instant: Instant, k: int = k) -> Mapping[str, Any]:
+            def of_row(instant: StateQuantities, k: int = k) -> Mapping[str, Any]:
                 return {"impulse": instant.multipliers[k]}
 
             unit = units.get(row.name, "")
@@ -370,7 +370,7 @@ class _Answer:
             if element.unilateral:
                 opens = after[names[element.normals[0].name]] > _AT_REST * largest
                 words.append("bounces" if opens else "stays")
-            for part in rubbing(element):
+            for part in friction_parts(element):
                 slipping = [float(after[names[row.name]]) for row in part.rows]
                 if not any(abs(v) > _AT_REST * largest for v in slipping):
                     words.append("sticks")
@@ -384,7 +384,7 @@ class _Answer:
         withheld = self.posed.blow.mechanism.withheld
         for name in self.posed.blow.mechanism.joint_names:
 
-            def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
+            def of_joint(instant: StateQuantities, name: str = name) -> Mapping[str, Any]:
                 return instant.reactions[name]
 
             values = self.solved.values(of_joint, IMPULSE_UNITS)
@@ -396,7 +396,7 @@ class _Answer:
         """Return the speed at which each contact closes before, or opens after."""
         names = {x.name: x.normals[0].name for x in self.rows.acting}
 
-        def of(instant: Instant) -> Mapping[str, Any]:
+        def of(instant: StateQuantities) -> Mapping[str, Any]:
             told = _impact(instant)
             rows = told.rows_before if when == "before" else told.rows_after
             sign = -1 if when == "before" else 1
@@ -413,7 +413,7 @@ class _Answer:
             mechanism = self.posed.blow.bare(element.normals[0])
             last = len(mechanism.rows) - 1
 
-            def of_last(instant: Instant, last: int = last) -> Mapping[str, Any]:
+            def of_last(instant: StateQuantities, last: int = last) -> Mapping[str, Any]:
                 return {"": instant.multipliers[last]}
 
             def unit(_: Motion, last: int = last) -> Mapping[int, Node]:
@@ -437,7 +437,7 @@ class _Answer:
         """Return the rows of what takes energy, by its name."""
         names = set(self.posed.blow.names)
         groups = {x.name: [row.name for row in x.rows if row.name in names] for x in self.rows.acting}
-        groups |= {x.name: [row.name for part in rubbing(x) for row in part.rows] for x in self.rows.rough}
+        groups |= {x.name: [row.name for part in friction_parts(x) for row in part.rows] for x in self.rows.rough}
         return groups | {name: list(rows) for name, rows in self.posed.blow.impact.begins.items()}
 
     def _energy_lost(self, lost: Values) -> Value:
@@ -469,14 +469,14 @@ class _Answer:
             return None
         rows = [row for own in self._losing().values() for row in own]
 
-        def given(instant: Instant) -> Any:
+        def given(instant: StateQuantities) -> Any:
             told = _impact(instant)
             lost_there = energy_taken(works(told, rows, self.course.striking))
             return kinetic_energy(told.later) - kinetic_energy(told.before) + lost_there
 
         return self._known(given, after - before + lost.value, "J")
 
-    def _known(self, ask: Callable[[Instant], Any], number: float, unit: str) -> Value:
+    def _known(self, ask: Callable[[StateQuantities], Any], number: float, unit: str) -> Value:
         """Return an energy with the closed form of what `ask` finds, where that is the number; 0 where it is rounding.
 
         That is so beside the works of which it is made.
@@ -496,7 +496,7 @@ class _Answer:
         return float(kinetic_energy(instant.before)), float(kinetic_energy(instant.later))
 
     def _kinetic_energy(self) -> Values:
-        def of(instant: Instant) -> Mapping[str, Any]:
+        def of(instant: StateQuantities) -> Mapping[str, Any]:
             told = _impact(instant)
             return {"before": kinetic_energy(told.before), "after": kinetic_energy(told.later)}
 
@@ -507,16 +507,16 @@ class _Answer:
         return (*self.struck.notes, *numbers)
 
 
-def _impact(instant: Instant) -> ImpactInstant:
+def _impact(instant: StateQuantities) -> ImpactInstant:
     assert isinstance(instant, ImpactInstant)
     return instant
 
 
-def _impulses_of(instant: Instant, element: LawElement) -> dict[str, Any]:
+def _impulses_of(instant: StateQuantities, element: LawElement) -> dict[str, Any]:
     """Return the impulses of an element: normal, and along its rows of friction."""
     told = _impact(instant)
     found = {"normal": row_impulses(told, [element.normals[0].name])[0]}
-    for part in rubbing(element)[:1]:
+    for part in friction_parts(element)[:1]:
         along = row_impulses(told, [row.name for row in part.rows])
         names = ["friction"] if len(along) == 1 else ["friction_1", "friction_2"]
         found |= dict(zip(names, along, strict=True))
@@ -548,7 +548,7 @@ def _answer_after(solved: SolvedInstant, node: Node) -> Value:
     impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
     others = [leaf for leaf in asked if leaf not in impulses]
 
-    def ask(instant: Instant) -> Mapping[str, Any]:
+    def ask(instant: StateQuantities) -> Mapping[str, Any]:
         assert isinstance(instant, ImpactInstant)
         later = instant.later
         nothing = [0] * len(later.state.u), [0] * len(later.mechanism.rows)

@@ -19,8 +19,8 @@ from multibody_sym.answers.impact.solve import (
 from multibody_sym.answers.instant.conditions import told_conditions
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.states import least_coefficient
-from multibody_sym.dynamics.contact.impact_problem import StruckRows, rubbing
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.contact.impact_problem import StruckRows, friction_parts
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.row_kinematics import coefficients
@@ -58,7 +58,7 @@ def _not_negative(nodes: ImpactInstant, elements: Sequence[LawElement]) -> Itera
     for element in elements:
         e, back = nodes.before.state.values([element.restitution, element.tangential_restitution])
         yield from (as_node(1 - x) for x in (e, back) if as_node(x).shadow is None)
-        for part in rubbing(element):
+        for part in friction_parts(element):
             static, kinetic = coefficients(nodes.before, part.rows, [part.static, part.kinetic])
             yield from (x for x in map(as_node, (static, kinetic)) if x.shadow is None)
             if not part.enough and static is not kinetic:
@@ -105,14 +105,14 @@ def _mode_conditions(mode: _Mode) -> Iterator[Needed]:
     if not mode.alone:
         yield from order.finally_open(after, struck)
     for element in acting:
-        for part in rubbing(element):
+        for part in friction_parts(element):
             yield from _friction_conditions(mode, element, part)
     for element in mode.rows.rough:
         if not any(part.norm for part in element.frictions):
             for row in element.normals:
                 pressed = limits.towards(mode.rows.mode.side(element, row), *row_impulses(mode.nodes, [row.name]))
                 yield Needed(as_node(pressed), f"{element.name} is pressed from the other side")
-        for part in rubbing(element):
+        for part in friction_parts(element):
             yield from _friction_conditions(mode, element, part)
 
 
@@ -158,7 +158,7 @@ def needed_friction(solved: SolvedInstant, elements: Sequence[LawElement]) -> It
         for part in element.frictions if element.unilateral else ():
 
             def impulses(
-                instant: Instant, element: LawElement = element, part: FrictionPart = part
+                instant: StateQuantities, element: LawElement = element, part: FrictionPart = part
             ) -> tuple[S, list[S]]:
                 assert isinstance(instant, ImpactInstant)
                 along = row_impulses(instant, [row.name for row in part.rows])

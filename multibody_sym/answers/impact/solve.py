@@ -21,15 +21,15 @@ from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import (
     Deciding,
     Following,
+    friction_parts,
     plane_contact,
     plane_course,
     plane_element,
-    rubbing,
 )
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.declared_impact import PosedImpact
 from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
@@ -51,7 +51,7 @@ _CONTRADICTION: Final = 1e-8
 
 
 @dataclass(frozen=True)
-class ImpactInstant(Instant):
+class ImpactInstant(StateQuantities):
     """The mechanism of an impact: `motion` at rest, udot the jumps, multipliers the impulses; and what was `before`."""
 
     before: Motion
@@ -401,7 +401,7 @@ class ImpactFormulas:
         own = len(blow.mechanism.rows)
         for step in steps:
             striking = [by_name[name] for name in step.struck]
-            if self.mode.rows.joints or any(map(rubbing, striking)):
+            if self.mode.rows.joints or any(map(friction_parts, striking)):
                 raise NoClosedFormError("several impacts with friction follow each other")
             speeds = _speeds(now)
             rows = [element.normals[0] for element in striking]

@@ -15,7 +15,7 @@ from multibody_sym.algebra.inequalities import Condition, in_circle, reduced, un
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces, ClosedForms, closed_forms, unknowns
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.law_elements import (
@@ -295,7 +295,7 @@ def starting_slip(solved: SolvedInstant) -> Iterator[Condition]:
     rougher = with_coefficients(mechanism, static)
     try:
         other = closed_forms(rougher, solved.symbolic)
-        acting = ActingForces.at(Instant(motion_of(rougher, solved.symbolic.state), *unknowns(rougher)))
+        acting = ActingForces.at(StateQuantities(motion_of(rougher, solved.symbolic.state), *unknowns(rougher)))
         for part in starting:
             rate = as_node(acting.forward(part, acting.acceleration))
             (here,) = forms.of([book_form(other.of([rate])[0])])
@@ -392,7 +392,7 @@ def conditions_of_mode(solved: SolvedInstant) -> Iterator[Condition]:
 def _inequalities(solved: SolvedInstant) -> Iterator[tuple[Inequality, bool | None]]:
     """Yield the inequalities and whether their closed forms are the numbers, None where forces are not unique."""
 
-    def of(instant: Instant) -> Iterator[Inequality]:
+    def of(instant: StateQuantities) -> Iterator[Inequality]:
         return inequalities(ActingForces.at(instant), solved)
 
     numbers = [list(of(instant)) for instant in (solved.numbers, *solved.others)]

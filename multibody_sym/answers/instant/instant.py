@@ -30,8 +30,8 @@ from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.programs.quantities import Instant, quantities
-from multibody_sym.dynamics.start.initial_geometry import Side, straightened
+from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
+from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
 from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import StartState, examined_state
@@ -103,18 +103,18 @@ class SolvedInstant:
     system: System
     mechanism: Mechanism
     begin: Start
-    numbers: Instant
-    others: tuple[Instant, ...]
+    numbers: StateQuantities
+    others: tuple[StateQuantities, ...]
     symbolic: SymbolicState
-    nodes: Instant
-    slots: Instant
+    nodes: StateQuantities
+    slots: StateQuantities
     forms: ClosedForms | None
     reasons: dict[str, None] = field(default_factory=dict)
     decided: Decided = field(default_factory=Decided)
     lettered: LetteredStart = field(default_factory=LetteredStart)
 
     def values(
-        self, ask: Callable[[Instant], Mapping[str, Any]], units: Mapping[str, str], least: float = 0.0
+        self, ask: Callable[[StateQuantities], Mapping[str, Any]], units: Mapping[str, str], least: float = 0.0
     ) -> dict[str, Value]:
         """Return what `ask` finds at the instant, as numbers with closed forms where they agree.
 
@@ -141,7 +141,7 @@ class SolvedInstant:
         """Why forces of least norm that are asked for cannot be: what they would do against the laws. Else empty."""
         return ActingForces.at(self.numbers).beyond if self.mechanism.minimum_norm and self.others else ""
 
-    def _nodes(self, ask: Callable[[Instant], Mapping[str, Any]]) -> Mapping[str, Any]:
+    def _nodes(self, ask: Callable[[StateQuantities], Mapping[str, Any]]) -> Mapping[str, Any]:
         """Return what `ask` finds over Nodes; nothing where an expression has no value at the exact start."""
         try:
             return ask(self.nodes)
@@ -228,12 +228,12 @@ class SolvedInstant:
         """Return the value of an expression in the names of the model at the instant."""
         return float(self.asked(node)(self.numbers)[""])
 
-    def asked(self, node: Node) -> Callable[[Instant], Mapping[str, Any]]:
+    def asked(self, node: Node) -> Callable[[StateQuantities], Mapping[str, Any]]:
         """Return the question for an expression in the names of the model."""
         in_slots = evaluate([node], lambda leaf: self.mechanism.symbols.get(leaf, leaf))
         wanted = leaves(in_slots, "quantity")
 
-        def ask(instant: Instant) -> Mapping[str, Any]:
+        def ask(instant: StateQuantities) -> Mapping[str, Any]:
             state = instant.motion.state
             found = quantities(instant.motion, instant.udot, instant.multipliers, wanted)
             return {"": evaluate(in_slots, {**state.slots, **found}, state.scalar)[0]}
@@ -285,8 +285,8 @@ def _udot(state: StartState, number: int, mode: Mode) -> tuple[Value, ...]:
     mechanism, begin = replace(state, modes=(mode,)).in_joints
     here = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(composite_body(mechanism, here))
-    numbers = Instant(motion_of(mechanism, here), found.udot.tolist(), found.multipliers.tolist())
-    formal, _ = straightened(mechanism, begin.q, begin.u, begin.parameters)
+    numbers = StateQuantities(motion_of(mechanism, here), found.udot.tolist(), found.multipliers.tolist())
+    formal, _ = fix_directions(mechanism, begin.q, begin.u, begin.parameters)
     known = _with_bounds(mechanism, begin, numbers, motion_of(formal, slot_state(formal)))
     udot = [(known[node].value, known[node].bound) for node in unknowns(mechanism)[0]]
     errors = [(x, bound if np.isfinite(bound) else 0.0) for x, bound in udot]
@@ -315,12 +315,12 @@ def solved_in(
     if facts.motion is not None:
         udot, forces = facts.motion
         found = replace(found, udot=udot, multipliers=np.array([forces[row.name] for row in resolved.rows]))
-    numbers = Instant(motion, found.udot.tolist(), found.multipliers.tolist())
+    numbers = StateQuantities(motion, found.udot.tolist(), found.multipliers.tolist())
     others = tuple(
-        Instant(motion, numbers.udot, (found.multipliers + change).tolist())
+        StateQuantities(motion, numbers.udot, (found.multipliers + change).tolist())
         for change in idle_multipliers(dynamics, found)
     )
-    formal, sides = straightened(resolved, begin.q, begin.u, begin.parameters)
+    formal, sides = fix_directions(resolved, begin.q, begin.u, begin.parameters)
     reasons: dict[str, None] = {}
     declared = declared_state(formal, begin)
     directed = with_directions(formal, declared)  # those of slip that hold whatever the values
@@ -328,15 +328,15 @@ def solved_in(
     symbolic = directed if forms is not None and begins_along(formal, directed, forms) else declared
     if symbolic is declared:
         forms = forms_of(formal, declared, sides, reasons)
-    nodes = Instant(motion_of(formal, symbolic.state), *unknowns(formal))
-    slots = Instant(motion_of(formal, slot_state(formal)), *unknowns(formal))
+    nodes = StateQuantities(motion_of(formal, symbolic.state), *unknowns(formal))
+    slots = StateQuantities(motion_of(formal, slot_state(formal)), *unknowns(formal))
     lettered = LetteredStart(formal, symbolic, begin, numbers)
     return SolvedInstant(
         system, resolved, begin, numbers, others, symbolic, nodes, slots, forms, reasons, facts, lettered
     )
 
 
-def _with_bounds(mechanism: Mechanism, begin: Start, numbers: Instant, slots: Motion) -> dict[Node, Bounded]:
+def _with_bounds(mechanism: Mechanism, begin: Start, numbers: StateQuantities, slots: Motion) -> dict[Node, Bounded]:
     """Return parameters, start values, accelerations and multipliers, each with a bound of its rounding.
 
     `slots` is the motion over slots, by which the accelerations in `numbers` are calculated.
@@ -372,7 +372,7 @@ def _solution_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping
 
 
 def forms_of(
-    resolved: Mechanism, symbolic: SymbolicState, sides: Sequence[Side], reasons: dict[str, None]
+    resolved: Mechanism, symbolic: SymbolicState, sides: Sequence[SignedLength], reasons: dict[str, None]
 ) -> ClosedForms | None:
     """Return the closed forms; that ropes and springs lie on their sides is among the signs that they rest on."""
     try:

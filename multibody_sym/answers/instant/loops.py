@@ -30,7 +30,7 @@ from multibody_sym.answers.instant.letters import (
 from multibody_sym.answers.records import Definition
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
@@ -416,7 +416,7 @@ class InLetters:
     Raises NoClosedFormError where no loop is closed, speeds are no rates of coordinates, or formulas grow too long.
     """
 
-    def __init__(self, mechanism: Mechanism, symbolic: SymbolicState, begin: Start, numbers: Instant) -> None:
+    def __init__(self, mechanism: Mechanism, symbolic: SymbolicState, begin: Start, numbers: StateQuantities) -> None:
         if not mechanism.rows or mechanism.one_way or mechanism.impact is not None:
             raise NoClosedFormError("no loop is closed, or what holds one way only may close it")
         self._taken = {str(name.data) for name in (*mechanism.symbols, *symbolic.letters)}
@@ -521,13 +521,13 @@ class InLetters:
     # --- what is asked for ----------------------------------------------------------------------------------------
 
     @cached_property
-    def instant(self) -> Instant:
+    def instant(self) -> StateQuantities:
         """The start over letters, all of which have their definitions by then."""
         self._of_accelerations()
         self._of_forces()
-        return Instant(self.coordinates.motion, self.coordinates.udot, self.loops.multipliers)
+        return StateQuantities(self.coordinates.motion, self.coordinates.udot, self.loops.multipliers)
 
-    def of(self, asked: Callable[[Instant], Mapping[str, Any]], name: str) -> Node | None:
+    def of(self, asked: Callable[[StateQuantities], Mapping[str, Any]], name: str) -> Node | None:
         """Return what is asked for, in letters all of which are defined; None where it is too long."""
         instant = self.instant
         self.letters.renew()

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.derivation.symbolic_start import ActingForces
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import held_pulleys
 from multibody_sym.mechanics.law_elements import PRESSING, LawElement, component_names
 from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
@@ -30,7 +30,7 @@ from multibody_sym.text.values import Value
 
 def with_letters(
     solved: SolvedInstant,
-    ask: Callable[[Instant], Mapping[str, Any]],
+    ask: Callable[[StateQuantities], Mapping[str, Any]],
     units: Mapping[str, str],
     numbers: Collection[str] = (),
     least: float = 0.0,
@@ -71,7 +71,7 @@ def reactions_of(solved: SolvedInstant) -> dict[str, Components]:
     found: dict[str, Components] = {}
     for name in held_pulleys(solved.mechanism):  # massless ones that stand under no joint
 
-        def of_pulley(instant: Instant, name: str = name) -> Mapping[str, Any]:
+        def of_pulley(instant: StateQuantities, name: str = name) -> Mapping[str, Any]:
             return instant.pulleys[name]
 
         found[name] = with_letters(solved, of_pulley, REACTION_UNITS)
@@ -84,7 +84,7 @@ def _of_joints(solved: SolvedInstant) -> dict[str, Components]:
     mechanism = solved.mechanism
     for name in mechanism.joint_names:
 
-        def of_joint(instant: Instant, name: str = name) -> Mapping[str, Any]:
+        def of_joint(instant: StateQuantities, name: str = name) -> Mapping[str, Any]:
             return instant.reactions[name]
 
         # a joint's own freedoms leave components to what drives it, which needs no letters
@@ -115,7 +115,7 @@ def _of_constraints(solved: SolvedInstant) -> dict[str, Components]:
             continue
         name, component = place_of(row)
 
-        def of_row(instant: Instant, component: str = component, k: int = k) -> Mapping[str, Any]:
+        def of_row(instant: StateQuantities, component: str = component, k: int = k) -> Mapping[str, Any]:
             return {component: instant.multipliers[k]}
 
         found.setdefault(name, {}).update(with_letters(solved, of_row, {component: units[row.name]}))
@@ -132,14 +132,14 @@ def _of_one_way(solved: SolvedInstant) -> dict[str, Components]:
         rope = element.normals[0] if element.kind == "rope" else None
         if isinstance(rope, RopeRow):
 
-            def of_rope(instant: Instant, rope: RopeRow = rope) -> Mapping[str, Any]:
+            def of_rope(instant: StateQuantities, rope: RopeRow = rope) -> Mapping[str, Any]:
                 return dict(zip(rope.components, (instant.tensions[name] for name in rope.asked), strict=True))
 
             tensions = with_letters(solved, of_rope, dict.fromkeys(rope.components, "N"))
             found.setdefault(rope.told[0], {}).update(tensions)
         else:
 
-            def of_element(instant: Instant, element: LawElement = element) -> Mapping[str, Any]:
+            def of_element(instant: StateQuantities, element: LawElement = element) -> Mapping[str, Any]:
                 return ActingForces.at(instant).of(element)
 
             found[element.name] = with_letters(solved, of_element, _units(solved.mechanism, element))
@@ -171,11 +171,11 @@ def _of_groups(solved: SolvedInstant) -> dict[str, Components]:
     found: dict[str, Components] = {}
     for name, elements in groups.items():
 
-        def of_group(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
+        def of_group(instant: StateQuantities, elements: list[LawElement] = elements) -> Mapping[str, Any]:
             every = [ActingForces.at(instant).of(element) for element in elements]
             return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
 
-        def places(instant: Instant, elements: list[LawElement] = elements) -> Mapping[str, Any]:
+        def places(instant: StateQuantities, elements: list[LawElement] = elements) -> Mapping[str, Any]:
             return ActingForces.at(instant).middle(elements)
 
         acting = ActingForces.at(solved.numbers)
@@ -233,7 +233,7 @@ def _unique_sums_of(
         signed: Signed = tuple(zip(chosen, (1, *signs), strict=True))
         name = "".join(f" {'+' if sign > 0 else '-'} {force_name(each.name, word)}" for each, sign in signed)[3:]
 
-        def of_sum(instant: Instant, signed: Signed = signed, name: str = name) -> Mapping[str, Any]:
+        def of_sum(instant: StateQuantities, signed: Signed = signed, name: str = name) -> Mapping[str, Any]:
             return {name: sum(sign * ActingForces.at(instant).of(element)[word] for element, sign in signed)}
 
         value = solved.values(of_sum, {name: unit})[name]

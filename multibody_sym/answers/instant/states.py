@@ -13,7 +13,7 @@ from multibody_sym.answers.instant.conditions import inequalities
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.reactions import unit_of
 from multibody_sym.derivation.symbolic_start import ActingForces
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
 from multibody_sym.mechanics.law_elements import ALONG_VELOCITY, STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.modes import mode_words
@@ -62,7 +62,9 @@ def state_found(solved: SolvedInstant) -> StateFound:
     for element in mechanism.one_way:
         for part in element.frictions if is_active(mechanism, element) else ():
 
-            def forces(instant: Instant, element: LawElement = element, part: FrictionPart = part) -> tuple[S, list[S]]:
+            def forces(
+                instant: StateQuantities, element: LawElement = element, part: FrictionPart = part
+            ) -> tuple[S, list[S]]:
                 acting = ActingForces.at(instant)
                 return acting.pressing(element, part), acting.friction(part)
 
@@ -74,7 +76,7 @@ def state_found(solved: SolvedInstant) -> StateFound:
                 directions[part.name] = given if given is not None else tuple(v / speed for v in velocity)
     rows = {x.name: x.normals[0] for x in mechanism.one_way if x.name in solved.decided.closing}
 
-    def speeds(instant: Instant) -> Mapping[str, Any]:
+    def speeds(instant: StateQuantities) -> Mapping[str, Any]:
         acting = ActingForces.at(instant)
         return {name: -acting.row(row).phidot for name, row in rows.items()}
 
@@ -173,7 +175,7 @@ def _is_unique(solved: SolvedInstant, row: str) -> bool:
 # --- how rough is enough -------------------------------------------------------------------------------------------
 
 def least_coefficient(
-    solved: SolvedInstant, part: FrictionPart, forces: Callable[[Instant], tuple[S, Sequence[S]]]
+    solved: SolvedInstant, part: FrictionPart, forces: Callable[[StateQuantities], tuple[S, Sequence[S]]]
 ) -> Iterator[tuple[str, Value]]:
     """Yield the least coefficient |F| / N with which a part sticks that is rough `enough`; `forces` gives N and F."""
     pressing, friction = forces(solved.numbers)
@@ -182,7 +184,7 @@ def least_coefficient(
         return
     sign = -1 if len(friction) == 1 and float(friction[0]) < 0.0 else 1
 
-    def ratio(instant: Instant) -> Mapping[str, Any]:
+    def ratio(instant: StateQuantities) -> Mapping[str, Any]:
         pressing, friction = forces(instant)
         size = sign * friction[0] if len(friction) == 1 else length(friction)
         return {"": size / (instant.motion.state.values([part.arm])[0] * pressing)}

@@ -49,7 +49,7 @@ from multibody_sym.derivation.notation import (
     symbols_of,
 )
 from multibody_sym.derivation.symbolic_start import SymbolicState
-from multibody_sym.dynamics.programs.quantities import Instant
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.mechanism import Mechanism, Source, TreeBody
 from multibody_sym.mechanics.modes import is_direction
@@ -266,7 +266,7 @@ class _Work:
             found[length.symbol] = float(self.exactly.quotients([length.factor])[0].sample) * math.hypot(*sizes)
         return found
 
-    def _numbers_of(self, instant: Instant) -> dict[Any, float]:
+    def _numbers_of(self, instant: StateQuantities) -> dict[Any, float]:
         """Return the accelerations, multipliers and reactions of an instant in floats."""
         found = dict(zip(self.symbols.accelerations, map(float, instant.udot), strict=True))
         found.update(zip(self.symbols.multipliers, map(float, instant.multipliers), strict=True))

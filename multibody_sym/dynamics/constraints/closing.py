@@ -265,7 +265,7 @@ def _newton(rows: ConstraintRows, q: Floats, free: Sequence[int], weighted: bool
             return None
         phi, jacobian = here
         size = float(np.linalg.norm(phi))
-        step = least_change(rows, q, jacobian, -phi, free, weighted, _damped)
+        step = least_change(rows, q, jacobian, -phi, free, weighted, _damped_step)
         if _is_rounding(step):  # a phi near zero could be followed far below its rounding
             missed = rows.missed(q, begun)
             if missed is not None and missed.within(EPSILON):
@@ -393,7 +393,7 @@ def least_norm(matrix: Floats, wanted: Floats) -> Floats:
     return in_floats(matrix.tolist(), wanted.tolist(), matrix.shape[1]).solution
 
 
-def _damped(matrix: Floats, wanted: Floats) -> Floats:
+def _damped_step(matrix: Floats, wanted: Floats) -> Floats:
     """Return A^T (A A^T + mu E)^-1 r with mu -> 0 as |r|^2 (Levenberg, Marquardt).
 
     Rows that are dependent where they hold are independent nearby, and would lead Newton's method astray.

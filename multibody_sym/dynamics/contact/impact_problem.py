@@ -45,7 +45,7 @@ _NOTHING: Final = 1e-13
 """The part of the largest impulse below which one is rounding."""
 
 
-def rubbing(element: LawElement) -> tuple[FrictionPart, ...]:
+def friction_parts(element: LawElement) -> tuple[FrictionPart, ...]:
     """Return the friction parts of an element that rub at all."""
     return tuple(part for part in element.frictions if part.rubs)
 
@@ -76,13 +76,13 @@ class Blow:
     @cached_property
     def rough(self) -> tuple[LawElement, ...]:
         """The joints with friction, which the impulses in them press."""
-        return tuple(x for x in self.mechanism.one_way if not x.unilateral and rubbing(x))
+        return tuple(x for x in self.mechanism.one_way if not x.unilateral and friction_parts(x))
 
     @property
     def striking(self) -> tuple[Row, ...]:
         """All rows of the elements and of rough joints: of each its normals, then those along which it rubs."""
         every = (*self.elements, *self.rough)
-        return tuple(r for x in every for r in (*x.normals, *(r for p in rubbing(x) for r in p.rows)))
+        return tuple(r for x in every for r in (*x.normals, *(r for p in friction_parts(x) for r in p.rows)))
 
     def before(self, state: State) -> Motion:
         """Return the motion before over the scalar of a state, with all rows that may act."""
@@ -153,13 +153,13 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
         given_back = 0.0
         if element.unilateral:
             e[places[element.normals[0].name]], given_back = coefficients_of[element.name]
-        tangential += [given_back if k == 0 else 0.0 for k in range(len(rubbing(element)))]
+        tangential += [given_back if k == 0 else 0.0 for k in range(len(friction_parts(element)))]
 
     def friction(element: LawElement, part: FrictionPart, places: Mapping[str, int]) -> FrictionLaw:
         static, kinetic = map(float, coefficients(blow.motion, part.rows, [part.static, part.kinetic]))
         return friction_law(element, part, places, (static, kinetic))
 
-    rows = LawProblem(A, C, D, right, *element_laws(((x, rubbing(x)) for x in elements), places, friction))
+    rows = LawProblem(A, C, D, right, *element_laws(((x, friction_parts(x)) for x in elements), places, friction))
     return ImpactProblem(rows, e, tuple(tangential), law, order, names=blow.names, pushed=pushed)
 
 
@@ -168,7 +168,7 @@ def plane_element(blow: Blow) -> LawElement | None:
     if len(blow.elements) != 1 or blow.rough:
         return None
     (element,) = blow.elements
-    parts = rubbing(element)
+    parts = friction_parts(element)
     alone = len(parts) == 1 and len(parts[0].rows) == 1 and parts[0].normals == (0,)
     if not alone or (parts[0].enough and element.tangential_restitution is not ZERO):
         return None
@@ -198,14 +198,14 @@ def struck_rows(blow: Blow, struck: ImpactResult) -> StruckRows:
     """Return the mechanism of an impact in the mode in which it was found."""
     places = {name: k for k, name in enumerate(blow.names)}
     acting = tuple(x for x in blow.elements if places[x.normals[0].name] in struck.closed)
-    numbers = {part.name: k for k, part in enumerate(p for x in blow.elements for p in rubbing(x))}
+    numbers = {part.name: k for k, part in enumerate(p for x in blow.elements for p in friction_parts(x))}
     largest = float(np.abs(struck.impulses).max(initial=0.0))
     rows: list[Row] = []
     slips: dict[str, int] = {}
     for element in acting:
         frictions: list[Sliding] = []
         along: list[Row] = []
-        for part in rubbing(element):
+        for part in friction_parts(element):
             course = set(struck.course(numbers[part.name]))
             slips[part.name] = _constant(course)
             if len(part.rows) == 1 and part.normals == (0,) and slips[part.name]:
@@ -241,7 +241,7 @@ def _with_own_impulses(blow: Blow, struck: ImpactResult, slips: Mapping[str, int
     speeds = [k for k, row in enumerate(blow.rows) if row.kinematic]
     small = _AT_REST * float(np.abs(np.concatenate([struck.before[speeds], struck.after[speeds]])).max(initial=0.0))
     found = set[str]()
-    for part in (p for x in (*blow.elements, *blow.rough) for p in rubbing(x) if not slips.get(p.name)):
+    for part in (p for x in (*blow.elements, *blow.rough) for p in friction_parts(x) if not slips.get(p.name)):
         rows = [places[row.name] for row in part.rows]
         if float(np.linalg.norm(struck.after[rows])) > small and struck.impulses[rows].any():
             found |= {row.name for row in part.rows}
@@ -254,12 +254,13 @@ def _rough_mode(blow: Blow, struck: ImpactResult, small: float) -> tuple[Mode, t
     A part that does not slide one way throughout, pressed from one side, sticks in the mode: it has its own impulse.
     """
     places = {name: k for k, name in enumerate(blow.names)}
-    numbers = {part.name: k for k, part in enumerate(p for x in (*blow.elements, *blow.rough) for p in rubbing(x))}
+    parts = (part for x in (*blow.elements, *blow.rough) for part in friction_parts(x))
+    numbers = {part.name: k for k, part in enumerate(parts)}
     sides: dict[str, int] = {}
     slips: dict[str, int] = {}
     rough: list[LawElement] = []
     for element in blow.rough:
-        own = [places[row.name] for part in rubbing(element) for row in part.rows]
+        own = [places[row.name] for part in friction_parts(element) for row in part.rows]
         if not (np.abs(struck.impulses[own]) > small).any():
             continue
         rough.append(element)
@@ -267,7 +268,7 @@ def _rough_mode(blow: Blow, struck: ImpactResult, small: float) -> tuple[Mode, t
             pressed = float(struck.impulses[places[row.name]])
             sides[row.name] = -1 if pressed < 0.0 else 1
         sides[element.name] = sides[element.normals[0].name]
-        for part in rubbing(element):
+        for part in friction_parts(element):
             rows = [places[r.name] for r in element.normals_of(part)], [places[r.name] for r in part.rows]
             slips[part.name] = _joint_slip(struck, numbers[part.name], *rows)
     return Mode(sides, slips), tuple(rough)
@@ -387,7 +388,7 @@ def plane_contact(
 ) -> PlaneContact:
     """Return the contact for motions (before, and just before it strikes); `solve` finds the jumps of a mechanism."""
     before, pushed = motions
-    (part,) = rubbing(element)
+    (part,) = friction_parts(element)
     rows, own = (element.normals[0], part.rows[0]), len(blow.mechanism.rows)
     names = [row.name for row in rows]
     resting_ = impact_mechanism(blow.mechanism, rows, elements=blow.impact.meetings, given=names)

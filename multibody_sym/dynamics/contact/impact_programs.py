@@ -17,16 +17,16 @@ from multibody_sym.dynamics.contact.impact_problem import (
     Blow,
     StruckRows,
     both_ways,
+    friction_parts,
     plane_contact,
     plane_course,
     plane_element,
-    rubbing,
 )
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.constrained import constrained
+from multibody_sym.dynamics.formalisms.constrained import solve_constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
+from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated_inertia
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.repeated_bodies import (
     BodyKind,
@@ -121,7 +121,7 @@ def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | No
     # rows without an impulse of their own whose speeds decide whether a mode holds
     seen = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
     own = {row.name for row in struck.mechanism.rows}
-    along = (row for x in struck.acting for part in rubbing(x) for row in part.rows)
+    along = (row for x in struck.acting for part in friction_parts(x) for row in part.rows)
     seen |= {row.name: row for row in along if row.name not in own}
     pushes = _pushes(blow, rows, seen) if like is not None else None
     if like is None or pushes is None:
@@ -249,7 +249,8 @@ class _Scan:
         moved = body_motion(body, moving_parent(w, v, ZERO_VECTOR), state)
         R_WB, p_WB = body_pose(moved, ((x, y, z), p))
         own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
-        inertia = articulated(about_origin(body_mass(body, state))).plus(unpack_inertia(read["carried"][6 * c :]))
+        carried = unpack_inertia(read["carried"][6 * c :])
+        inertia = articulated_inertia(about_origin(body_mass(body, state))).plus(carried)
         freedoms, left = eliminate_joint(body.u, moved, inertia)
         turn = product(transpose(pose(state, body.frame_on_parent)[0]), moved.R_PB)
         point = pose(state, body.frame_on_body)[1]  # of the joint
@@ -433,7 +434,7 @@ class StruckMode:
         first: Mapping[str, S] | None = None,
     ) -> Iterator[tuple[str, str, S]]:
         normal = element.normals[0].name
-        for part in rubbing(element):
+        for part in friction_parts(element):
             slip, names = self.rows.mode.slip(part), [row.name for row in part.rows]
             if slip:
                 yield "speed", f"{part.name} slips as at the start", slip * after.get(names[0], ZERO)
@@ -573,7 +574,7 @@ def _solve_impact(trace: Trace, dynamics: TreeDynamics) -> tuple[list[Node], lis
         return trace.solve([list(map(as_node, row)) for row in matrix], [as_node(x) for x in right], size)
 
     rows = [dynamics.rows[k] for k in acting]
-    found = constrained(
+    found = solve_constrained(
         dynamics.factors,
         dynamics.forcing,
         [[as_node(x) for x in row.jacobian] for row in rows],

@@ -47,7 +47,7 @@ class _Sharing:
         return self.rows.index(self.posed.places[name])
 
 
-def shared(posed: PosedLaws, mode: Mode, state: LawState) -> Mode:
+def with_shares(posed: PosedLaws, mode: Mode, state: LawState) -> Mode:
     """Return a mode with the shares of all its rows; unchanged where no force presses."""
     one = _acting_rows(posed, mode)
     lengths: Floats = np.linalg.norm(one.exerted, axis=1)  # one for all rows of a friction part

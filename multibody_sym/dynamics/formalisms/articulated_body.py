@@ -30,7 +30,7 @@ from multibody_sym.dynamics.formalisms.equations import (
     tree_dynamics,
     verify_massive,
 )
-from multibody_sym.dynamics.formalisms.inertia import Inertia, articulated, base_inertias, rigid_inertia
+from multibody_sym.dynamics.formalisms.inertia import Inertia, articulated_inertia, base_inertias, rigid_inertia
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -359,7 +359,7 @@ def outward(
 def tree_factors(motion: Motion) -> TreeFactors:
     """Return the factors of a tree's mass matrix, from the leaves to the root."""
     motion, along = along_body_axes(motion)
-    inertias = [articulated(rigid) for rigid in base_inertias(motion)]
+    inertias = [articulated_inertia(rigid) for rigid in base_inertias(motion)]
     freedoms: list[tuple[EliminatedFreedom, ...]] = [()] * len(inertias)
     for index in range(len(inertias) - 1, -1, -1):
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]

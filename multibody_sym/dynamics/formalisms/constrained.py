@@ -107,7 +107,7 @@ class Constrained:
     along: Matrix | None = None
 
 
-def constrained(
+def solve_constrained(
     factors: MassFactors,
     forcing: Sequence[S],
     rows: Matrix,
@@ -303,7 +303,7 @@ def forward_dynamics(dynamics: TreeDynamics, *, minimum_norm: bool = False) -> A
     if not dynamics.rows:
         return Accelerations(np.array(dynamics.bias_acceleration, dtype=float), np.zeros(0), np.zeros(3))
     friction = dynamics.friction
-    found = constrained(
+    found = solve_constrained(
         dynamics.factors,
         dynamics.forcing,
         constraint_jacobian(dynamics.rows).tolist(),

@@ -132,10 +132,10 @@ class Inertia:
 
 
 def rigid_inertia(mass: BodyMass) -> Inertia:
-    return articulated(about_origin(mass))
+    return articulated_inertia(about_origin(mass))
 
 
-def articulated(rigid: RigidInertia) -> Inertia:
+def articulated_inertia(rigid: RigidInertia) -> Inertia:
     """Return a rigid body's inertia [[m E, -m c~], [m c~, J]], J about the origin."""
     m, (x, y, z) = rigid.mass, rigid.moment
     return Inertia(((m, 0, 0), (0, m, 0), (0, 0, m)), ((0, z, -y), (-z, 0, x), (y, -x, 0)), rigid.inertia)

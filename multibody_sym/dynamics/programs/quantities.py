@@ -67,7 +67,7 @@ from multibody_sym.text.printer import COMPONENTS
 
 
 @dataclass(frozen=True)
-class Instant:
+class StateQuantities:
     """A state with its accelerations and multipliers, on which all quantities depend."""
 
     motion: Motion
@@ -123,7 +123,7 @@ class Instant:
 
 def quantities(motion: Motion, udot: Sequence[S], multipliers: Sequence[S], asked: Iterable[Node]) -> dict[Node, S]:
     """Return the values of `quantity` leaves over the motion's scalar; their names were verified with the model."""
-    instant = Instant(motion, udot, multipliers)
+    instant = StateQuantities(motion, udot, multipliers)
     return {leaf: _QUANTITIES[leaf.data[0]](instant, leaf.data[0], *leaf.data[1]) for leaf in asked}
 
 
@@ -184,7 +184,7 @@ def _component(vector: Vec, axis: str) -> S:
     return vector[AXES.index(axis)]
 
 
-def _marker(instant: Instant, name: str) -> Marker:
+def _marker(instant: StateQuantities, name: str) -> Marker:
     """Return the point that a name stands for; a body alone stands for its centre of mass."""
     mechanism = instant.motion.mechanism
     body, _, own = name.rpartition(".") if name not in mechanism.markers else (name, "", COM)
@@ -194,7 +194,7 @@ def _marker(instant: Instant, name: str) -> Marker:
     return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
 
 
-def _motion_of_point(instant: Instant, quantity: str, point: str, axis: str) -> S:
+def _motion_of_point(instant: StateQuantities, quantity: str, point: str, axis: str) -> S:
     marker = _marker(instant, point)
     if quantity == "acceleration":
         return _component(points.acceleration(instant.motion, marker, instant.bodies), axis)
@@ -202,7 +202,7 @@ def _motion_of_point(instant: Instant, quantity: str, point: str, axis: str) -> 
     return _component(motion_of_point(instant.motion, marker), axis)
 
 
-def _turning_of_body(instant: Instant, quantity: str, body: str, axis: str) -> S:
+def _turning_of_body(instant: StateQuantities, quantity: str, body: str, axis: str) -> S:
     index, local = instant.motion.mechanism.body_index(body), ZERO_VECTOR
     if index >= 0:
         is_velocity = quantity == "angular_velocity"
@@ -210,26 +210,26 @@ def _turning_of_body(instant: Instant, quantity: str, body: str, axis: str) -> S
     return _component(apply(instant.motion.rotation(index), local), axis)
 
 
-def _distance(instant: Instant, _quantity: str, a: str, b: str) -> S:
+def _distance(instant: StateQuantities, _quantity: str, a: str, b: str) -> S:
     first, second = (points.position(instant.motion, _marker(instant, name)) for name in (a, b))
     difference = subtract(second, first)
     return sqrt(dot(difference, difference))
 
 
-def _span_of_load(instant: Instant, quantity: str, name: str) -> S:
+def _span_of_load(instant: StateQuantities, quantity: str, name: str) -> S:
     loads = instant.motion.mechanism.loads
     ends = next(load for load in loads if isinstance(load, PointPull) and load.name == name).ends
     length, direction = span(instant.motion, ends)
     return length if quantity == "span" else span_rate(instant.motion, ends, direction)
 
 
-def _place_of_load(instant: Instant, _quantity: str, name: str, axis: str) -> S:
+def _place_of_load(instant: StateQuantities, _quantity: str, name: str, axis: str) -> S:
     loads = instant.motion.mechanism.loads
     load = next(load for load in loads if isinstance(load, PlacePotential) and load.name == name)
     return _component(place(load, instant.motion), axis)
 
 
-def _reaction(instant: Instant, _quantity: str, element: str, component: str) -> S:
+def _reaction(instant: StateQuantities, _quantity: str, element: str, component: str) -> S:
     if element in instant.motion.mechanism.joint_names:
         return instant.reactions[element][component]
     if component not in COMPONENTS:
@@ -237,7 +237,7 @@ def _reaction(instant: Instant, _quantity: str, element: str, component: str) ->
     return instant.pulleys[element][component] if element in instant.pulleys else 0
 
 
-def _multiplier(instant: Instant, quantity: str, name: str) -> S:
+def _multiplier(instant: StateQuantities, quantity: str, name: str) -> S:
     """Return a tension or multiplier; zero where no motion goes along its row, which is left out in the plane."""
     if quantity == "tension" and name in instant.tensions:
         return instant.tensions[name]
@@ -245,7 +245,7 @@ def _multiplier(instant: Instant, quantity: str, name: str) -> S:
     return instant.multipliers[rows[name]] if name in rows else 0
 
 
-def _wrap(instant: Instant, _quantity: str, name: str, pulley: str) -> S:
+def _wrap(instant: StateQuantities, _quantity: str, name: str, pulley: str) -> S:
     """Return the angle of a wheel on which a run of rope lies, at its end with the run behind it."""
     every = list(ropes(instant.motion.mechanism))
     row = next(row for row in every if row.name == name)
@@ -255,7 +255,7 @@ def _wrap(instant: Instant, _quantity: str, name: str, pulley: str) -> S:
     return wrap_angle(instant.motion, row, next(k for k, bend in enumerate(row.path) if bend.pulley == pulley))
 
 
-def _momentum(instant: Instant, quantity: str, *asked: str) -> S:
+def _momentum(instant: StateQuantities, quantity: str, *asked: str) -> S:
     """Return a component of P or L of a body, or of all where the word for the system is no body's name."""
     if quantity == "center_of_mass":
         return _component(centre_of_mass(instant.momenta), asked[-1])
@@ -274,7 +274,7 @@ def _momentum(instant: Instant, quantity: str, *asked: str) -> S:
     return _component(angular_momentum(parts, about), asked[-1])
 
 
-def _of_speed(instant: Instant, quantity: str, freedom: str) -> S:
+def _of_speed(instant: StateQuantities, quantity: str, freedom: str) -> S:
     """Return dT/du or udot of a speed, or of the speed that is a coordinate's rate."""
     named = f"generalized_momentum({freedom})" if quantity == "generalized_momentum" else f"{freedom}{quantity}"
     place = instant.motion.mechanism.speed_place(freedom)
@@ -283,7 +283,7 @@ def _of_speed(instant: Instant, quantity: str, freedom: str) -> S:
     return instant.generalized_momenta[place] if quantity == "generalized_momentum" else instant.udot[place]
 
 
-def _energy(instant: Instant, quantity: str, *store: str) -> S:
+def _energy(instant: StateQuantities, quantity: str, *store: str) -> S:
     """Return T of all or of a body, V of all, of the weight of a body or of the springs of one force, or T + V."""
     motion = instant.motion
     if quantity == "total_energy":
@@ -301,15 +301,15 @@ def _energy(instant: Instant, quantity: str, *store: str) -> S:
     return sum((stored_energy(load, motion) for load in own), 0)
 
 
-def _jacobi(instant: Instant, _quantity: str) -> S:
+def _jacobi(instant: StateQuantities, _quantity: str) -> S:
     return jacobi_integral(instant.motion)
 
 
-def _power(instant: Instant, _quantity: str, name: str) -> S:
+def _power(instant: StateQuantities, _quantity: str, name: str) -> S:
     return sum((each.power for each in instant.exerted_by(name)), 0)
 
 
-def _force(instant: Instant, _quantity: str, *asked: str) -> S:
+def _force(instant: StateQuantities, _quantity: str, *asked: str) -> S:
     """Return the component of an element's force on all bodies together, or on one."""
     whole = asked[1] if len(asked) > 2 else SYSTEM
     names = [body.name for body in instant.motion.mechanism.bodies]

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated
+from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated_inertia
 from multibody_sym.dynamics.programs.literals import places_of_loads
 from multibody_sym.dynamics.programs.quantities import Sources
 from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
@@ -210,7 +210,7 @@ def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> V
     missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]
 
     force, moment = vectors(read["carried"][:6])
-    inertia = articulated(rigid).plus(unpack_inertia(read["carried"][6:]))
+    inertia = articulated_inertia(rigid).plus(unpack_inertia(read["carried"][6:]))
     freedoms, left = eliminate_joint(body.u, moved, inertia)
     remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
     handed = to_parent(moved, wrench)

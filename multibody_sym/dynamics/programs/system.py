@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
-from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, constrained, correction
+from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, correction, solve_constrained
 from multibody_sym.dynamics.formalisms.equations import Formalism, FrictionTerms, TreeDynamics
 from multibody_sym.dynamics.programs.quantities import Sources, events, with_quantities
 from multibody_sym.dynamics.programs.repeated_bodies import scanned_normalize, scanned_sources, worth_scanning
@@ -268,7 +268,7 @@ def constrained_motion(
         (forces, ways), places = shared, {k: place for place, k in enumerate(acting)}
         own = [[(places[j], x) for j, x in ways[k] if j in places] for k in acting]
         sharing = Sharing([forces[k] for k in acting], own)
-    found = constrained(
+    found = solve_constrained(
         dynamics.factors,
         dynamics.forcing,
         _nodes([row.jacobian for row in rows]),

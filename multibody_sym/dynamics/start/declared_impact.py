@@ -11,10 +11,10 @@ import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, ImpactResult, Order
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, tree_dynamics_of
-from multibody_sym.dynamics.contact.impact_problem import Blow, pose, rubbing, struck_rows
+from multibody_sym.dynamics.contact.impact_problem import Blow, friction_parts, pose, struck_rows
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.start.initial_geometry import Side, straightened, value_at, verify_friction
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions, value_at, verify_friction
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import verify_lengths
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
@@ -49,7 +49,7 @@ class PosedImpact:
     system: System
     mechanism: Mechanism
     begin: Start
-    sides: tuple[Side, ...]
+    sides: tuple[SignedLength, ...]
     blow: Blow
     law: ImpactLaw
     order: Order
@@ -66,14 +66,14 @@ def posed_impact(system: System) -> PosedImpact:
 
     Raises ModelError for what does not touch or has impossible coefficients, NoSolutionError where nothing strikes.
     """
-    resolved = examined(system)
+    resolved = check_numbers(system)
     declared = resolved.relative or resolved
     impact = declared.impact
     assert impact is not None
     before = without(declared, impact)
     begin = start(before, project=system.simulation.project)
     _, begin = closed_at(before, begin, project=system.simulation.project)
-    straight, sides = straightened(declared, begin.q, begin.u, begin.parameters)
+    straight, sides = fix_directions(declared, begin.q, begin.u, begin.parameters)
     state = state_of(straight, float, 0.0, begin.q, begin.u, begin.parameters)
     verify_lengths(motion_of(straight, state))
     rows = rows_at(straight, begin)
@@ -83,7 +83,7 @@ def posed_impact(system: System) -> PosedImpact:
     _verify_begun(blow, rows.scale.length)
     _verify_strikes(blow, rows)
     coefficients = {x.name: coefficients_of(blow, x) for x in elements}
-    law = cast(ImpactLaw, impact.law or ("poisson" if blow.rough or any(map(rubbing, elements)) else "newton"))
+    law = cast(ImpactLaw, impact.law or ("poisson" if blow.rough or any(map(friction_parts, elements)) else "newton"))
     bounces = any(e > 0.0 for e, _ in coefficients.values())
     order = cast(Order, impact.sequence or ("one_by_one" if bounces else "simultaneous"))
     return PosedImpact(

@@ -188,7 +188,7 @@ Line = TypeVar("Line", DistanceRow, PointSpring, PointPull)
 
 
 @dataclass(frozen=True)
-class Side:
+class SignedLength:
     """The signed `length` (in slots) of a piece between two markers, which is positive on its side."""
 
     element: str
@@ -196,14 +196,14 @@ class Side:
     length: Node
 
 
-def straightened(
+def fix_directions(
     mechanism: Mechanism, q: Sequence[float], u: Sequence[float], parameters: Sequence[float]
-) -> tuple[Mechanism, tuple[Side, ...]]:
+) -> tuple[Mechanism, tuple[SignedLength, ...]]:
     """Return the mechanism with sides and directions as at a start (nq, nu, np), and the lengths that hold only there.
 
     A piece keeps its direction if that is the same for random parameters and coordinates.
     """
-    found: list[Side] = []
+    found: list[SignedLength] = []
     try:
         there = motion_of(mechanism, state_of(mechanism, float, 0.0, list(q), list(u), list(parameters)))
         decider = _Decider(there, motion_of(mechanism, slot_state(mechanism)), found)
@@ -222,7 +222,7 @@ class _Decider:
 
     there: Motion
     anywhere: Motion
-    found: list[Side]
+    found: list[SignedLength]
 
     def row(self, row: Row) -> Row:
         """Return a row; a rope or rod with its sides and directions."""
@@ -281,7 +281,7 @@ class _Decider:
                 rest = subtract(rest, cross(rim, way))
             if self._vanish([as_node(x) for x in rest]):
                 first, second = piece.ends
-                self.found.append(Side(element, (first.name, second.name), as_node(along)))
+                self.found.append(SignedLength(element, (first.name, second.name), as_node(along)))
                 return way
         return None
 
@@ -376,7 +376,7 @@ def _with_measures(
     found = list(parameters)
     asked = [(k, entry.measure) for k, entry in enumerate(mechanism.parameters) if isinstance(entry.measure, kinds)]
     if asked:
-        with valued():
+        with require_values():
             motion = ConstraintRows(mechanism, found, []).motion(q, np.zeros(len(mechanism.speeds)))
             for place, measure in asked:
                 found[place] = _measure_constant(motion, measure)
@@ -420,7 +420,7 @@ def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
 
 
 @contextmanager
-def valued() -> Iterator[None]:
+def require_values() -> Iterator[None]:
     """Raise ModelError where an expression inside has no finite value, or a rope leads nowhere."""
     try:
         yield
@@ -507,7 +507,7 @@ def verify_ways(mechanism: Mechanism, state: State) -> None:
             if not isinstance(step, Follow):
                 continue
             s, (name, unit) = state.q[free.q[0]], step.leaf.data[1]
-            with at("joints", body.joint_name, "curve"), valued():
+            with at("joints", body.joint_name, "curve"), require_values():
                 *place, x, y, z = state.values((*step.place, *step.rates.s), {step.leaf: s})
                 if x == y == z == 0.0:
                     listed = ", ".join(f"{x:.6g}" for x in place)

@@ -14,7 +14,7 @@ from typing import Final
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated
+from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated_inertia
 from multibody_sym.dynamics.programs.closing import closes_by_programs
 from multibody_sym.dynamics.programs.repeated_bodies import (
     BodyKind,
@@ -153,7 +153,7 @@ def _pivots_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Val
     kind = kinds[number]
     body, state = kind.body, kind.state
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
-    own = articulated(about_origin(body_mass(body, state)))
+    own = articulated_inertia(about_origin(body_mass(body, state)))
     rigid = own.plus(unpack_inertia(read["carried"][_ARTICULATED:]))
     freedoms, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
     found = []

@@ -250,7 +250,7 @@ _LARGE: Final = 1e70
 """Past which a product of a few such numbers, or of their reciprocals, has no float."""
 
 
-def examined(system: System) -> Mechanism:
+def check_numbers(system: System) -> Mechanism:
     """Return the mechanism of a system whose declared numbers are finite, masses possible, and prescribed motions too.
 
     Raises ModelError with the path of an expression of parameters that has no finite value, of a body, or of a motion

@@ -27,7 +27,7 @@ from multibody_sym.dynamics.start.assembly import absolute_state, assembled_posi
 from multibody_sym.dynamics.start.initial_geometry import (
     has_curves,
     measured_rows,
-    valued,
+    require_values,
     verify_fits,
     verify_sides,
     verify_ways,
@@ -105,7 +105,7 @@ def start(
     for body in mechanism.bodies:
         place = ("bodies",) if body.joint_name == GROUND else ("joints",)
         for given in body.given:
-            with at(*place, body.joint_name, "motion"), valued():
+            with at(*place, body.joint_name, "motion"), require_values():
                 evaluate_float(given or (), values)
     q, u = _declared_state(mechanism, declared)
     if has_curves(mechanism):
@@ -215,12 +215,12 @@ def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
     parameters = with_constants(mechanism, parameters, q)
-    return ranked(
+    return with_rank(
         mechanism, replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=0)
     )
 
 
-def ranked(mechanism: Mechanism, begin: Start) -> Start:
+def with_rank(mechanism: Mechanism, begin: Start) -> Start:
     """Return a start with the rank of the rows there, and the generic one among the parameters.
 
     Rows that define forces are counted. Rows of one-way elements may depend on each other for an instant: laws decide
@@ -254,7 +254,7 @@ def _verify_inertia(rows: ConstraintRows, q: Floats, u: Floats) -> None:
         return
     motion = rows.motion(q, u)
     try:
-        with valued():
+        with require_values():
             verify_inertia(motion)
     except ModelError:
         verify_values(motion)
@@ -266,7 +266,7 @@ def _verify_loads(motion: Motion) -> None:
     for load in motion.mechanism.loads:
         with at(*load.path):
             verify_direction(motion, load)
-            with valued():
+            with require_values():
                 applied_forces(motion, [load])
     verify_fits(motion)
 

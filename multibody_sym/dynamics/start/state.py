@@ -21,8 +21,8 @@ from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.initial_geometry import value_at, verify_contact_values, verify_outside
-from multibody_sym.dynamics.start.number_checks import examined
-from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, ranked, start
+from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, start, with_rank
 from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
 from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
@@ -117,11 +117,11 @@ class StartState:
 
     @cached_property
     def mechanism(self) -> Mechanism:
-        return placed(self.declared, self.mode)
+        return mechanism_in_mode(self.declared, self.mode)
 
     @cached_property
     def start(self) -> Start:
-        return started(self.mechanism, self.declared.relative or self.declared, self.begin)
+        return start_in_mode(self.mechanism, self.declared.relative or self.declared, self.begin)
 
     @property
     def in_joints(self) -> tuple[Mechanism, Start]:
@@ -130,7 +130,7 @@ class StartState:
         if own is None:
             return self.mechanism, self.start
         assert self.declared.relative is not None
-        return own, started(own, self.declared.relative, self.begin)
+        return own, start_in_mode(own, self.declared.relative, self.begin)
 
     @property
     def strikes(self) -> str:
@@ -220,7 +220,7 @@ def examined_state(
     `left`: exact values at limits, by rows, which decide there.
     """
     search = None if left is None else partial(_law_states, left=left)
-    return state_at(examined(system), project=system.simulation.project, overrides=overrides, search=search)
+    return state_at(check_numbers(system), project=system.simulation.project, overrides=overrides, search=search)
 
 
 def with_numbers_as_data(state: StartState) -> StartState:
@@ -238,7 +238,7 @@ def rows_at(base: Mechanism, begin: Start, scale: Scale | None = None) -> OneWay
     return one_way_rows(base, motion_of(base, state), scale)
 
 
-def placed(declared: Mechanism, mode: Mode) -> Mechanism:
+def mechanism_in_mode(declared: Mechanism, mode: Mode) -> Mechanism:
     """Return a mechanism in a mode; itself without one-way elements."""
     if not declared.one_way:
         return declared
@@ -246,7 +246,7 @@ def placed(declared: Mechanism, mode: Mode) -> Mechanism:
     return found if declared.relative is None else replace(found, relative=in_mode(declared.relative, mode))
 
 
-def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
+def start_in_mode(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
     """Return the start of a mechanism in a mode, with its parameters and rank, from that of its `base` in no mode."""
     if mechanism.mode is None:
         return begin if mechanism.relative is None else in_absolute_coordinates(mechanism, begin)
@@ -259,7 +259,7 @@ def started(mechanism: Mechanism, base: Mechanism, begin: Start) -> Start:
         if place not in values:
             values[place] = evaluate_float([entry.value], values)[0] if entry.value is not None else 0.0
     parameters = [values[slot("parameters", k)] for k in range(len(own.parameters))]
-    found = ranked(own, replace(begin, parameters=tuple(parameters)))
+    found = with_rank(own, replace(begin, parameters=tuple(parameters)))
     return found if mechanism.relative is None else in_absolute_coordinates(mechanism, found)
 
 

@@ -425,7 +425,7 @@ class Conserved:
     exact: bool = True
 
 
-def conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
+def find_conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     """Return the quantities that a mechanism conserves in its mode at the start, energy first.
 
     None are searched for with more than `MOST` speeds, which would take long.
@@ -473,7 +473,7 @@ def conserved_quantities(
         state = examined_state(asked)
     except NoSolutionError:
         return []
-    return conserved(state.mechanism, state.start)
+    return find_conserved(state.mechanism, state.start)
 
 
 Combination = dict[int, float]

@@ -23,7 +23,7 @@ from multibody_sym.dynamics.programs.tree_functions import (
     mass_matrix_program,
 )
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficients_of, outcome, posed_impact
-from multibody_sym.dynamics.start.number_checks import examined, verify_bodies
+from multibody_sym.dynamics.start.number_checks import check_numbers, verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, shown
@@ -243,7 +243,7 @@ class TreeFunction:
 
 def tree_function(question: TreeQuestion, code: Native) -> TreeFunction:
     """Return a question about a tree as a compiled function."""
-    resolved = examined(question.system)
+    resolved = check_numbers(question.system)
     compiled = _compiled(question, resolved, code)
     (name,) = (name for name in compiled.functions if name != "inputs")
     return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)

@@ -13,7 +13,7 @@ from multibody_sym.derivation.routes import formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.closing import CompiledRows, closes_by_programs
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.programs.reactions import switchings
-from multibody_sym.dynamics.start.number_checks import examined, on_numbers
+from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.parameters import ARITHMETIC
 from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at, with_numbers_as_data
@@ -220,7 +220,7 @@ def _started(system: System, programs: _Programs) -> tuple[StartState, Made | No
 
     Whatever is wrong is told as where it cannot; of few bodies, before anything is compiled.
     """
-    declared = examined(system)
+    declared = check_numbers(system)
     found = partial(state_at, declared, project=system.simulation.project)
     if not closes_by_programs(declared):
         return found(), None

@@ -18,7 +18,7 @@ from multibody_sym.dynamics.constraints.closing import normalize
 from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.start.number_bounds import is_driven, is_plain, is_plain_but_for_loops, quick_look
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import evaluation_order, value_or_nan
 from multibody_sym.dynamics.start.start import Start, start_from
 from multibody_sym.dynamics.start.state import StartState
@@ -374,7 +374,7 @@ class VariedSystem:
         alike = {symbol(name) for name in ("t", *kept) if name not in self.parameters}
         if not alike.issuperset(leaves(motions(self.system), "symbol")):
             return False
-        examined(self.system)
+        check_numbers(self.system)
         return True
 
     @cached_property

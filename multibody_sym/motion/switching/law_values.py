@@ -16,7 +16,7 @@ from multibody_sym.contact_laws.problem import Flags, LawState, ModeArrays, Scal
 from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, solve_mode, sticking
 from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale
-from multibody_sym.dynamics.contact.indeterminate_forces import shared
+from multibody_sym.dynamics.contact.indeterminate_forces import with_shares
 from multibody_sym.mechanics.contact_geometry import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -326,7 +326,7 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode | None:
     if forces is None:
         return mode
     if not coupled and any(part.in_space for part in forces.problem.parts if forces.touches[part.number]):
-        return shared(problem, mode, state)
+        return with_shares(problem, mode, state)
     best: _Corner | None = None
     for corner in forces.corners():
         best = corner if best is None or corner.room > best.room else best
@@ -334,7 +334,7 @@ def basic_mode(problem: PosedLaws, state: LawState) -> Mode | None:
             break
     if best is not None:
         return best.mode
-    return None if coupled else shared(problem, mode, state)
+    return None if coupled else with_shares(problem, mode, state)
 
 
 @dataclass(frozen=True, eq=False)

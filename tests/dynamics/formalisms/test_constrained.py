@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from package_trees import nodes
 
-from multibody_sym.dynamics.formalisms.constrained import constrained, correction, in_floats
+from multibody_sym.dynamics.formalisms.constrained import correction, in_floats, solve_constrained
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
@@ -31,7 +31,7 @@ def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("seed", range(5))
 def test_floats_and_statements_find_what_the_whole_matrix_does(seed: int, *, minimum_norm: bool) -> None:
     M, f, H, gamma = drawn(seed)
-    numbers = constrained(
+    numbers = solve_constrained(
         factorized(M.tolist()), f.tolist(), H.tolist(), gamma.tolist(), in_floats, minimum_norm=minimum_norm
     )
     whole = np.block([[M, -H[:2].T], [H[:2], np.zeros((2, 2))]])
@@ -39,7 +39,7 @@ def test_floats_and_statements_find_what_the_whole_matrix_does(seed: int, *, min
     assert_allclose(numbers.udot, wanted[:5], rtol=1e-10)
     assert_allclose(H.T @ np.array(numbers.multipliers), H[:2].T @ wanted[5:], rtol=1e-9, atol=1e-12)
     trace = Trace("solve", [Array("f", (5,)), Array("gamma", (3,))])
-    nodes = constrained(
+    nodes = solve_constrained(
         factorized([[as_node(x) for x in row] for row in M.tolist()]),
         trace["f"],
         [[as_node(x) for x in row] for row in H.tolist()],

@@ -18,7 +18,7 @@ from multibody_sym.dynamics.programs.momenta import (
     jacobi_integral,
     resultant,
 )
-from multibody_sym.dynamics.programs.quantities import Instant, quantities
+from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
@@ -103,7 +103,7 @@ def test_about_the_centre_of_mass_and_of_single_bodies() -> None:
     np.testing.assert_allclose(
         vector("angular_momentum", "system", names[-1]), about_point, rtol=1e-9, atol=1e-9
     )
-    own = Instant(motion, found.udot.tolist(), [])
+    own = StateQuantities(motion, found.udot.tolist(), [])
     np.testing.assert_allclose(
         vector("angular_momentum", names[0], "com"), np.array(own.momenta[0].spin, dtype=float), rtol=1e-9, atol=1e-9
     )

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from multibody_sym.cli.main import main
-from multibody_sym.dynamics.start.number_checks import examined
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics import motion
 from multibody_sym.mechanics.model_files import loads
@@ -154,11 +154,11 @@ contacts: {c: {between: [b, ground.ramp], open: true}}
 
 def test_the_ends_of_a_plane_lie_on_it() -> None:
     """To 1e-9 of its length."""
-    examined(loads(LEDGE))
-    examined(loads(LEDGE.replace("[[0, 0, 0],", "[[0, 1e-9, 0],")))
+    check_numbers(loads(LEDGE))
+    check_numbers(loads(LEDGE.replace("[[0, 0, 0],", "[[0, 1e-9, 0],")))
     off = LEDGE.replace("[[0, 0, 0],", "[[0, 0.1, 0],").replace("top: [l*cos(a),", "top: [l*cos(a) + 1e-6,")
     with pytest.raises(ModelError) as found:
-        examined(loads(off))
+        check_numbers(loads(off))
     first, *others = found.value, *found.value.others
     assert first.where.path == ("bodies", "ground", "surfaces", "ramp", "between", "0")
     assert first.message == (
