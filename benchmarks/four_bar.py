@@ -30,7 +30,7 @@ from multibody_sym.mechanics.state import slot_state
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program, operation_count
-from multibody_sym.program.trace import folded
+from multibody_sym.program.trace import fold_input
 
 MODEL = Path(__file__).parent.parent / "examples" / "four_bar.yaml"
 STATES = 2000
@@ -44,7 +44,7 @@ def our_program(system: mbs.System) -> Program:
     resolved = mbs.mechanism(system)
     derivative = state_derivative(resolved, FORMALISMS[cheapest(resolved)](resolved, slot_state(resolved)))
     wanted = replace(derivative, outputs=(derivative.output("udot"), derivative.output("multipliers")))
-    return folded(wanted, "parameters", parameter_values(resolved, {}))
+    return fold_input(wanted, "parameters", parameter_values(resolved, {}))
 
 
 def their_model() -> tuple[Any, Any]:

@@ -39,7 +39,7 @@ def brief(names: Sequence[str], most: int = 6) -> tuple[str, ...]:
     return tuple(names) if len(names) <= most else (*names[: most - 1], f".. {len(names) - most + 1} more")
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """Return what a wrong value is, in a line that is never long."""
     try:
         text = repr(value)
@@ -210,10 +210,10 @@ class gathered:  # noqa: N801  # read as a word, like `at`
     def told(self) -> None:
         """Raise what was collected, if anything was."""
         if self._found:
-            raise joined(self._found)
+            raise join_errors(self._found)
 
 
-def joined(errors: Sequence[MultibodyError]) -> MultibodyError:
+def join_errors(errors: Sequence[MultibodyError]) -> MultibodyError:
     """Return the first of errors, which carries the others and those that they carry."""
     first, *others = (each for error in errors for each in (error, *error.others))
     for each in others:

@@ -39,7 +39,7 @@ def _later(cls: Any, options: dict[str, Any]) -> Any:
                 dataclasses.dataclass(**options, init=False)(cls)
                 delattr(cls, "__signature__")
                 delattr(cls, "__setstate__")
-                cls.__init__ = _told(cls, _init(cls, options))
+                cls.__init__ = _init_with_words(cls, _init(cls, options))
 
     def begin(self: Any, *values: Any, **named: Any) -> None:
         complete()
@@ -67,7 +67,7 @@ def _init(cls: Any, options: dict[str, Any]) -> Any:
     return made
 
 
-def _told(cls: Any, made: Any) -> Any:
+def _init_with_words(cls: Any, made: Any) -> Any:
     """Return `__init__` for a class that has words of its own, `verify_call`, for arguments that do not fit."""
     verify = getattr(cls, "verify_call", None)
     if verify is None:

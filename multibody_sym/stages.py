@@ -56,7 +56,7 @@ def stage(name: str) -> Iterator[None]:
 
 
 @contextmanager
-def timed(name: str) -> Iterator[Times]:
+def time_stages(name: str) -> Iterator[Times]:
     """Measure all stages; what belongs to none counts as `name`."""
     times = Times()
     token = _TIMES.set(times)

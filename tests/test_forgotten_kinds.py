@@ -29,7 +29,7 @@ from multibody_sym.model.forces import FORCES
 from multibody_sym.model.steps import Step
 from multibody_sym.program.program import operation_count, verify
 from multibody_sym.program.statements import Array, Statement, callees, operands, targets
-from multibody_sym.program.trace import folded
+from multibody_sym.program.trace import fold_input
 from multibody_sym.scalars.node import ONE, ZERO
 
 
@@ -192,7 +192,7 @@ def holding(statement: Any) -> Any:
         callees,
         lambda statement: verify(holding(statement)),
         lambda statement: operation_count(holding(statement)),
-        lambda statement: folded(holding(statement), "q", []),
+        lambda statement: fold_input(holding(statement), "q", []),
     ],
 )
 def test_a_foreign_statement_is_told(function: Callable[[Any], Any]) -> None:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from multibody_sym.stages import Times, stage, timed
+from multibody_sym.stages import Times, stage, time_stages
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def _runs(clock: list[float]) -> None:
 
 
 def test_a_stage_counts_without_those_inside_it(clock: list[float]) -> None:
-    with timed("other") as times:
+    with time_stages("other") as times:
         _runs(clock)
         clock[0] += 32.0
     assert times.seconds == {"integrate": 17.0, "decide": 6.0, "compile": 16.0, "other": 32.0}
@@ -43,7 +43,7 @@ def _fails(clock: list[float]) -> None:
 
 
 def test_a_stage_that_fails_counts_too(clock: list[float]) -> None:
-    with pytest.raises(ValueError, match="no"), timed("other") as times:
+    with pytest.raises(ValueError, match="no"), time_stages("other") as times:
         _fails(clock)
     assert times.seconds == {"decide": 1.0, "other": 0.0}
 

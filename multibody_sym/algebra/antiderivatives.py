@@ -12,8 +12,8 @@ from math import prod
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import Roots
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
@@ -41,7 +41,7 @@ class Antiderivative:
 
     @property
     def node(self) -> Node:
-        logarithms = (multiply(written(x), BUILD["log"](written(ratio))) for x, ratio in self.logarithms)
+        logarithms = (multiply(book_node(x), BUILD["log"](book_node(ratio))) for x, ratio in self.logarithms)
         return reduce(add, logarithms, self.plain)
 
     def __add__(self, other: Antiderivative) -> Antiderivative:
@@ -125,7 +125,7 @@ class _Integration:
         below = coefficients(self.field.whole(a.below), k)
         whole, rest = divide_polynomials(coefficients(self.field.whole(a.above), k), below)
         total = sum((x * z.power(n + 1) / (n + 1) for n, x in enumerate(whole)), self.field.constant(0))
-        found = Antiderivative(written(total))
+        found = Antiderivative(book_node(total))
         if not rest:
             return found
         parts = [p for p, _ in self.factors(a, k)]
@@ -138,7 +138,7 @@ class _Integration:
 
     def factors(self, a: Quotient, k: int) -> Iterator[tuple[Powers, int]]:
         """Yield the factors of a divisor that name a letter, as polynomials of it."""
-        for p, times in factored(self.field.in_ring(a.below))[1]:
+        for p, times in factors_of(self.field.in_ring(a.below))[1]:
             powers = coefficients(self.field.whole(self.field.in_ring(p)), k)
             if len(powers) > 1:
                 yield powers, times
@@ -149,7 +149,7 @@ class _Integration:
         """Return the integral of the partial fractions of one linear factor, by Heaviside's way."""
         e, f = factor
         root = -(e / f)
-        above, divisor = shifted(rest, root), shifted(below, root)
+        above, divisor = shift_powers(rest, root), shift_powers(below, root)
         times = next(n for n, x in enumerate(divisor) if not x.is_zero)
         zero, series = divisor[times] * 0, list[Quotient]()  # of the quotient of two power series
         for n in range(times):
@@ -159,11 +159,11 @@ class _Integration:
         total = self.field.constant(0)
         for n, x in enumerate(series[:-1]):  # x y^(n - times), y = linear/f
             total = total + x * (linear / f).power(n - times + 1) / (n - times + 1)
-        found, residue = Antiderivative(written(total), (), (divisor[times],)), series[-1]
+        found, residue = Antiderivative(book_node(total), (), (divisor[times],)), series[-1]
         if residue.is_zero:
             return found
         if logarithm is not None and e.is_zero:
-            return found + Antiderivative(multiply(written(residue), logarithm))
+            return found + Antiderivative(multiply(book_node(residue), logarithm))
         return found + Antiderivative(ZERO, ((residue, linear / (e + f * start)),))
 
     def by_quadratic(self, rest: Powers, below: Powers, z: Quotient, start: Quotient) -> Antiderivative:
@@ -178,8 +178,8 @@ class _Integration:
         if inside.sample < 0:
             raise NoClosedFormError(_UNKNOWN)
         root = sqrt(inside)
-        angle = BUILD["atan"](written((2 * a * z + b) / root))
-        plain = ZERO if other.is_zero else multiply(written(2 * other / root), angle)
+        angle = BUILD["atan"](book_node((2 * a * z + b) / root))
+        plain = ZERO if other.is_zero else multiply(book_node(2 * other / root), angle)
         return Antiderivative(plain, logarithms)
 
     # --- substitutions --------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ class _Integration:
         assert slope is not None
         at_zero: Node = evaluate([exponent], lambda leaf: ZERO if leaf is self.by else leaf)[0]
         start = self.quotient(BUILD["exp"](at_zero))
-        return self.rational(a / (slope * self.gen(k)), k, start, multiply(written(slope), self.by))
+        return self.rational(a / (slope * self.gen(k)), k, start, multiply(book_node(slope), self.by))
 
     def linear(self, a: Quotient) -> tuple[Quotient, Quotient]:
         """Return e and f of e + f t. Raises NoClosedFormError for other quotients."""
@@ -246,7 +246,7 @@ class _Integration:
             others = prod((self.gen(j).power(m) for j, m in powers.items() if j != k), start=a)
             inner = self.quotient(derivative(node.args[0], self.by)) * n
             if not inner.is_zero and self.free(others / inner):
-                return Antiderivative(written(others / inner * self.gen(k).power(n)))
+                return Antiderivative(book_node(others / inner * self.gen(k).power(n)))
         return None
 
     def of_power(self, a: Quotient, power: tuple[int, int]) -> Antiderivative:
@@ -258,7 +258,8 @@ class _Integration:
         e, f = self.linear(base)
         if not self.free(exponent):
             raise NoClosedFormError(_UNKNOWN)
-        above, below = (shifted(coefficients(self.field.whole(p), self.place), -(e / f)) for p in (a.above, a.below))
+        polynomials = self.field.whole(a.above), self.field.whole(a.below)
+        above, below = (shift_powers(coefficients(p, self.place), -(e / f)) for p in polynomials)
         times = next(n for n, x in enumerate(below) if not x.is_zero)
         if any(not x.is_zero for x in below[times + 1 :]):
             raise NoClosedFormError(_UNKNOWN)
@@ -268,7 +269,7 @@ class _Integration:
             if not x.is_zero:
                 divisors.append(grown)
                 total = total + x / below[times] * (base / f).power(m - times) * base / (f * grown)
-        return Antiderivative(written(total * self.gen(k).power(n)), (), tuple(divisors))
+        return Antiderivative(book_node(total * self.gen(k).power(n)), (), tuple(divisors))
 
     def of_logarithm(self, a: Quotient, k: int) -> Antiderivative:
         """Return the integral of P(t) log(g), by parts."""
@@ -276,7 +277,7 @@ class _Integration:
         assert node is not None
         whole = self.quotient(self.rational(a, self.place, self.field.constant(0)).node)
         inner = self.quotient(derivative(node, self.by))
-        return Antiderivative(written(whole * self.gen(k))) + self.of(-(whole * inner))
+        return Antiderivative(book_node(whole * self.gen(k))) + self.of(-(whole * inner))
 
     def of_waves(self, a: Quotient, exponentials: dict[int, int], waves: Sequence[int]) -> Antiderivative:
         """Return the integral of P(t) exp(r t), times a sine or cosine of w t if there is one, by parts."""
@@ -296,7 +297,7 @@ class _Integration:
             total = total + sign * value * (left[0] * sine + left[1] * cosine)
             polynomial = [x * n for n, x in enumerate(polynomial)][1:]
             sign = -sign
-        return Antiderivative(written(total), (), () if waves else (r,))
+        return Antiderivative(book_node(total), (), () if waves else (r,))
 
     def wave(self, waves: Sequence[int]) -> tuple[Quotient, Quotient]:
         """Return a wave and its derivative by its angle: (sin, cos) or (cos, -sin); (1, 0) without one."""
@@ -338,7 +339,7 @@ def divide_polynomials(above: Powers, below: Powers) -> tuple[Powers, Powers]:
     return whole, rest
 
 
-def shifted(powers: Powers, by: Quotient) -> Powers:
+def shift_powers(powers: Powers, by: Quotient) -> Powers:
     """Return the coefficients in y = x - by (Horner's scheme)."""
     found = list(powers)
     for start in range(len(found) - 1):
@@ -347,5 +348,5 @@ def shifted(powers: Powers, by: Quotient) -> Powers:
     return found
 
 
-def written(a: Quotient) -> Node:
-    return book_form(doubled(a))
+def book_node(a: Quotient) -> Node:
+    return book_form(with_whole_angles(a))

@@ -13,12 +13,12 @@ from math import gcd, isqrt
 from operator import mul
 from typing import Any, Final
 
-from multibody_sym.algebra.long_sums import Nested, Written, added, multiplied, text
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, cofactors, factored
+from multibody_sym.algebra.long_sums import Nested, Written, product_node, sum_node, text
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, cofactors, factors_of
 from multibody_sym.algebra.trigonometry import (
     AngleSums,
     angles_with_multiples,
-    contracted,
+    contract_squares,
     single_wave,
     trigonometric_forms,
     wave,
@@ -218,7 +218,7 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
 
     cos b/sqrt(c) + l sin b/(3 c + l^2) has no shorter common denominator.
     """
-    product = _factored(above, below)
+    product = _product_of(above, below)
     factors = sorted(((p, e) for p, e in product.factors if e > 0), key=lambda factor: -len(factor[0]))
     divisors = [(p, -e) for p, e in product.factors if e < 0]
     if not factors or not divisors or factors[0][1] != 1 or len(factors[0][0]) > _FEW_TERMS:
@@ -235,7 +235,7 @@ def _term_by_term(field: Field, above: Poly, below: Poly) -> Node | None:
     turned = 1 if product.number > 0 else -1
     shares = [field.cancelled(field.ring.from_dict(x) * turned, divisor) for x in parts.values()]
     outside = replace(product, number=abs(product.number), factors=tuple(others))
-    shared = factored(reduce(lambda a, b: cofactors(a, b)[0], (below for _, below in shares)))[1]
+    shared = factors_of(reduce(lambda a, b: cofactors(a, b)[0], (below for _, below in shares)))[1]
     under = reduce(mul, (p**e for p, e in shared), field.ring.one)
     taken = replace(outside, factors=(*outside.factors, *((p, -e) for p, e in shared)))
     ways = [_sum_of_shares(field, outside, shares)]
@@ -252,7 +252,7 @@ def _sum_of_shares(field: Field, outside: _Product, shares: Iterable[tuple[Poly,
 
 def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
     """Return above / below as a product with one root."""
-    product, inside = _split_roots(field, _factored(above, below))
+    product, inside = _split_roots(field, _product_of(above, below))
     outside = product.number
     for p, e in inside.factors:  # sums under the root with decimals: 5 sqrt(d^2 + 0.04)
         scale = _square_scale(field, p)
@@ -271,9 +271,9 @@ def _single_fraction(field: Field, above: Poly, below: Poly) -> Node:
     return node if product.number > 0 else negate(node)
 
 
-def _factored(above: Poly, below: Poly) -> _Product:
-    content, factors = factored(above)
-    other, other_factors = factored(below)
+def _product_of(above: Poly, below: Poly) -> _Product:
+    content, factors = factors_of(above)
+    other, other_factors = factors_of(below)
     exponents = [*factors, *((p, -e) for p, e in other_factors)]
     return _Product(Fraction(int(content), int(other)), tuple(exponents))
 
@@ -330,7 +330,7 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
     """Return the product with decimals in sums where this makes it shorter: 2 (a - 0.001) for (1000 a - 1) / 500."""
     for p, e in product.factors:
         if not decimal_scales(p, product.number if e == 1 else _WHOLE):
-            product = _scaled(product, p, e, power_scale(p))
+            product = _divide_by_scale(product, p, e, power_scale(p))
     products, together = [product], product
     for p, e in product.factors:
         if product.scales.get(p, _WHOLE) != _WHOLE:
@@ -338,8 +338,8 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
         scales = decimal_scales(p, product.number if e == 1 else _WHOLE) if looks_decimal(field, p) else set()
         if e == 1 and len(p) > 1 and any(m[0] == 1 == sum(m) for m in p):  # an angle with a multiple of pi
             scales.add(abs(product.number))
-        products += [_scaled(product, p, e, scale) for scale in sorted(scales)]
-        together = _scaled(together, p, e, _shortest(field, p, scales or {_WHOLE}))
+        products += [_divide_by_scale(product, p, e, scale) for scale in sorted(scales)]
+        together = _divide_by_scale(together, p, e, _shortest(field, p, scales or {_WHOLE}))
     return min((*products, together), key=lambda x: _length(field, x)) if len(products) > 1 else product
 
 
@@ -355,7 +355,7 @@ def _square_scale(field: Field, p: Poly) -> Fraction:
     return _shortest(field, p, (_WHOLE, *squares)) if squares else power_scale(p, 2)
 
 
-def _scaled(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Product:
+def _divide_by_scale(product: _Product, p: Poly, exponent: int, scale: Fraction) -> _Product:
     return replace(product, number=product.number / scale**exponent, scales={**product.scales, p: scale})
 
 
@@ -380,8 +380,8 @@ def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, i
         return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *waves_in_it]))
     powers = [*atoms, *waves_in_it, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
     powers = with_tangents(with_one_exponent(field, powers, book_form))
-    above = multiplied([(node, e) for node, e in powers if e > 0])
-    below = multiplied([(node, -e) for node, e in powers if e < 0])
+    above = product_node([(node, e) for node, e in powers if e > 0])
+    below = product_node([(node, -e) for node, e in powers if e < 0])
     return _with_number(product.number, above, below)
 
 
@@ -426,16 +426,16 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
     """
     key = ("sum", p.ring.ngens, frozenset(p.items()), scale)
     if key not in field.remembered:
-        forms = [added(_shortest_parts(field, p, scale))]
+        forms = [sum_node(_shortest_parts(field, p, scale))]
         whole = field.in_ring(p)
         for s, c in angles_with_multiples(field):
             multiples = waves(field, whole, s, c)
             if multiples is not None and any(n > 1 for _, _, n in multiples):
                 terms = (
-                    (multiplied([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
+                    (product_node([*_powers(field, rest), (wave(field, s, kind, n), 1)]), x * scale)
                     for (rest, kind, n), x in multiples.items()
                 )
-                forms.append(added(terms))
+                forms.append(sum_node(terms))
         field.remembered[key] = min(forms, key=lambda node: len(text(node)))
     node: Node = field.remembered[key]
     return node
@@ -443,21 +443,21 @@ def _sum(field: Field, p: Poly, scale: Fraction = _WHOLE) -> Node:
 
 def _shortest_parts(field: Field, p: Poly, scale: Fraction) -> list[Written]:
     """Return a polynomial times `scale` as terms to be added."""
-    terms = {m: c * scale for m, c in contracted(field, p).items()}
+    terms = {m: c * scale for m, c in contract_squares(field, p).items()}
     remembered = field.remembered
     if "nested" not in remembered:
         remembered["nested"] = Nested(field.ring, lambda m: _powers(field, m))
     ways: list[list[Written]] = [remembered["nested"].shortest(terms)]
     if len(terms) < len(p) <= _MOST_TERMS_TRIED:
         way = remembered["nested"].shortest({m: c * scale for m, c in field.in_ring(p).items()})
-        ways += [way] if len(text(added(way))) < _MUCH_SHORTER * len(text(added(ways[0]))) else []
+        ways += [way] if len(text(sum_node(way))) < _MUCH_SHORTER * len(text(sum_node(ways[0]))) else []
     if len(terms) > 1 and sum(letter.cosine is not None for letter in field.letters) > 1:
         if "angle sums" not in remembered:
             remembered["angle sums"] = sums = AngleSums(field, book_form)
             remembered["nested sums"] = Nested(sums.ring, lambda m: _powers(field, m, sums))
         together = remembered["angle sums"].put_together(terms)
         ways += [remembered["nested sums"].shortest(together)] if together is not None else []
-    return min(ways, key=lambda way: len(text(added(way))))
+    return min(ways, key=lambda way: len(text(sum_node(way))))
 
 
 def _powers(field: Field, exponents: Exponents, sums: AngleSums | None = None) -> list[tuple[Node, int]]:
@@ -477,5 +477,5 @@ def _powers(field: Field, exponents: Exponents, sums: AngleSums | None = None) -
     roots = [node for node, e in powers if node.op == "sqrt" and e == 1]
     if len(roots) < 2:
         return powers
-    inside = multiplied([(node.args[0], 1) for node in roots])
+    inside = product_node([(node.args[0], 1) for node in roots])
     return [*(pair for pair in powers if pair[0] not in roots), (BUILD["sqrt"](inside), 1)]

@@ -21,8 +21,8 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.long_sums import multiplied
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, factored
+from multibody_sym.algebra.long_sums import product_node
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, factors_of
 from multibody_sym.algebra.trigonometry import trigonometric_forms
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -294,7 +294,8 @@ def _with_sums_apart(form: Node) -> Iterator[Node]:
         factors = flatten("mul", term.args[0] if term.op == "neg" else term)
         sums = [x for x in factors if x.op == "add"]
         if len(sums) == 1:
-            parts = [multiplied((part if x is sums[0] else x, 1) for x in factors) for part in flatten("add", sums[0])]
+            terms_of_sum = flatten("add", sums[0])
+            parts = [product_node((part if x is sums[0] else x, 1) for x in factors) for part in terms_of_sum]
             apart = [negate(part) if term.op == "neg" else part for part in parts]
             yield reduce(add, (part for each in terms for part in (apart if each is term else [each])))
 
@@ -350,7 +351,7 @@ def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) ->
     """
     conditions = list(conditions)
     assumed = {k: None for c in conditions for k in _undeclared_factors(c)}
-    own = [_Factored(c, factors) for c in conditions if (factors := _undecided(c, assumed)) is not None]
+    own = [_Factored(c, factors) for c in conditions if (factors := _undecided_factors(c, assumed)) is not None]
     own = _divide_by_others(own)
     for k in assumed:  # a parameter keeps the sign that it has at the sample
         field = conditions[0].value.field
@@ -359,10 +360,10 @@ def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) ->
     own = _without_doubles(own)
     if not own:
         return []
-    always = [factors for c in given if (factors := _undecided(c, assumed)) is not None]
+    always = [factors for c in given if (factors := _undecided_factors(c, assumed)) is not None]
     # beside the squares of a circle, its limit is not negative
     circles = (each.condition.circle for each in own)
-    limits = [None if circle is None else _undecided(Condition(circle[-1])) for circle in circles]
+    limits = [None if circle is None else _undecided_factors(Condition(circle[-1])) for circle in circles]
     bounds = [factors for factors in limits if factors is not None]
     breaking = Breaking(own[0].condition.value.field, [*(each.factors for each in own), *always, *bounds])
     of_limit = {k: len(own) + len(always) + sum(x is not None for x in limits[:k]) for k, x in enumerate(limits) if x}
@@ -384,7 +385,7 @@ def _undeclared_factors(condition: Condition) -> list[int]:
     return sorted(places)
 
 
-def _undecided(condition: Condition, assumed: Collection[int] | None = None) -> list[Poly] | None:
+def _undecided_factors(condition: Condition, assumed: Collection[int] | None = None) -> list[Poly] | None:
     """Return the factors whose signs decide a condition; None where it always holds.
 
     Parameters in the places `assumed` (None: all) keep the sign that they have at the sample.
@@ -396,7 +397,7 @@ def _undecided(condition: Condition, assumed: Collection[int] | None = None) -> 
     if value.is_zero:
         return None
     for p in (value.above, value.below):
-        number, factors = (1, [(p, 1)]) if len(p) > _LONGEST_FACTORED else factored(p)
+        number, factors = (1, [(p, 1)]) if len(p) > _LONGEST_FACTORED else factors_of(p)
         content = content if number > 0 else -content
         for factor, exponent in factors:
             sign = _known_sign(field, factor, condition, assumed)
@@ -494,7 +495,7 @@ def _join_halves(conditions: Sequence[Condition]) -> Iterator[Condition]:
             above, below = (ratio.field.whole(p) for p in (ratio.above, ratio.below))
             if below.sample < 0:
                 above, below = -above, -below
-            if _undecided(Condition(y / below)) is None:
+            if _undecided_factors(Condition(y / below)) is None:
                 whole = replace(condition, size=(above, below), whole=True)
                 with suppress(NoClosedFormError):
                     if len(str(whole)) < sum(len(str(half)) for half in halves):
@@ -518,4 +519,6 @@ def _in_proportion(parts: tuple[Quotient, ...]) -> tuple[Quotient, ...]:
     scaled = field.whole(reduce(lambda a, b: a.lcm(b), (field.in_ring(ratio.below) for ratio in ratios)))
     if scaled.sample < 0:
         scaled = -scaled
-    return parts if _undecided(Condition(last / scaled)) is not None else (*(x * scaled for x in ratios), scaled)
+    if _undecided_factors(Condition(last / scaled)) is not None:
+        return parts
+    return *(x * scaled for x in ratios), scaled

@@ -9,7 +9,7 @@ from itertools import combinations
 from math import gcd, lcm
 from typing import Any, Final
 
-from multibody_sym.algebra.quotients import factored
+from multibody_sym.algebra.quotients import factors_of
 from multibody_sym.scalars.elementary import flatten
 from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, number, power
 from multibody_sym.text.printer import text as printed
@@ -30,13 +30,13 @@ text = lru_cache(maxsize=10_000)(printed)
 """The text of an expression, kept: many ways to write a sum share parts."""
 
 
-def added(terms: Iterable[Written]) -> Node:
+def sum_node(terms: Iterable[Written]) -> Node:
     """Return a sum, its positive terms first."""
     ordered = sorted(terms, key=lambda term: (term[1] < 0, term[0] is ONE, text(term[0])))
     return reduce(add, (multiply(number(c), node) for node, c in ordered), ZERO)
 
 
-def multiplied(powers: Iterable[tuple[Node, int]]) -> Node:
+def product_node(powers: Iterable[tuple[Node, int]]) -> Node:
     """Return the product of powers: letters first, then their powers, functions, roots, sums."""
     factors = [power(part, number(e)) for node, e in powers if e for part in flatten("mul", node)]
     return reduce(multiply, sorted(factors, key=_place_in_product), ONE)
@@ -48,10 +48,10 @@ def _place_in_product(node: Node) -> tuple[int, str]:
 
 
 def plain(terms: Terms, powers: Powers) -> list[Written]:
-    return [(multiplied(powers(m)), c) for m, c in terms.items()]
+    return [(product_node(powers(m)), c) for m, c in terms.items()]
 
 
-def grouped(terms: Terms, powers: Powers) -> list[Written]:
+def group_terms(terms: Terms, powers: Powers) -> list[Written]:
     """Return terms that differ in one letter only as a product of their shared factor and a sum."""
     left = dict(terms)
     products: list[Written] = []
@@ -65,13 +65,13 @@ def grouped(terms: Terms, powers: Powers) -> list[Written]:
         shared = max(worth, key=lambda x: (len(groups[x]), _evenness(left, groups[x]), sum(x), x), default=None)
         if shared is None or len(groups[shared]) < 2:
             return [*products, *plain(left, powers)]
-        inside = {divided(m, shared): left.pop(m) for m in groups[shared]}
+        inside = {divide_exponents(m, shared): left.pop(m) for m in groups[shared]}
         side = shared_number(inside.values())
-        inner = added(plain({m: c / side for m, c in inside.items()}, powers))
-        products.append((multiplied([*powers(shared), (inner, 1)]), side))
+        inner = sum_node(plain({m: c / side for m, c in inside.items()}, powers))
+        products.append((product_node([*powers(shared), (inner, 1)]), side))
 
 
-def divided(m: Exponents, shared: Exponents) -> Exponents:
+def divide_exponents(m: Exponents, shared: Exponents) -> Exponents:
     return tuple(e - s for e, s in zip(m, shared, strict=True))
 
 
@@ -110,7 +110,7 @@ _FACTORED: Final = 4
 
 
 def _with_length(way: list[Written], weight: float = 1.0) -> tuple[float, list[Written]]:
-    return weight * len(text(added(way))), way
+    return weight * len(text(sum_node(way))), way
 
 
 class Nested:
@@ -141,7 +141,7 @@ class Nested:
     def _ways(self, terms: Terms) -> Iterator[tuple[float, list[Written]]]:
         """Yield ways to write a sum with their lengths, longer by a tenth for ways that no book would take."""
         if len(terms) > 1:
-            yield _with_length(grouped(terms, self.powers))
+            yield _with_length(group_terms(terms, self.powers))
         yield _with_length(plain(terms, self.powers))
         if not _MANY > len(terms) > 2 or self._looks < 0:
             return
@@ -164,15 +164,15 @@ class Nested:
         """Return terms that share a letter as a product."""
         shared = tuple(map(min, zip(*terms, strict=True)))
         side = shared_number(terms.values())
-        inside = {divided(m, shared): c / side for m, c in terms.items()}
+        inside = {divide_exponents(m, shared): c / side for m, c in terms.items()}
         factors = [(inside, 1)] if len(inside) < _FACTORED else self._factors(inside)
-        sums = [(added(self.parts(factor)), e) for factor, e in factors]
-        return multiplied([*self.powers(shared), *sums]), side
+        sums = [(sum_node(self.parts(factor)), e) for factor, e in factors]
+        return product_node([*self.powers(shared), *sums]), side
 
     def _factors(self, terms: Terms) -> list[tuple[Terms, int]]:
         below = lcm(*(c.denominator for c in terms.values()))
         polynomial = self._ring.from_dict({m: int(c * below) for m, c in terms.items()})
-        content, factors = factored(polynomial)
+        content, factors = factors_of(polynomial)
         if len(factors) == 1 and factors[0][1] == 1:
             return [(terms, 1)]
         found = [({m: Fraction(int(c)) for m, c in p.items()}, e) for p, e in factors]
@@ -188,7 +188,7 @@ class Nested:
         """Yield the sum with k x^2 + 2 k x y + k y^2 written as k (x + y)^2, for pairs of terms that allow it."""
         for (first, a), (second, b) in combinations(terms.items(), 2):
             shared = tuple(map(min, first, second))
-            x, y = divided(first, shared), divided(second, shared)
+            x, y = divide_exponents(first, shared), divide_exponents(second, shared)
             if a * b < 0 or any(e % 2 for e in (*x, *y)):
                 continue
             x, y = (tuple(e // 2 for e in m) for m in (x, y))
@@ -206,9 +206,9 @@ class Nested:
             left[m] -= size
             if not left[m]:
                 del left[m]
-        first, second = sorted((multiplied(self.powers(m)) for m in (x, y)), key=text)
-        inner = added([(first, Fraction(1)), (second, Fraction(alike))])
-        node = multiplied([*self.powers(shared), (inner, 2)])
+        first, second = sorted((product_node(self.powers(m)) for m in (x, y)), key=text)
+        inner = sum_node([(first, Fraction(1)), (second, Fraction(alike))])
+        node = product_node([*self.powers(shared), (inner, 2)])
         if len(left) < _FACTORED:
             return [(node, size), *(self.parts(left) if left else ())]
-        return [(node, size), *min(([self._product(left)], self.parts(left)), key=lambda way: len(text(added(way))))]
+        return [(node, size), *min(([self._product(left)], self.parts(left)), key=lambda way: len(text(sum_node(way))))]

@@ -24,7 +24,7 @@ from multibody_sym.algebra.quotients import (
     NoClosedFormError,
     Poly,
     Quotient,
-    factored,
+    factors_of,
     known_angle,
 )
 from multibody_sym.algebra.trigonometry import (
@@ -55,7 +55,7 @@ def sign(a: Quotient) -> int:
         raise NoClosedFormError("a sign changes at the given values")
     field = a.field
     for p in (a.above, a.below):
-        factors = [(p, 1)] if len(p) > _LONGEST_FACTORED else factored(p)[1]
+        factors = [(p, 1)] if len(p) > _LONGEST_FACTORED else factors_of(p)[1]
         for factor, exponent in factors:
             if exponent % 2 == 0:
                 continue
@@ -94,7 +94,7 @@ def sqrt(a: Quotient) -> Quotient:
 
 def _split(field: Field, p: Poly) -> tuple[Quotient, list[Poly]]:
     """Return (s, factors) with p = s^2 times the factors, positive at the sample; a large number may stay whole."""
-    content, factors = factored(p)
+    content, factors = factors_of(p)
     outside, rest = 1, []
     number = abs(int(content))
     for prime, exponent in factorint(number, limit=10**5).items() if number else ():
@@ -201,7 +201,7 @@ def _of_inverse(op: str, *arguments: Quotient) -> tuple[Quotient, Quotient]:
     # sqrt(1 - y^2) is under one root where no square leaves it, not sqrt(1 - y) sqrt(1 + y)
     field = y.field
     radicand = field.reduced(y.below * y.below - y.above * y.above)
-    if radicand.is_ground or field.value(radicand) <= 0 or any(e > 1 for _, e in factored(radicand)[1]):
+    if radicand.is_ground or field.value(radicand) <= 0 or any(e > 1 for _, e in factors_of(radicand)[1]):
         other = sqrt(-(y * y) + 1)
     else:
         other = _root(field, radicand) / absolute(field.whole(y.below))
@@ -228,7 +228,7 @@ def _of_half_turns(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
     return s, c
 
 
-def doubled(a: Quotient) -> Quotient:
+def with_whole_angles(a: Quotient) -> Quotient:
     """Return a quotient with whole angles in place of half angles that come in pairs only.
 
     sin x cos x = sin 2x / 2, cos^2 x = (1 + cos 2x) / 2, for letters such as sin(a/2).

@@ -52,7 +52,7 @@ Poly = Any
 _Terms = frozenset[tuple[tuple[int, ...], Any]]
 
 
-def factored(p: Poly) -> tuple[int, list[tuple[Poly, int]]]:
+def factors_of(p: Poly) -> tuple[int, list[tuple[Poly, int]]]:
     """Return the integer content (with the sign) and the irreducible factors with their exponents."""
     content, rest = p.primitive()
     if rest.LC < 0:

@@ -16,7 +16,7 @@ from typing import Final
 
 from multibody_sym.algebra.book_form import book_form, exact_root, with_doubles
 from multibody_sym.algebra.inequalities import surely_positive
-from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
+from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
 from multibody_sym.algebra.quotients import (
     PRECISE,
     Field,
@@ -24,7 +24,7 @@ from multibody_sym.algebra.quotients import (
     NoClosedFormError,
     Poly,
     Quotient,
-    factored,
+    factors_of,
     known_angle,
 )
 from multibody_sym.algebra.trigonometry import trigonometric_forms
@@ -78,7 +78,7 @@ def linear_parts(equation: Quotient, unknown: Node) -> Iterator[tuple[Quotient, 
     """Yield (A, B) of each factor A x + B of the numerator that vanishes at the sample, x being a symbol."""
     field = equation.field
     solver, k = Roots(field, unknown), field.position(unknown)
-    for factor, _ in factored(field.in_ring(equation.above))[1] if k is not None else ():
+    for factor, _ in factors_of(field.in_ring(equation.above))[1] if k is not None else ():
         p = field.in_ring(factor)
         if k is not None and max(m[k] for m in p) == 1 and solver.vanishes(p):
             constant, slope = solver.coefficients(p, k)
@@ -120,7 +120,7 @@ class Roots:
 
     def of(self, p: Poly, left: int) -> Iterator[Node]:
         forms = trigonometric_forms(self.field, p)
-        factors = [self.field.in_ring(factor) for form in forms for factor, _ in factored(form)[1]]
+        factors = [self.field.in_ring(factor) for form in forms for factor, _ in factors_of(form)[1]]
         for factor in sorted(dict.fromkeys(factors), key=lambda f: max(map(sum, f))):
             if self.vanishes(self.field.in_ring(factor)):
                 yield from self.of_factor(factor, left)
@@ -203,19 +203,19 @@ class Roots:
     def inverted(self, node: Node, value: Quotient) -> Iterator[Node]:
         """Yield the symbol's values at which a function of it has a value."""
         if node is self.unknown:
-            yield written(value)
+            yield shortest_node(value)
         elif node.op in ("sin", "cos"):
-            angle = BUILD[f"a{node.op}"](written(value))
+            angle = BUILD[f"a{node.op}"](shortest_node(value))
             other = add(PI, negate(angle)) if node.op == "sin" else negate(angle)
             for one in (angle, other):
                 yield from self.of_argument(node.args[0], one, 2)
         elif node.op == "cosh":
-            one = written(value)
-            grown = BUILD["log"](add(one, BUILD["sqrt"](written(value * value - 1))))
+            one = shortest_node(value)
+            grown = BUILD["log"](add(one, BUILD["sqrt"](shortest_node(value * value - 1))))
             for both in (grown, negate(grown)):
                 yield from self.of_argument(node.args[0], both)
         elif node.op in _INVERSES:
-            yield from self.of_argument(node.args[0], _INVERSES[node.op](written(value)))
+            yield from self.of_argument(node.args[0], _INVERSES[node.op](shortest_node(value)))
 
     def of_argument(self, argument: Node, value: Node, turns: int = 0) -> Iterator[Node]:
         """Yield the symbol for a value of a linear expression of it, an angle up to whole multiples of `turns` x pi.
@@ -237,8 +237,8 @@ class Roots:
             yield from self.of(self.field.in_ring((found - wanted).above), 1)
             return
         constant, factor = parts[0] / self.field.whole(found.below), parts[1] / self.field.whole(found.below)
-        shifted = with_one_pi(value if constant.is_zero else add(value, negate(written(constant))))
-        yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, written(factor))
+        shifted = with_one_pi(value if constant.is_zero else add(value, negate(shortest_node(constant))))
+        yield shifted if factor.sample == 1 and not factor.symbols else divide(shifted, shortest_node(factor))
 
     def turned(self, argument: Quotient, value: Node, turns: int) -> Node:
         """Return an angle with the multiple of `turns` x pi added that brings it to the argument's sample."""
@@ -271,7 +271,7 @@ class Roots:
             return
         if len({(i + j) % 2 for i, j in terms}) == 1:
             for tangent in self.polynomial_roots(self.in_tangent(terms, highest)):
-                yield from self.of_argument(node.args[0], BUILD["atan"](written(tangent)), 1)
+                yield from self.of_argument(node.args[0], BUILD["atan"](shortest_node(tangent)), 1)
         elif highest == 1:
             yield from self.of_line(node.args[0], *(terms[key] for key in ((1, 0), (0, 1), (0, 0))))
 
@@ -288,8 +288,8 @@ class Roots:
         """Yield the angles with a sin + b cos + d = 0."""
         length = sqrt(a * a + b * b)
         length = length if a.sample > 0 else -length
-        sine = BUILD["asin"](written(-d / length))
-        ahead = negate(known_angle(b / length, a / length) or BUILD["atan"](written(b / a)))
+        sine = BUILD["asin"](shortest_node(-d / length))
+        ahead = negate(known_angle(b / length, a / length) or BUILD["atan"](shortest_node(b / a)))
         for one in (sine, add(PI, negate(sine))):
             yield from self.of_argument(angle, add(one, ahead), 2)
 
@@ -309,9 +309,9 @@ def with_one_pi(total: Node) -> Node:
     return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
 
 
-def written(a: Quotient) -> Node:
+def shortest_node(a: Quotient) -> Node:
     """Return a quotient as a book prints it, a number in single terms where that is shorter: 1 - 2*sqrt(2)/3."""
-    form = book_form(doubled(a))
+    form = book_form(with_whole_angles(a))
     if a.symbols or not a.below.is_ground or not 1 < len(a.above) <= _MOST_TERMS:
         return form
     ring = a.above.ring
@@ -458,7 +458,7 @@ def _positive_root(a: Quotient) -> Quotient | None:
         return None
     root = a.field.constant(1)
     for p, side in ((a.above, 1), (a.below, -1)):
-        content, factors = factored(a.field.in_ring(p))
+        content, factors = factors_of(a.field.in_ring(p))
         number = exact_root(Fraction(content)) if content > 0 else None
         if not number:
             return None

@@ -19,13 +19,13 @@ from multibody_sym.algebra.sums import (
     Monomial,
     Terms,
     add_to,
-    changed,
     expanded_size,
-    grouped,
+    group_by_denominator,
     is_count,
     is_whole,
-    replaced,
+    replace_parts,
     terms_of,
+    with_exponents,
     with_numbers_outside,
     with_signs,
     with_sizes,
@@ -57,14 +57,14 @@ class Readable:
         return self.known[expression]
 
     def _rewritten(self, expression: Any) -> Any:
-        inside = replaced(
+        inside = replace_parts(
             expression,
             lambda e: is_whole(e) or bool(e.is_Function and e.args[0].is_Add),
             lambda outer: outer.func(*(self(part) for part in outer.args)),
         )
         before = terms_of(inside)
         after = with_sizes(with_angle_sums(self._reduced(with_signs(before))))
-        form = grouped(with_squares(after, self.speeds, inside), self.speeds)
+        form = group_by_denominator(with_squares(after, self.speeds, inside), self.speeds)
         vanished = len(after) < len(before)
         return with_numbers_outside(inside if not vanished and inside.count_ops() < form.count_ops() else form)
 
@@ -91,8 +91,8 @@ def _without_square(terms: Terms, gone: Any, others: Sequence[Any]) -> Terms:
         if exponent not in _REWRITTEN_POWERS:
             add_to(result, key, factor)
             continue
-        pending.append((changed(key, {gone: -2}), factor))
-        pending.extend((changed(key, {gone: -2, other: 2}), -factor) for other in others)
+        pending.append((with_exponents(key, {gone: -2}), factor))
+        pending.extend((with_exponents(key, {gone: -2, other: 2}), -factor) for other in others)
     return result
 
 
@@ -112,12 +112,12 @@ def _pairs_of_waves(terms: Terms) -> Iterator[tuple[Monomial, Monomial, Monomial
         cosines = [b.args[0] for b, e in key if isinstance(b, sympy.cos) and is_count(e)]
         sines = [b.args[0] for b, e in key if isinstance(b, sympy.sin) and is_count(e)]
         for a, b in combinations(cosines, 2):
-            partner = changed(key, {sympy.cos(a): -1, sympy.cos(b): -1, sympy.sin(a): 1, sympy.sin(b): 1})
+            partner = with_exponents(key, {sympy.cos(a): -1, sympy.cos(b): -1, sympy.sin(a): 1, sympy.sin(b): 1})
             if abs(terms.get(partner, 0)) == abs(factor):
                 angle = a + b if terms[partner] == -factor else a - b
                 yield key, partner, *_with(key, {sympy.cos(a): -1, sympy.cos(b): -1}, sympy.cos(angle), factor)
         for a, b in product(sines, cosines):
-            partner = changed(key, {sympy.sin(a): -1, sympy.cos(b): -1, sympy.cos(a): 1, sympy.sin(b): 1})
+            partner = with_exponents(key, {sympy.sin(a): -1, sympy.cos(b): -1, sympy.cos(a): 1, sympy.sin(b): 1})
             if a != b and abs(terms.get(partner, 0)) == abs(factor):
                 angle = a + b if terms[partner] == factor else a - b
                 yield key, partner, *_with(key, {sympy.sin(a): -1, sympy.cos(b): -1}, sympy.sin(angle), factor)
@@ -126,7 +126,7 @@ def _pairs_of_waves(terms: Terms) -> Iterator[tuple[Monomial, Monomial, Monomial
 def _with(key: Monomial, changes: Mapping[Any, int], function: Any, factor: Any) -> tuple[Monomial, Any]:
     """Return the term with some factors changed and a function put in; sympy turns sin(-x) into -sin x."""
     sign, plain = function.as_coeff_Mul()
-    return changed(key, {**changes, plain: 1}), sign * factor
+    return with_exponents(key, {**changes, plain: 1}), sign * factor
 
 
 def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Zero) -> Terms:
@@ -143,7 +143,7 @@ def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Ze
     for key, factor in terms.items():
         plain = [b for b, e in key if b in squared and e == 1]
         for x, y in combinations(plain, 2):
-            squares = [changed(key, {x: 1, y: -1}), changed(key, {x: -1, y: 1})]
+            squares = [with_exponents(key, {x: 1, y: -1}), with_exponents(key, {x: -1, y: 1})]
             sizes = [result.get(square, sympy.S.Zero) * sympy.sign(result.get(squares[0], 1)) for square in squares]
             if result.get(key) != factor or min(sizes) != abs(factor) / 2:
                 continue
@@ -154,7 +154,7 @@ def with_squares(terms: Terms, speeds: frozenset[Any], written: Any = sympy.S.Ze
             first, second = (x, y) if sizes[1] >= sizes[0] else (y, x)
             together = first + second * sympy.sign(factor * half)
             together = -together if -together in known else together
-            add_to(result, changed(key, {x: -1, y: -1, together: 2}), half)
+            add_to(result, with_exponents(key, {x: -1, y: -1, together: 2}), half)
             break
     return result
 
@@ -267,7 +267,7 @@ class Subexpressions:
         With {q: qdot, t: 1} this is the derivative in time, by the chain rule over the names.
         """
         rates: dict[sympy.Symbol, Any] = {leaf: rate for leaf, rate in seeds.items() if rate != 0}
-        for symbol in needed(self.definitions, expressions):
+        for symbol in needed_names(self.definitions, expressions):
             rate = self._rate(self.partials(symbol), rates)
             if rate != 0:
                 rates[symbol] = rate
@@ -288,12 +288,12 @@ class Subexpressions:
         """Return expressions as Nodes: the names become shared sub-expressions, the numbers themselves."""
         roots = list(expressions)
         known: dict[Any, Node] = {**leaves, **self.numbers}
-        for symbol in needed(self.definitions, roots):
+        for symbol in needed_names(self.definitions, roots):
             known[symbol] = from_sympy(self.definitions[symbol], known)
         return [from_sympy(e, known) for e in roots]
 
 
-def needed(definitions: Mapping[sympy.Symbol, Any], expressions: Iterable[Any]) -> list[sympy.Symbol]:
+def needed_names(definitions: Mapping[sympy.Symbol, Any], expressions: Iterable[Any]) -> list[sympy.Symbol]:
     """Return the names on which expressions depend, in the order of their definitions."""
     names: set[sympy.Symbol] = set()
     stack = [s for e in expressions for s in e.free_symbols if s in definitions]
@@ -339,11 +339,11 @@ def value_of(number: Node) -> Any:
     return to_sympy(number, {}) if _is_exact(number) else sympy.Float(number.shadow)
 
 
-def tidied(
+def tidy_definitions(
     definitions: Mapping[sympy.Symbol, Any], roots: Sequence[Any], prefix: str
 ) -> tuple[list[tuple[sympy.Symbol, Any]], dict[sympy.Symbol, Any]]:
     """Return the definitions that roots need, renumbered, without those used once; and the substitute of each name."""
-    wanted = needed(definitions, roots)
+    wanted = needed_names(definitions, roots)
     uses: Counter[sympy.Symbol] = Counter()
     stack = [*dict.fromkeys(roots), *(definitions[name] for name in wanted)]
     while stack:
@@ -374,14 +374,14 @@ def partials(expression: Any) -> dict[sympy.Symbol, Any]:
     if isinstance(expression, Boolean):
         return {}
     if expression.is_Add:
-        return _merged(partials(term).items() for term in expression.args)
+        return _merge_parts(partials(term).items() for term in expression.args)
     if expression.is_Mul:
         pairs = []
         for k, factor in enumerate(expression.args):
             if not factor.is_Number:
                 others = sympy.Mul(*expression.args[:k], *expression.args[k + 1 :])
                 pairs.append([(s, others * part) for s, part in partials(factor).items()])
-        return _merged(pairs)
+        return _merge_parts(pairs)
     if expression.is_Pow and expression.exp.is_Number:
         outer = expression.exp * expression.base ** (expression.exp - 1)
         return {s: outer * part for s, part in partials(expression.base).items()}
@@ -395,7 +395,7 @@ def partials(expression: Any) -> dict[sympy.Symbol, Any]:
     return derivatives
 
 
-def _merged(parts: Iterable[Iterable[tuple[sympy.Symbol, Any]]]) -> dict[sympy.Symbol, Any]:
+def _merge_parts(parts: Iterable[Iterable[tuple[sympy.Symbol, Any]]]) -> dict[sympy.Symbol, Any]:
     terms: dict[sympy.Symbol, list[Any]] = {}
     for pairs in parts:
         for s, part in pairs:

@@ -36,7 +36,7 @@ def terms_of(expression: Any) -> Terms:
     def hide(e: Any) -> Any:
         return letters.setdefault(e.base, sympy.Symbol(f"sum {len(letters)}", positive=True)) ** e.exp
 
-    hidden = replaced(expression, is_whole, hide)
+    hidden = replace_parts(expression, is_whole, hide)
     whole: dict[Any, Any] = {}
     for base, letter in letters.items():
         whole[letter] = base.xreplace(whole)
@@ -48,7 +48,7 @@ def terms_of(expression: Any) -> Terms:
     return terms
 
 
-def replaced(expression: Any, wanted: Callable[[Any], bool], made: Callable[[Any], Any]) -> Any:
+def replace_parts(expression: Any, wanted: Callable[[Any], bool], made: Callable[[Any], Any]) -> Any:
     """Return an expression with made(part) for each wanted part, from the innermost on."""
     pending = [expression]
     while pending:  # most expressions have no such part, and this takes a fraction of the time of sympy's `replace`
@@ -79,7 +79,7 @@ def monomial(powers: Mapping[Any, Any]) -> Monomial:
 _text = lru_cache(maxsize=10_000)(str)
 
 
-def changed(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
+def with_exponents(key: Monomial, changes: Mapping[Any, int]) -> Monomial:
     """Return a product with the exponents of some factors changed."""
     powers = dict(key)
     for base, change in changes.items():
@@ -145,7 +145,7 @@ def _has(terms: Terms, *functions: Any) -> bool:
 
 def with_numbers_outside(expression: Any) -> Any:
     """Return an expression with the whole numbers that the terms of a factor share before it: 4 (a - b)^2, 2 |a|."""
-    return replaced(expression, _shares_number, _number_outside)
+    return replace_parts(expression, _shares_number, _number_outside)
 
 
 def _shares_number(e: Any) -> bool:
@@ -183,7 +183,7 @@ _LONGEST_NUMBER: Final = 512
 _LONGEST_NUMERATOR: Final = 12
 
 
-def grouped(terms: Terms, speeds: frozenset[Any]) -> Any:
+def group_by_denominator(terms: Terms, speeds: frozenset[Any]) -> Any:
     """Return terms as one expression: those over one denominator together, factorised where that is shorter."""
     by_denominator: dict[Monomial, Terms] = {}
     for key, factor in terms.items():
@@ -216,7 +216,7 @@ def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
         by_factor.setdefault(still, {})[tuple(pair for pair in key if pair[0] in speeds)] = factor
     by_motion: dict[Any, Terms] = {}
     for still, moving in by_factor.items():
-        content, primitive = _factorized(expression_of(moving))
+        content, primitive = _factorize(expression_of(moving))
         by_motion.setdefault(primitive, {})[still] = content
     parts = []
     for motion, rests in by_motion.items():
@@ -229,7 +229,7 @@ def with_like_terms(terms: Terms, speeds: frozenset[Any]) -> Any:
 
 
 @lru_cache(maxsize=1000)
-def _factorized(whole: Any) -> tuple[Any, Any]:
+def _factorize(whole: Any) -> tuple[Any, Any]:
     """Return a polynomial in speeds as a number and a factorised polynomial."""
     number, polynomial = (_product_of_factors(whole) if whole.is_Add else whole).as_coeff_Mul()
     return number, polynomial
@@ -260,7 +260,7 @@ def _with_sums(terms: Terms) -> Any:
         for key, factor in remaining.items():
             for base, exponent in key:
                 if exponent == 1 and base.is_Symbol:
-                    groups.setdefault((changed(key, {base: -1}), abs(factor)), []).append((key, base))
+                    groups.setdefault((with_exponents(key, {base: -1}), abs(factor)), []).append((key, base))
         (rest, size), members = max(groups.items(), key=lambda group: len(group[1]), default=(((), 1), []))
         if len(members) < 2:
             return sympy.Add(*parts, expression_of(remaining))

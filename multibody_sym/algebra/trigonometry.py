@@ -61,7 +61,7 @@ class AngleSums:
             changed = True
             factor = left.pop(first) * turned
             del left[second]
-            joined = _changed(first, (used[i][0] if function == "sin" else used[i][1], used[j][1]), (place,))
+            joined = _exchange_factors(first, (used[i][0] if function == "sin" else used[i][1], used[j][1]), (place,))
             left[joined] = left.get(joined, Fraction(0)) + factor
             if not left[joined]:
                 del left[joined]
@@ -71,11 +71,11 @@ class AngleSums:
         for (i, (s, c, _)), (j, (t, d, _)) in permutations(enumerate(used), 2):
             for m in terms:
                 if m[c] and m[d] and i < j:
-                    other = _changed(m, (c, d), (s, t))
+                    other = _exchange_factors(m, (c, d), (s, t))
                     if abs(terms.get(other, 0)) == abs(terms[m]):
                         yield m, other, "cos", -1 if terms[other] == terms[m] else 1, (i, j)
                 if m[s] and m[d]:
-                    other = _changed(m, (s, d), (c, t))
+                    other = _exchange_factors(m, (s, d), (c, t))
                     if abs(terms.get(other, 0)) == abs(terms[m]):
                         yield m, other, "sin", 1 if terms[other] == terms[m] else -1, (i, j)
 
@@ -114,7 +114,7 @@ class AngleSums:
         return self.nodes[place - self._size] if place >= self._size else None
 
 
-def _changed(m: Exponents, less: tuple[int, ...], more: tuple[int, ...]) -> Exponents:
+def _exchange_factors(m: Exponents, less: tuple[int, ...], more: tuple[int, ...]) -> Exponents:
     changed = list(m)
     for k in less:
         changed[k] -= 1
@@ -286,7 +286,7 @@ _MOST_FORMS: Final = 8
 _MOST_TERMS_TRIED: Final = 30
 
 
-def contracted(field: Field, p: Poly) -> dict[Exponents, int]:
+def contract_squares(field: Field, p: Poly) -> dict[Exponents, int]:
     """Return the terms of a polynomial with X - X cos^2 a written as X sin^2 a, and the other way round."""
     terms = {m: int(c) for m, c in field.in_ring(p).items()}
     for s, letter in enumerate(field.letters):
@@ -300,16 +300,16 @@ def _contract(terms: dict[Exponents, int], made: int, squared: int) -> None:
     for m in list(terms):
         if m[squared] < 2 or m not in terms:
             continue
-        partner = shifted(m, squared, -2)
+        partner = shift_exponent(m, squared, -2)
         if terms.get(partner) == -terms[m]:
-            merged = shifted(partner, made, 2)
+            merged = shift_exponent(partner, made, 2)
             terms[merged] = terms.get(merged, 0) - terms.pop(m)
             del terms[partner]
             if not terms[merged]:
                 del terms[merged]
 
 
-def shifted(m: Exponents, k: int, change: int) -> Exponents:
+def shift_exponent(m: Exponents, k: int, change: int) -> Exponents:
     return (*m[:k], m[k] + change, *m[k + 1 :])
 
 

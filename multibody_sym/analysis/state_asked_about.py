@@ -20,7 +20,7 @@ from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_ne
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.parameters import value_or_none
 from multibody_sym.dynamics.start.start import Start, start_beside
-from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, shown
+from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, short_repr
 from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.changes import start_value
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
@@ -109,7 +109,7 @@ def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, form
             return start_beside(resolved, begin, {**dict(q), **{speed.name: 0.0 for speed in resolved.speeds}})
         if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
             wanted = f"the word {REST} or values by name, such as {{'phi': 0}}"
-            raise ArgumentError(f"at is to be {wanted}, got {shown(place)}")
+            raise ArgumentError(f"at is to be {wanted}, got {short_repr(place)}")
         values = _values_at(system, resolved, begin, state_by_name("at", place))
         try:
             return start_beside(resolved, begin, values)

@@ -11,7 +11,7 @@ from multibody_sym.cli.options import model_options
 from multibody_sym.cli.output import verify_apart
 from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import known_values
-from multibody_sym.errors import MultibodyError, Where, gathered, joined
+from multibody_sym.errors import MultibodyError, Where, gathered, join_errors
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.model_files import ModelPlaces, load_with_places
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
@@ -53,7 +53,7 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
                 _verify_settings(changed)
             except MultibodyError as error:
                 if of_file := _by_origin(error, options, changed)[1]:
-                    raise joined(of_file) from None
+                    raise join_errors(of_file) from None
         try:
             with wrong:
                 check_numbers(changed)
@@ -78,8 +78,8 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
     except MultibodyError as error:
         of_options, of_file = _by_origin(error, options, system)
         if of_file and of_file[0].where.path:
-            of_file = [places.with_others(joined(of_file), verify)]
-        raise joined([*of_options, *of_file]) from None
+            of_file = [places.with_others(join_errors(of_file), verify)]
+        raise join_errors([*of_options, *of_file]) from None
 
 
 def _by_origin(

@@ -23,7 +23,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.quotients import Budget, NoClosedFormError
-from multibody_sym.algebra.simplify import Subexpressions, WrittenOut, needed, value_of
+from multibody_sym.algebra.simplify import Subexpressions, WrittenOut, needed_names, value_of
 from multibody_sym.derivation.lagrange import (
     Energies,
     RowTerms,
@@ -171,7 +171,7 @@ def _meaning_of_function(
         ("function", [parts.function]),
         ("rows", [row.phi for row in parts.rows if row.phi is not None]),
     ):
-        rests = [*expressions, *(definitions[s] for s in needed(definitions, expressions))]
+        rests = [*expressions, *(definitions[s] for s in needed_names(definitions, expressions))]
         depends[word] = any(e.free_symbols & timed for e in rests)
     # constraints of speeds that demand motion at rest
     at_rest = {slot("u", k): ZERO for k in range(len(mechanism.speeds))}

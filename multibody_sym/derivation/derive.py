@@ -59,7 +59,7 @@ from multibody_sym.derivation.steps import (
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
 from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
-from multibody_sym.errors import InputError, at, shown
+from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -159,7 +159,7 @@ def derive(
 
 
 def _two_routes(method: object, formalism: object) -> str:
-    return f"method {shown(method)} and formalism {shown(formalism)} are two routes: give one of them"
+    return f"method {short_repr(method)} and formalism {short_repr(formalism)} are two routes: give one of them"
 
 
 def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> str:
@@ -171,7 +171,7 @@ def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> 
         chosen = ("multipliers" if mechanism.rows else "lagrange") if asked is None else asked
         if not isinstance(chosen, str) or chosen not in METHODS:
             known = isinstance(chosen, str) and chosen in FORMALISMS
-            what = f"{chosen!r} gives no closed form" if known else f"there is no {word} {shown(chosen)}"
+            what = f"{chosen!r} gives no closed form" if known else f"there is no {word} {short_repr(chosen)}"
             raise InputError(f"{what}: choose {', '.join((*METHODS, *IN_MOMENTA))}", number="M120")
     if chosen == "lagrange":
         verify_free(mechanism)

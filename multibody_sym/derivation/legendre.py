@@ -35,7 +35,7 @@ from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
-from multibody_sym.scalars.vectors import S, factorized
+from multibody_sym.scalars.vectors import S, factorize
 from multibody_sym.text.printer import text
 
 # --- Routh's reduction: cyclic coordinates leave the equations, and their momenta stay in them as constants ----------
@@ -114,7 +114,7 @@ def reduce_energies(terms: EnergyTerms, replaced: Sequence[int], momenta: Sequen
     """Return T and V with `momenta` p in place of the speeds at the places `replaced`."""
     M, b = terms.mass_matrix, terms.linear
     kept = tuple(k for k in range(len(M)) if k not in set(replaced))
-    factors = factorized([[M[i][j] for j in replaced] for i in replaced])
+    factors = factorize([[M[i][j] for j in replaced] for i in replaced])
     free = [p - b[k] for p, k in zip(momenta, replaced, strict=True)]
     constant = factors.solve(free)
     columns = [factors.solve([M[i][j] for i in replaced]) for j in kept]
@@ -309,7 +309,7 @@ def _quadratic_parts(
     for group in sorted(map(sorted, groups)):
         whole = [sum((free[k] * left.constant[k] for k in group), forms.zero) / 2]
         M = [[terms.mass_matrix[left.replaced[i]][left.replaced[j]] for j in group] for i in group]
-        factors = factorized(M)
+        factors = factorize(M)
         squares = [
             x * x / d / 2 for x, d in zip(factors.from_right([free[k] for k in group]), factors.pivots, strict=True)
         ]

@@ -13,9 +13,9 @@ from typing import Any, Final, NamedTuple
 
 import sympy
 
-from multibody_sym.algebra.simplify import needed
+from multibody_sym.algebra.simplify import needed_names
 from multibody_sym.algebra.writers import LatexScript, TextScript, decimal
-from multibody_sym.errors import ArgumentError, shown
+from multibody_sym.errors import ArgumentError, short_repr
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.model.argument_checks import door
 from multibody_sym.records import dataclass
@@ -361,7 +361,7 @@ class ReadableEquations:
 
     def _counted(self, parts: Sequence[Any]) -> int:
         definitions = dict(self.definitions)
-        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed(definitions, parts))))
+        return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed_names(definitions, parts))))
 
     def _ordered(self) -> list[tuple[Any, Any]]:
         """Return the definitions, each after those that it names."""
@@ -374,10 +374,10 @@ class ReadableEquations:
         Of equations in momenta it is one in q, p and the speeds that are kept.
         """
         if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
-            raise ArgumentError(f"expected an expression or matrix of sympy, got {shown(expression)}")
+            raise ArgumentError(f"expected an expression or matrix of sympy, got {short_repr(expression)}")
         known = dict(self.numbers)
         definitions = dict(self._ordered())
-        for name in needed(definitions, [expression]):
+        for name in needed_names(definitions, [expression]):
             known[name] = definitions[name].xreplace(known)
         return expression.xreplace(known)
 

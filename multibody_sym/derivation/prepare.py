@@ -15,14 +15,14 @@ from typing import Any, Final, Protocol, TypeVar
 import sympy
 
 from multibody_sym.algebra.quotients import Budget
-from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, Subexpressions, WrittenOut, tidied
+from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, Subexpressions, WrittenOut, tidy_definitions
 from multibody_sym.derivation.lagrange import Energies, energies, energy_nodes
 from multibody_sym.derivation.notation import READABLE, Equation, Label, Step, Symbols, symbols_of
 from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.errors import ArgumentError, MultibodyError, shown
+from multibody_sym.errors import ArgumentError, MultibodyError, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import (
     ARRAY,
@@ -103,7 +103,7 @@ def budget_of(value: object) -> Budget:
         return value or Budget()
     seconds = number("budget", value)
     if not seconds > 0.0:
-        raise ArgumentError(f"budget is a time in seconds, got {shown(value)}")
+        raise ArgumentError(f"budget is a time in seconds, got {short_repr(value)}")
     return Budget(seconds=seconds)
 
 
@@ -271,5 +271,5 @@ def tidy_record(definitions: Mapping[Any, Any], part: Any, prefix: str) -> tuple
         return e
 
     map_expressions(part, keep)
-    kept, replaced = tidied(definitions, roots, prefix)
+    kept, replaced = tidy_definitions(definitions, roots, prefix)
     return kept, map_expressions(part, lambda e: e.xreplace(replaced))

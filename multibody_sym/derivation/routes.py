@@ -12,7 +12,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, sweep
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, dalembert_lagrange
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics, massless_speeds
 from multibody_sym.dynamics.formalisms.newton_euler import newton_euler
-from multibody_sym.errors import InputError, at, shown
+from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
@@ -71,7 +71,8 @@ def verify_formalism(name: object) -> None:
     """Raise InputError unless `name` is a formalism's, or None for the cheapest."""
     if name is not None and (not isinstance(name, str) or name not in FORMALISMS):
         with at("formalism"):
-            raise InputError(f"there is no formalism {shown(name)}", number="M106", word=str(name), known=FORMALISMS)
+            message = f"there is no formalism {short_repr(name)}"
+            raise InputError(message, number="M106", word=str(name), known=FORMALISMS)
 
 
 _DEEPEST_FORMED: Final = {False: 4.5, True: 6.0}

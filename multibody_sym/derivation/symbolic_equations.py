@@ -21,7 +21,7 @@ from multibody_sym.derivation.notation import Derivation, Equation, Notation, Re
 from multibody_sym.dynamics.formalisms.constrained import in_floats, solve_constrained
 from multibody_sym.dynamics.formalisms.equations import FrictionTerms
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import InputError, ModelError, shown
+from multibody_sym.errors import InputError, ModelError, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.argument_checks import door
 from multibody_sym.records import dataclass
@@ -30,7 +30,7 @@ from multibody_sym.scalars.numbers import number, vector
 from multibody_sym.scalars.rank import exact, rank
 from multibody_sym.scalars.sympy_bridge import TableFunction
 from multibody_sym.scalars.tabulated import Tabulated
-from multibody_sym.scalars.vectors import factorized
+from multibody_sym.scalars.vectors import factorize
 
 # --- expressions as a NumPy function, in which every symbol is a Dummy: no name becomes code -------------------------
 
@@ -145,7 +145,7 @@ class SymbolicEquations(ReadableEquations):
         Raises InputError, as the function does for what is no real number and for wrong lengths.
         """
         if not isinstance(result, str) or result not in ("accelerations", "terms"):
-            raise InputError(f"result is 'accelerations' or 'terms', got {shown(result)}", number="M120")
+            raise InputError(f"result is 'accelerations' or 'terms', got {short_repr(result)}", number="M120")
         s = self.symbols
         inputs, numbers = declared_inputs(self.mechanism, s)
         parts = (self.mass_matrix, self.forcing, self.constraint_jacobian, self.constraint_forcing)
@@ -201,7 +201,7 @@ def _accelerations(M: Floats, f: Floats, H: Floats, gamma: Floats, friction: Fri
     if not len(gamma):
         return np.asarray(np.linalg.solve(M, f), dtype=float)
     weight = np.trace(M) if rank(M, exact(M)) < len(M) else 0.0
-    factors = factorized((M + weight * H.T @ H).tolist())
+    factors = factorize((M + weight * H.T @ H).tolist())
     forcing = (f + weight * H.T @ gamma).tolist()
     found = solve_constrained(factors, forcing, H.tolist(), gamma.tolist(), in_floats, friction=friction)
     return np.array(found.udot, dtype=float)

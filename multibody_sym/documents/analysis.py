@@ -18,7 +18,7 @@ from multibody_sym.derivation.notation import escaped
 from multibody_sym.documents.formulas import latex_document
 from multibody_sym.documents.notes import shifts_text
 from multibody_sym.text.printer import text
-from multibody_sym.text.values import SI, Units, Value, held
+from multibody_sym.text.values import SI, Units, Value, number_within
 
 _NOWHERE: Final = "rest is possible at no value of"
 
@@ -221,7 +221,7 @@ def _eigenvalues(found: Modes) -> Iterator[str]:
 def _eigenvalue_pairs(found: Modes | Linearization, size: float) -> Iterator[tuple[str, str, complex, float]]:
     """Yield real and imaginary part in a unit of a size, the number and its error; of each pair the upper one."""
     for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
-        real, imaginary = (held(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+        real, imaginary = (number_within(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
         if imaginary == "0" or x.imag > 0.0:
             yield real, imaginary, x, error
 
@@ -314,8 +314,8 @@ def _linear_eigenvalues(found: Linearization, units: Units) -> Iterator[str]:
         if imaginary == "0":
             yield real
         else:
-            frequency = held(abs(x) / (2 * math.pi), error / (2 * math.pi), _FEW)
-            damping = held(0.0 - x.real / abs(x), error / abs(x), _FEW)
+            frequency = number_within(abs(x) / (2 * math.pi), error / (2 * math.pi), _FEW)
+            damping = number_within(0.0 - x.real / abs(x), error / abs(x), _FEW)
             decays = f"{real} " if x.real else ""
             yield f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})"
 

@@ -14,7 +14,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
-from multibody_sym.errors import shown as shown_value
+from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.state import state_of

@@ -43,7 +43,7 @@ from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.page.svg import svg
 from multibody_sym.pictures.page.tikz import tikz
 from multibody_sym.pictures.scene.scene import Scene, scene_of
-from multibody_sym.program.target_layout import filled, template_text
+from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
@@ -262,7 +262,7 @@ class _ReportHtml(HtmlWriter):
         body = "\n".join(map(self.section, sections))
         style = template_text("html/animation.css") + template_text("html/report.css")
         whole = f'<main class="report"><h1>{name}</h1>{statement}\n{body}</main>'
-        return harmless(filled("html/page.html.in", title=name, style=style, body=whole))
+        return harmless(fill_template("html/page.html.in", title=name, style=style, body=whole))
 
     def section(self, section: Section) -> str:
         head = f"{self.heading(section.title)}\n" if section.title else ""

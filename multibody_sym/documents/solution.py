@@ -9,7 +9,7 @@ from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solu
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_lines, withheld_text
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
-from multibody_sym.text.values import SI, Units, Value, held
+from multibody_sym.text.values import SI, Units, Value, number_within
 
 if TYPE_CHECKING:
     from multibody_sym.analysis.check import CheckReport
@@ -196,7 +196,7 @@ def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list
 def _other_motion(other: OtherState) -> str:
     states = ", ".join(f"{name} {word}" for name, word in other.states.items())
     errors = other.errors
-    moved = ", ".join(f"{name} {held(x, errors.get(name, 0.0), 6)}" for name, x in other.accelerations.items())
+    moved = ", ".join(f"{name} {number_within(x, errors.get(name, 0.0), 6)}" for name, x in other.accelerations.items())
     return f"{states}: accelerations {moved}"
 
 

@@ -43,9 +43,9 @@ from multibody_sym.scalars.vectors import (
     quaternion_product,
     quaternion_rates,
     quaternion_rotation,
+    rotation_about,
     subtract,
     transpose,
-    turned,
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -115,7 +115,7 @@ class _Pose:
     @cached_property
     def rotation(self) -> Mat:
         """R_GB."""
-        return turned(_UP, self.q[2]) if self.in_plane else quaternion_rotation(self.q[3:])
+        return rotation_about(_UP, self.q[2]) if self.in_plane else quaternion_rotation(self.q[3:])
 
     @property
     def rates(self) -> dict[Node, Node]:

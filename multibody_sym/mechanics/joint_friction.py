@@ -46,9 +46,9 @@ from multibody_sym.scalars.vectors import (
     cross,
     dot,
     product,
+    rotation_about,
     scale,
     subtract,
-    turned,
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -181,7 +181,7 @@ def ball_friction(asked: Rubbing) -> Made:
             assert freedom.coordinate is not None
             axis = unit_vector(step.turns[0])
             total = add(total, scale(freedom.rate, apply(R, axis)))
-            R = product(R, turned(axis, freedom.coordinate))
+            R = product(R, rotation_about(axis, freedom.coordinate))
         speeds = list(as_point(total))
     rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
     units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
@@ -212,7 +212,7 @@ def stacked_friction(asked: Rubbing) -> Made:
         parts.append(asked.part((row,), own, arm, norm=len(across) > 1, name=name))
         if turns:
             assert freedom.coordinate is not None
-            R = product(R, turned(axis, freedom.coordinate))
+            R = product(R, rotation_about(axis, freedom.coordinate))
     return normals, parts
 
 

@@ -14,7 +14,16 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any, Final, NamedTuple
 
-from multibody_sym.errors import ExpressionError, InputError, ModelError, MultibodyError, Where, at, joined, shown
+from multibody_sym.errors import (
+    ExpressionError,
+    InputError,
+    ModelError,
+    MultibodyError,
+    Where,
+    at,
+    join_errors,
+    short_repr,
+)
 from multibody_sym.model import argument_checks
 from multibody_sym.model.fields import Text, verify_keys
 from multibody_sym.model.parameters import DECIMAL, MOST_ROWS
@@ -80,9 +89,9 @@ def _path_in_folder(name: str, file: str, folder: str | None) -> str:
                 f"a model without a file has no folder to look for {file} in; write the rows instead", number="F104"
             )
         if os.path.isabs(file):
-            raise ModelError(f"{shown(file)}: write a path relative to the model file", number="F104")
+            raise ModelError(f"{short_repr(file)}: write a path relative to the model file", number="F104")
         if os.pardir in re.split(r"[/\\]", file):
-            raise ModelError(f"{shown(file)}: a table is in the folder of the model, or below it", number="F104")
+            raise ModelError(f"{short_repr(file)}: a table is in the folder of the model, or below it", number="F104")
         return os.path.join(folder, file)
 
 
@@ -187,7 +196,7 @@ def _row(line: int, cells: list[_Cell]) -> list[str]:
             raise _TableError(line, column, f"a number has at most {_LONGEST} digits")
         if not DECIMAL.fullmatch(text):
             comma = "; a number has a decimal point" if DECIMAL.fullmatch(text.replace(",", ".")) else ""
-            raise _TableError(line, column, f"{shown(text)} is no number{comma}")
+            raise _TableError(line, column, f"{short_repr(text)} is no number{comma}")
     return [text for _, text in cells]
 
 
@@ -307,9 +316,9 @@ def _in_order(errors: Sequence[MultibodyError]) -> MultibodyError:
     """Return the first of errors, by their places in the file, which carries the others."""
     if len(errors) == 1:
         return errors[0]
-    first = joined(errors)
+    first = join_errors(errors)
     every, first.others = [first, *first.others], ()
-    return joined(sorted(every, key=lambda each: (each.where.line or 0, each.where.column or 0)))
+    return join_errors(sorted(every, key=lambda each: (each.where.line or 0, each.where.column or 0)))
 
 
 def locate_error(error: MultibodyError, tree: Tree, name: str) -> MultibodyError:

@@ -34,10 +34,10 @@ from multibody_sym.scalars.vectors import (
     quaternion_product,
     quaternion_rates,
     quaternion_rotation,
+    rotation_about,
     scale,
     subtract,
     transpose,
-    turned,
     turned_by,
 )
 
@@ -191,7 +191,7 @@ def _(step: Translate, before: JointMotion, q: Sequence[S], u: Sequence[S], stat
 @stepped.register
 def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     axis = state.vector(step.axis)
-    return rotated(before, turned(axis, q[0]), (axis,), u)
+    return rotated(before, rotation_about(axis, q[0]), (axis,), u)
 
 
 @stepped.register
@@ -199,7 +199,7 @@ def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], stat
     """M turns by q about a unit axis and advances by lead q along it."""
     axis, lead = state.vector(step.axis), state.values([step.lead])[0]
     moved = translated(before, axis, lead * q[0], lead * u[0])
-    turned_too = rotated(moved, turned(axis, q[0]), (axis,), (u[0],))
+    turned_too = rotated(moved, rotation_about(axis, q[0]), (axis,), (u[0],))
     return replace(
         turned_too,
         linear=(*turned_too.linear[:-2], scale(lead, axis)),

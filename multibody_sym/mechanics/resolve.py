@@ -60,7 +60,7 @@ from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, exp
-from multibody_sym.scalars.limits import gripping
+from multibody_sym.scalars.limits import grip_coefficient
 from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
 from multibody_sym.text.parser import of_run
@@ -178,7 +178,7 @@ def _capstan(coefficient: Node, wrap: Node) -> Node:
     """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
     if coefficient is ZERO:
         return ZERO
-    return as_node(gripping(exp(coefficient * wrap)))
+    return as_node(grip_coefficient(exp(coefficient * wrap)))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

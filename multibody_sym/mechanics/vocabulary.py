@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.errors import ExpressionError, ModelError, MultibodyError, at, joined
+from multibody_sym.errors import ExpressionError, ModelError, MultibodyError, at, join_errors
 from multibody_sym.mechanics.law_elements import PRESSING, LawElement, exerted_by
 from multibody_sym.mechanics.mechanism import NORMAL, Coordinate, Speed
 from multibody_sym.mechanics.references import BARE
@@ -36,7 +36,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.text.parser import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, component_kind, of_run
 from multibody_sym.text.printer import AT, COMPONENTS, FORCE_NAMES, text
-from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, measured
+from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, infer_dimension
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The dimensions of a system's expressions: one check for each of them, with all units of the model.
@@ -59,7 +59,7 @@ class Dimensions:
 
     def verify(self, written: Written) -> None:
         """Raise ModelError or ExpressionError where an expression contradicts itself, or is in a wrong unit."""
-        found, unit = measured(written.node, self.of_leaf), self._unit(written)
+        found, unit = infer_dimension(written.node, self.of_leaf), self._unit(written)
         if found is None or unit is None or not found.certain:
             return
         if found.dimension not in (DIMENSIONLESS, dimension_of_unit(unit)):  # a pure number fits everywhere
@@ -88,7 +88,7 @@ class Dimensions:
         for name, element in self.system.constraints.items():
             if isinstance(element, (Gear, Coupler)):
                 with at("constraints", name):
-                    measured(self._tied(element), self.of_leaf)
+                    infer_dimension(self._tied(element), self.of_leaf)
         for name, given in self.system.inputs.items():
             if isinstance(given, Table):
                 self._verify_table(name, given)
@@ -146,7 +146,7 @@ class Dimensions:
     def _followed(node: Node, of_leaf: Callable[[Node], Measured | None]) -> Measured | None:
         """Return the dimension of an expression; None if it contradicts itself, which is an error elsewhere."""
         try:
-            return measured(node, of_leaf)
+            return infer_dimension(node, of_leaf)
         except ExpressionError:
             return None
 
@@ -196,7 +196,7 @@ class Dimensions:
 
         sides = (given.left, given.left_unit), (given.right, given.right_unit)
         left, right = (
-            measured(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
+            infer_dimension(x, of_leaf) if unit is None else given_in(dimension_of_unit(unit)) for x, unit in sides
         )
         if left is None or right is None or not left.certain or not right.certain:
             return
@@ -380,7 +380,7 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
                 number, word = each.number, each.word
                 every.append(ModelError(each.message, where=where, number=number, word=word, meant=each.meant))
                 every[-1].known = each.known
-            raise joined(every) from None
+            raise join_errors(every) from None
 
 
 def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:

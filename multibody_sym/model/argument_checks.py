@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
 from typing import Any, Final, ParamSpec, TypeVar
 
-from multibody_sym.errors import ArgumentError, nearest, shown
+from multibody_sym.errors import ArgumentError, nearest, short_repr
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -82,7 +82,7 @@ def verify_arguments(
     if len(values) > len(places):
         taken = f"{len(places)} by their places ({', '.join(places)})" if places else "none by its place"
         others = f"; give others by name: {', '.join(f'{name}=..' for name in by_name)}" if by_name else ""
-        got = f"{len(values)}, {shown(values[len(places)])} the first too many"
+        got = f"{len(values)}, {short_repr(values[len(places)])} the first too many"
         raise ArgumentError(f"{called} takes {taken}, and got {got}{others}")
     missing = [words for name, words in needed.items() if name in by_name and name not in named]
     if missing:
@@ -102,13 +102,13 @@ def as_meant(word: str, known: Collection[str], meant: Mapping[str, str] | None)
 
 def text(name: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise ArgumentError(f"{name} is to be text, got {shown(value)}")
+        raise ArgumentError(f"{name} is to be text, got {short_repr(value)}")
     return value
 
 
 def flag(name: str, value: Any) -> bool:
     if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
-        raise ArgumentError(f"{name} is to be True or False, got {shown(value)}")
+        raise ArgumentError(f"{name} is to be True or False, got {short_repr(value)}")
     return bool(value)
 
 
@@ -126,7 +126,7 @@ def values_by_name(name: str, value: Any) -> Mapping[str, Any]:
         return {}
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
         such = f", such as {_NAMED[name]}" if name in _NAMED else ""
-        raise ArgumentError(f"{name} is to be a map from names to values{such}; got {shown(value)}")
+        raise ArgumentError(f"{name} is to be a map from names to values{such}; got {short_repr(value)}")
     return value
 
 
@@ -142,11 +142,11 @@ def state_by_name(name: str, value: Any) -> Mapping[str, Any]:
 def names(name: str, value: Any) -> tuple[str, ...]:
     listed = (value,) if isinstance(value, str) else value
     if not isinstance(listed, (list, tuple, set, frozenset)) or not all(isinstance(each, str) for each in listed):
-        raise ArgumentError(f"{name} is to be a name or a list of names, got {shown(value)}")
+        raise ArgumentError(f"{name} is to be a name or a list of names, got {short_repr(value)}")
     return tuple(listed)
 
 
 def callback(name: str, value: Any) -> Callable[..., Any] | None:
     if value is not None and not callable(value):
-        raise ArgumentError(f"{name} is to be a function, got {shown(value)}")
+        raise ArgumentError(f"{name} is to be a function, got {short_repr(value)}")
     return value  # type: ignore[no-any-return]

@@ -33,7 +33,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, quantity, symbol
-from multibody_sym.scalars.vectors import product, turned
+from multibody_sym.scalars.vectors import product, rotation_about
 from multibody_sym.text.printer import text
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -531,5 +531,5 @@ def pose_of(frame: Frame) -> Pose:
     """Return a declared frame as a pose."""
     rotation = IDENTITY
     for turn in frame.rotate:
-        rotation = product(rotation, turned(unit_vector(turn.axis), turn.angle))
+        rotation = product(rotation, rotation_about(unit_vector(turn.axis), turn.angle))
     return Pose(frame.position, rotation)

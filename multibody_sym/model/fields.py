@@ -10,7 +10,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any, ClassVar, Final, Protocol, Self
 
-from multibody_sym.errors import ArgumentError, ModelError, at, shown
+from multibody_sym.errors import ArgumentError, ModelError, at, short_repr
 from multibody_sym.model.argument_checks import as_meant, verify_arguments
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import node_of
@@ -68,7 +68,7 @@ def describe(value: object) -> str:
         return "a map"
     if isinstance(value, (list, tuple)):
         return "a list"
-    return "nothing" if is_empty(value) else shown(value)
+    return "nothing" if is_empty(value) else short_repr(value)
 
 
 @dataclass(frozen=True)

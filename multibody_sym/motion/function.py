@@ -32,7 +32,7 @@ from multibody_sym.dynamics.programs.state_functions import (
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import ArgumentError, InputError, ModelError, shown
+from multibody_sym.errors import ArgumentError, InputError, ModelError, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
@@ -96,12 +96,12 @@ def _verify_options(what: object, chosen: Mapping[str, Any]) -> None:
         raise InputError(f"there is no function {what!r}", number="M106", word=what, known=STATE_FUNCTIONS)
     texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)
     if not isinstance(what, str) and not texts:
-        raise ArgumentError(f"what is a name or a list of expressions, not {shown(what)}")
+        raise ArgumentError(f"what is a name or a list of expressions, not {short_repr(what)}")
     if chosen["axes"] not in get_args(Axes):
         known = ", ".join(get_args(Axes))
-        raise InputError(f"there are no axes {shown(chosen['axes'])}; known: {known}")
+        raise InputError(f"there are no axes {short_repr(chosen['axes'])}; known: {known}")
     if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
-        raise ArgumentError(f"frame is a name, not {shown(chosen['frame'])}")
+        raise ArgumentError(f"frame is a name, not {short_repr(chosen['frame'])}")
     has = OPTIONS.get(what, ()) if isinstance(what, str) else ()
     usual = {"given": (), "frame": None, "axes": "world"}
     for name, value in chosen.items():
@@ -363,7 +363,7 @@ class Function:
         if udot is not None:
             arrays["udot"] = _array("udot", udot, nu)
         if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool) or not 1 <= threads <= _MOST_THREADS:
-            raise ArgumentError(f"threads is a number from 1 to {_MOST_THREADS}, not {shown(threads)}")
+            raise ArgumentError(f"threads is a number from 1 to {_MOST_THREADS}, not {short_repr(threads)}")
         own = self._own_inputs(inputs)
         count = _count({**arrays, **own})
         given = [arrays[name] for name in ("t", "q", "u", "parameters")]
@@ -491,7 +491,7 @@ class Function:
         """
         if by not in VARIABLES or (by == "udot" and not self._takes_udot):
             known = [x for x in VARIABLES if x != "udot" or self._takes_udot]
-            raise InputError(f"{self.name} is no function of {shown(by)}; known: {', '.join(known)}")
+            raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {', '.join(known)}")
         if by == "inputs":
             self._arguments._verify_free(self.inputs)
         if by not in self._derivatives:

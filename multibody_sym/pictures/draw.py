@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.errors import ArgumentError, InputError, Where, shown
+from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
 from multibody_sym.pictures.marks.arrows import arrow_marks, free_axes
 from multibody_sym.pictures.marks.labels import angle_marks, dimension_marks, label_marks, word_marks
@@ -393,7 +393,7 @@ class Figure:
     def content(self, ending: str) -> bytes:
         """Return the figure as the content of a file with an ending of ENDINGS. Raises InputError, OutputError."""
         if not isinstance(ending, str) or ending not in ENDINGS:
-            raise ArgumentError(f"ending: expected one of {', '.join(ENDINGS)}, got {shown(ending)}")
+            raise ArgumentError(f"ending: expected one of {', '.join(ENDINGS)}, got {short_repr(ending)}")
         if ending == ".svg":
             return self.svg.encode()
         if ending == ".tex":

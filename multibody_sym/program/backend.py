@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final, Literal, get_args
 
-from multibody_sym.errors import InputError, shown
+from multibody_sym.errors import InputError, short_repr
 from multibody_sym.records import dataclass
 
 Backend = Literal["c", "python"]
@@ -28,7 +28,7 @@ class Native:
     def verify(self) -> None:
         """Raise InputError for a backend that is none."""
         if self.backend is not None and not (isinstance(self.backend, str) and self.backend in get_args(Backend)):
-            raise InputError(f"there is no backend {shown(self.backend)}; known: {', '.join(get_args(Backend))}")
+            raise InputError(f"there is no backend {short_repr(self.backend)}; known: {', '.join(get_args(Backend))}")
 
 
 PORTABLE: Final = Native()

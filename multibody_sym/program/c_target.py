@@ -39,7 +39,7 @@ from multibody_sym.program.target_layout import (
     NumbersInText,
     Places,
     Samples,
-    filled,
+    fill_template,
     functions,
     parameters,
     runs,
@@ -48,7 +48,7 @@ from multibody_sym.program.target_layout import (
     stored_numbers,
     strides,
     summary,
-    wrapped,
+    wrap_items,
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.least_norm import Span
@@ -82,15 +82,15 @@ _OWN_FUNCTIONS: Final = {"min": "minimum", "max": "maximum", "sign": "sign"}
 def head_of(function: Function) -> str:
     """Return the head of a function's definition or declaration."""
     inputs, outputs = parameters(function.program, RESERVED)
-    return _signature(function.name, [*_declared(function.program, inputs, outputs).values()], function.exported)
+    return _signature(function.name, [*_declarations(function.program, inputs, outputs).values()], function.exported)
 
 
 def _signature(name: str, declarations: Sequence[str], exported: bool) -> str:
     kind = "void" if exported else "static void"
-    return wrapped(f"{kind} {name}(", declarations or ["void"], ")", indent=" " * (len(kind) + len(name) + 2))
+    return wrap_items(f"{kind} {name}(", declarations or ["void"], ")", indent=" " * (len(kind) + len(name) + 2))
 
 
-def _declared(program: Callee, inputs: Sequence[str], outputs: Sequence[str]) -> dict[str, str]:
+def _declarations(program: Callee, inputs: Sequence[str], outputs: Sequence[str]) -> dict[str, str]:
     """Return the declaration of each parameter by its identifier."""
     declared = {}
     for name, array in zip(inputs, program.inputs, strict=True):
@@ -178,7 +178,7 @@ class Printer:
             write(self, statement)
         for name, output in zip(self.outputs, program.outputs, strict=True):
             self._output(name, output)
-        declared = _declared(program, self.inputs, self.outputs)
+        declared = _declarations(program, self.inputs, self.outputs)
         used = set().union(*(piece.used for piece in self.pieces))
         body = [f"    (void){name};" for name in declared if name not in used]
         patterns = list[str]()
@@ -206,7 +206,7 @@ class Printer:
         for name, piece in zip(names, self.pieces, strict=True):
             signature = _signature(name, [text for d, text in declared.items() if d in piece.used], exported=False)
             parts.append("\n".join([signature, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""]))
-            body.append(wrapped(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
+            body.append(wrap_items(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
         return "\n".join([*patterns, *parts, head, *body, "}"])
 
     def _cut(self) -> None:
@@ -258,7 +258,7 @@ class Printer:
             return gathered
         self.piece.size += len(atoms)
         texts = [self.names[atom] for atom in atoms] or ["0.0"]
-        return wrapped(f"        const double {name}[{len(texts)}] = {{", texts, "};", indent=" " * 12)
+        return wrap_items(f"        const double {name}[{len(texts)}] = {{", texts, "};", indent=" " * 12)
 
     def _gathered(self, name: str, atoms: Sequence[Node]) -> str:
         """Return loops that fill an array from those where its elements stand; empty for what is soon written out."""
@@ -375,12 +375,12 @@ class Printer:
     def _spread_out(self, name: str, source: str, found: Sequence[int], values: Sequence[Node]) -> None:
         """Write elements of an output that stand in an array, or are numbers (no array)."""
         origins = [self.places[values[k]][1] for k in found] if source else []
-        strided, lines = _strided(found, origins) if source else [], list[str]()
+        strided, lines = _strided_loops(found, origins) if source else [], list[str]()
         if strided:
             self._use(source)
             for count, to, at in strided:
                 head = f"    for (int k = 0; k < {count}; k++)\n        " if count > 1 else "    "
-                lines.append(f"{head}{name}[{_element(*to)}] = {source}[{_element(*at)}];")
+                lines.append(f"{head}{name}[{_element_index(*to)}] = {source}[{_element_index(*at)}];")
         else:
             lines = self._by_table(name, source, found, origins or [self.names[values[k]] for k in found])
         self.piece.size += len(strided) or 1
@@ -406,20 +406,21 @@ class Printer:
         self.piece.size += 1
         self.piece.used.add(name)
         self._use(source[0])
-        to, origin = (_element(i) for i in (start, source[1]))
+        to, origin = (_element_index(i) for i in (start, source[1]))
         self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{to}] = {source[0]}[{origin}];"]
 
     def _fill(self, name: str, start: int, count: int, text: str) -> None:
         """Write the same number to consecutive elements of an output."""
         self.piece.size += 1
         self.piece.used.add(name)
-        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {name}[{_element(start)}] = {text};"]
+        element = f"{name}[{_element_index(start)}]"
+        self.piece.lines += [f"    for (int k = 0; k < {count}; k++)", f"        {element} = {text};"]
 
     def spread(self, source: str, leaves: Sequence[Node]) -> None:
         """Write what a call has found down a column of a matrix at once, not element by element at the end."""
         for start, end, step in strides(leaves, self.wanted):
             name, first = self.wanted[leaves[start]]
-            to, origin = _element(first, step), _element(start)
+            to, origin = _element_index(first, step), _element_index(start)
             self.piece.size += 1
             self.piece.used.add(name)
             self.piece.lines += [
@@ -431,10 +432,10 @@ class Printer:
 
 def _table(declared: str, elements: Sequence[str]) -> str:
     """Return the declaration of an array of numbers."""
-    return wrapped(f"        {declared}[] = {{", elements, "};", indent=" " * 12)
+    return wrap_items(f"        {declared}[] = {{", elements, "};", indent=" " * 12)
 
 
-def _strided(to: Sequence[int], at: Sequence[int]) -> list[tuple[int, tuple[int, int], tuple[int, int]]]:
+def _strided_loops(to: Sequence[int], at: Sequence[int]) -> list[tuple[int, tuple[int, int], tuple[int, int]]]:
     """Return loops over pairs of places: how many, first and step of both; none where it takes more than a few."""
     loops: list[tuple[int, tuple[int, int], tuple[int, int]]] = []
     start = 0
@@ -460,7 +461,7 @@ def _regular(to: Sequence[int], at: Sequence[int], start: int, period: int) -> i
     return end
 
 
-def _element(first: int, step: int = 1) -> str:
+def _element_index(first: int, step: int = 1) -> str:
     """Return the index of element k."""
     moved = "k" if step == 1 else f"{step}*k"
     if step == 0:
@@ -473,7 +474,7 @@ def _rows(name: str, rows: Sequence[Sequence[int]], columns: int) -> str:
     begins = list(map(str, accumulate(map(len, rows), initial=0)))
     places = [str(k) for row in rows for k in row] or ["0"]
     parts = ("begins", begins), ("places", places)
-    tables = [wrapped(f"static const int {name}_{part}[] = {{", texts, "};") for part, texts in parts]
+    tables = [wrap_items(f"static const int {name}_{part}[] = {{", texts, "};") for part, texts in parts]
     whole = f"static const mbs_rows {name} = {{{len(rows)}, {columns}, {name}_begins, {name}_places}};\n"
     return "\n".join([*tables, whole])
 
@@ -481,7 +482,7 @@ def _rows(name: str, rows: Sequence[Sequence[int]], columns: int) -> str:
 def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
     """Return the constant that says where a matrix may differ from zero."""
     rows = [f"{{{span.first}, {span.end}, {span.low}, {span.high}}}" for span in spans] or ["{0, 0, 0, 0}"]
-    table = wrapped(f"static const mbs_span {name}_spans[] = {{", rows, "};")
+    table = wrap_items(f"static const mbs_span {name}_spans[] = {{", rows, "};")
     return f"{table}\nstatic const mbs_pattern {name} = {{{len(spans)}, {columns}, {name}_spans}};\n"
 
 
@@ -523,7 +524,7 @@ def _call(printer: Printer, statement: Call) -> None:
         printer.targets(f"r{number}_{k}", leaves)
         arguments.append(f"r{number}_{k}")
     name = printer.every.names[id(callee)]
-    lines += ["    {", *arrays, wrapped(f"        {name}(", arguments, ");", indent=" " * 12), "    }"]
+    lines += ["    {", *arrays, wrap_items(f"        {name}(", arguments, ");", indent=" " * 12), "    }"]
     for k, leaves in enumerate(statement.targets):
         printer.spread(f"r{number}_{k}", leaves)
 
@@ -544,7 +545,7 @@ def _solve(printer: Printer, statement: Solve) -> None:
     spans = [f"{factors}_spans"] if statement.acting else []
     given = [f"&{printer.function.name}__{factors}", factors, *spans, right, *(f"r{number}_{k}" for k in range(3))]
     printer.piece.used |= {factors, *spans}
-    called = wrapped(f"        {solver}(", given, ");", indent=" " * 12)
+    called = wrap_items(f"        {solver}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", *([declared] if declared else []), called, "    }"]
 
 
@@ -559,7 +560,7 @@ def _factorise(printer: Printer, statement: Solve, factors: str) -> None:
     matrix, name = printer.array("matrix", inside), f"{printer.function.name}__{factors}"
     given = [f"&{name}", "matrix", printer.names[statement.most], factors]
     printer.piece.used.add(factors)
-    called = wrapped(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
+    called = wrap_items(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", matrix, called, "    }"]
 
 
@@ -577,7 +578,7 @@ def _factorise_some(printer: Printer, statement: Solve, factors: str) -> None:
     declared += [array] if array else []
     given += [acting, printer.names[statement.most], factors, f"{factors}_spans"]
     printer.piece.used |= {factors, f"{factors}_spans"}
-    called = wrapped(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
+    called = wrap_items(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", *declared, called, "    }"]
 
 
@@ -600,7 +601,7 @@ def _scan(printer: Printer, statement: Scan) -> None:
         if number >= len(pointers) and use.needs_zeros(number < len(pointers) + len(statement.targets))
     ]
     patterns = [
-        wrapped(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
+        wrap_items(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
         for given, name in tables.items()
     ]
     lines += ["    {", *(declared for _, declared in pointers if declared), *work, *patterns, *zeros, *loops, "    }"]
@@ -641,7 +642,7 @@ def _kernel(
             added.append(f"                    ({target})[i] += d{k}[i];")
         arguments.append(f"d{k}" if window.adds else target)
     called = f"                {printer.every.names[id(kernel.program)]}("
-    return [*declared, wrapped(called, arguments, ");", indent=" " * 20), *added]
+    return [*declared, wrap_items(called, arguments, ");", indent=" " * 20), *added]
 
 
 def _place(given: Progression, tables: dict[Progression, str], count: int) -> str:
@@ -719,7 +720,7 @@ def _model(
     told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
     if often is not None:
         printed = [*printed[:often], _AS_WRITTEN, *printed[often:], _AS_BEFORE]
-    return filled(
+    return fill_template(
         "c/model.c.in",
         title=_TITLE,
         runtime=" ".join(runtime),
@@ -741,7 +742,7 @@ def _header(every: Functions, prefix: str) -> str:
         for name, part in zip(inputs + outputs, parts, strict=True):
             sizes.append(f"#define {f'{f.name}_{name}'.upper()}_SIZE {math.prod(part.shape)}")
     prototypes = "\n".join(f"{head_of(f)};" for f in every.exported)
-    return filled(
+    return fill_template(
         "c/model.h.in", title=_TITLE, prefix=prefix, guard=prefix.upper(), sizes="\n".join(sizes), prototypes=prototypes
     )
 
@@ -757,7 +758,7 @@ def _adapter(k: int, function: Function, prefix: str) -> str:
         f"static void {prefix}__call_{k}(const double *const *in, double *const *out)",
         "{",
         *unused,
-        wrapped(f"    {function.name}(", arguments, ");", indent=" " * 8),
+        wrap_items(f"    {function.name}(", arguments, ");", indent=" " * 8),
         "}",
     ]
     return "\n".join(lines)
@@ -776,12 +777,12 @@ def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) ->
     ]
     results = [sum(len(output.values) for output in program.outputs) for program in programs.values()]
     arrays = [len(part) for program in programs.values() for part in (program.inputs, program.outputs)]
-    return filled(
+    return fill_template(
         "c/selftest.c.in",
         prefix=prefix,
         tolerance=repr(TOLERANCE),
         largest=max([1, *results]),
         arrays=max([1, *arrays]),
         samples=", ".join(str(len(samples.get(name, ()))) for name in programs),
-        stored=wrapped("    ", numbers or ["0.0"], ""),
+        stored=wrap_items("    ", numbers or ["0.0"], ""),
     )

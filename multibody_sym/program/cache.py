@@ -5,7 +5,7 @@ match its name, and a rebuilt one never has the name of one that is already load
 `<hash of the key>.json`: a checksum in the first line, then the file's name and the caller's metadata. Everything is
 written to a temporary file and renamed, so that a reader sees all of it or nothing.
 
-What a process is about to use is not deleted to make room: who finds it holds the folder (`held`) until it is loaded
+What a process is about to use stays: the finder keeps the folder (`keep_files`) until it is loaded
 or read, and marks it as used. What several processes need at the same time one of them makes, `alone`.
 """
 
@@ -58,7 +58,7 @@ def lock(path: Path, *, seconds: float = 1.0, shared: bool = False, remove: bool
 
 
 @contextlib.contextmanager
-def locked(path: Path) -> Iterator[bool]:
+def lock_at_once(path: Path) -> Iterator[bool]:
     """Tell a block whether it holds the lock on `path` alone: it does unless somebody else has it now."""
     descriptor = _waited_for(path, 0.0, shared=False)
     try:
@@ -76,7 +76,7 @@ def _waited_for(path: Path, seconds: float, shared: bool) -> int | None:
         while True:
             descriptor = os.open(path, _OPEN, 0o600)
             try:
-                while not _taken(descriptor, shared):
+                while not _take_lock(descriptor, shared):
                     if time.monotonic() >= end:
                         os.close(descriptor)
                         return None
@@ -92,7 +92,7 @@ def _waited_for(path: Path, seconds: float, shared: bool) -> int | None:
     return None
 
 
-def _taken(descriptor: int, shared: bool) -> bool:
+def _take_lock(descriptor: int, shared: bool) -> bool:
     try:
         fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -203,13 +203,13 @@ def _temporary_folder() -> Path:
 def find(key: str) -> Artifact | None:
     """Return what was stored under `key`, marked as used; None if there is nothing, or if it or its file is damaged.
 
-    The file stays as long as the caller, or this process for it, has the folder `held`.
+    The file stays as long as the caller, or this process for it, keeps the folder (`keep_files`).
     """
     found = _read(key)
     return None if found is None else found[0]
 
 
-def content(key: str) -> bytes | None:
+def stored_content(key: str) -> bytes | None:
     """Return the content of the file stored under `key`, or None as `find` does."""
     found = _read(key)
     return None if found is None else found[1]
@@ -218,7 +218,7 @@ def content(key: str) -> bytes | None:
 def _read(key: str) -> tuple[Artifact, bytes] | None:
     place = folder() / _key_name(key)
     try:
-        with held():
+        with keep_files():
             checksum, _, body = place.read_bytes().partition(b"\n")
             if checksum.decode("ascii") != digest(key, body):
                 return None
@@ -235,7 +235,7 @@ def _read(key: str) -> tuple[Artifact, bytes] | None:
 
 
 @contextlib.contextmanager
-def held() -> Iterator[None]:
+def keep_files() -> Iterator[None]:
     """Keep every process from making room in the cache as long as the block lasts."""
     with lock(folder() / _HELD, shared=True):
         yield
@@ -299,7 +299,7 @@ def _make_room() -> None:
     """Delete what was not used for longest, if the cache is full and nobody is about to load something from it."""
     place = folder()
     if len(os.listdir(place)) > _MOST_FILES and len(_files(place)) > _MOST_FILES:
-        with locked(place / _HELD) as free:
+        with lock_at_once(place / _HELD) as free:
             if not free:
                 return
             files, now = _files(place), time.time()
@@ -309,7 +309,7 @@ def _make_room() -> None:
                         os.unlink(path)
             for left in place.glob(f"*{_LOCK}"):  # of locks that nobody has: a process was killed with them
                 if left.name != _HELD:
-                    with locked(left) as alone_with_it, contextlib.suppress(FileNotFoundError):
+                    with lock_at_once(left) as alone_with_it, contextlib.suppress(FileNotFoundError):
                         if alone_with_it:
                             left.unlink()
 

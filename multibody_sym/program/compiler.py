@@ -187,7 +187,7 @@ def objects_to_bring(sources: Mapping[str, str]) -> bytes:
     return b"\n".join([sizes.encode("ascii"), b"".join(objects.values())])
 
 
-def _brought() -> dict[str, bytes]:
+def _packaged_objects() -> dict[str, bytes]:
     """Return the objects that the package brings, each by what it was made from."""
     try:
         head, _, contents = Path(__file__).with_name(BROUGHT).read_bytes().partition(b"\n")
@@ -242,13 +242,14 @@ class _Build:
 
     def _bring_runtime(self) -> None:
         """Bring the objects of the runtime into the folder."""
-        brought = _brought()
+        brought = _packaged_objects()
         missing = [unit for unit in self._units if not self._put(unit, brought.get(self._made_of(unit)))]
-        missing = [unit for unit in missing if not self._put(unit, cache.content(self._key(unit)))]
+        missing = [unit for unit in missing if not self._put(unit, cache.stored_content(self._key(unit)))]
         if missing:
             with cache.alone(cache.digest("runtime", self.origin)):
                 # another process may have made them meanwhile
-                self._compile_runtime([unit for unit in missing if not self._put(unit, cache.content(self._key(unit)))])
+                missing = [unit for unit in missing if not self._put(unit, cache.stored_content(self._key(unit)))]
+                self._compile_runtime(missing)
 
     def _put(self, unit: str, content: bytes | None) -> bool:
         """Write a unit's object into the folder where there is one; tell whether there is."""

@@ -32,7 +32,7 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, add, multiply, subtract
 Vector = tuple[Node, ...]
 
 
-def resumed(program: Callee, name: str, further: Iterable[Array]) -> Trace:
+def resume_trace(program: Callee, name: str, further: Iterable[Array]) -> Trace:
     """Return a Trace in which the calls, solves and scans of `program` are done already."""
     trace = Trace(name, (*program.inputs, *further))
     for statement in program.statements:
@@ -41,7 +41,7 @@ def resumed(program: Callee, name: str, further: Iterable[Array]) -> Trace:
     return trace
 
 
-def unused(name: str, suffix: str, names: Iterable[str]) -> str:
+def unused_name(name: str, suffix: str, names: Iterable[str]) -> str:
     """Return `name` with suffixes, so many that it is none of `names`."""
     used = set(names)
     name += suffix
@@ -56,12 +56,12 @@ def _arrays_beside(
     """Return an array for each that is wanted, whose name with a suffix is that of no other."""
     used, found = set(names), []
     for name, shape in wanted:
-        found.append(Array(unused(name, suffix, used), shape))
+        found.append(Array(unused_name(name, suffix, used), shape))
         used.add(found[-1].name)
     return found
 
 
-def known(value: Node, inner: Node) -> Node:
+def callee_value(value: Node, inner: Node) -> Node:
     """Return what a callee returns; a constant needs no call."""
     return value if inner.shadow is None else inner
 
@@ -102,7 +102,7 @@ def put(rates: dict[Node, Node], nodes: Sequence[Node], values: Sequence[Node]) 
     rates.update((n, value) for n, value in zip(nodes, values, strict=True) if value is not ZERO)
 
 
-def taken(rates: Mapping[Node, Node], nodes: Iterable[Node]) -> Vector:
+def rates_of(rates: Mapping[Node, Node], nodes: Iterable[Node]) -> Vector:
     """Return the rates of `nodes`; what has none stands still."""
     return tuple(rates.get(node, ZERO) for node in nodes)
 
@@ -138,7 +138,7 @@ def jacobian(program: Program, output: str, input: str) -> Program:
     Raises UndefinedError where there is no such output or input.
     """
     wanted, given = program.output(output), program.input(input)
-    sweep = _Forward(resumed(program, f"{program.name}_{output}_by_{input}", ()))
+    sweep = _Forward(resume_trace(program, f"{program.name}_{output}_by_{input}", ()))
     columns = [sweep.rates(program, {leaf: ONE}, wanted.values) for leaf in given.slots]
     values = [column[row] for row in range(len(wanted.values)) for column in columns]
     return sweep.trace.finish({"jacobian": ((*wanted.shape, *given.shape), values)})
@@ -152,7 +152,7 @@ def total_jacobian(
     The only output of `given` is the input of `program` of the same name and counts as a function of the inputs that
     both have. Raises UndefinedError where there is no such output or input.
     """
-    sweep = _Forward(resumed(program, name, ()))
+    sweep = _Forward(resume_trace(program, name, ()))
     columns = _columns(sweep, program, outputs, list(_directions(sweep.trace, program, inputs, given)), _LARGEST_INLINE)
     values = [column[row] for row in range(len(columns[0])) for column in columns] if columns else []
     size = sum(len(program.output(name).values) for name in outputs)
@@ -168,7 +168,7 @@ def jacobian_along(program: Program, directions: Sequence[Direction], *, name: s
 
     Its outputs have the names of those of `program`, and one axis more, the last, as long as there are directions.
     """
-    sweep = _Forward(resumed(program, name, ()))
+    sweep = _Forward(resume_trace(program, name, ()))
     moving = list(dict.fromkeys(name for way in directions for name in way))
     still = {name: (ZERO,) * program.input(name).size for name in moving}
     outputs = [output.name for output in program.outputs]
@@ -186,7 +186,7 @@ def _columns(
     sweep: _Forward, program: Program, outputs: Sequence[str], ways: Sequence[Direction], largest: int
 ) -> list[Vector]:
     """Return the rates of all elements of `outputs` along each direction, written out up to `largest` operations."""
-    column = _inline if len(ways) * operation_count(program).total <= largest else _called
+    column = _inline if len(ways) * operation_count(program).total <= largest else _rates_of_call
     return [column(sweep, program, outputs, way) for way in ways]
 
 
@@ -213,7 +213,7 @@ def _inline(sweep: _Forward, program: Program, outputs: Sequence[str], way: Dire
     return sweep.rates(program, seeds, [value for name in outputs for value in program.output(name).values])
 
 
-def _called(sweep: _Forward, program: Program, outputs: Sequence[str], way: Direction) -> Vector:
+def _rates_of_call(sweep: _Forward, program: Program, outputs: Sequence[str], way: Direction) -> Vector:
     """Return the rates of `outputs` along a direction by a call of a Program that is the same for all directions."""
     callee = sweep.tangent(program, tuple(bool(way.get(array.name)) for array in program.inputs))
     arguments = [array.slots for array in program.inputs]
@@ -236,19 +236,19 @@ class _Forward:
         rates = dict(seeds)
         for statement in program.statements:
             _RATES[type(statement)](statement, rates, self)
-        return taken(rates, wanted)
+        return rates_of(rates, wanted)
 
     def assign(self, statement: Assign, rates: dict[Node, Node]) -> None:
         for node in statement.nodes:
             if any(a in rates for a in node.args):
                 if node.op == "where":
-                    rate = where(node.args[0], *taken(rates, node.args[1:]))
+                    rate = where(node.args[0], *rates_of(rates, node.args[1:]))
                 else:
-                    rate = dot(partials(node), taken(rates, node.args))
+                    rate = dot(partials(node), rates_of(rates, node.args))
                 put(rates, (node,), (rate,))
 
     def call(self, statement: Call, rates: dict[Node, Node]) -> None:
-        given = [taken(rates, atoms) for atoms in statement.arguments]
+        given = [rates_of(rates, atoms) for atoms in statement.arguments]
         active = tuple(any(rate is not ZERO for rate in part) for part in given)
         if not any(active):
             return
@@ -256,7 +256,7 @@ class _Forward:
         arguments = (*statement.arguments, *(part for part, moves in zip(given, active, strict=True) if moves))
         found = self.trace.call(callee, arguments)
         for leaves, values, output in zip(statement.targets, found, callee.outputs, strict=True):
-            put(rates, leaves, [known(v, inner) for v, inner in zip(values, output.values, strict=True)])
+            put(rates, leaves, [callee_value(v, inner) for v, inner in zip(values, output.values, strict=True)])
 
     def tangent(self, program: Callee, active: tuple[bool, ...]) -> Program:
         """Return the Program of the rates of all outputs, given those of the active inputs."""
@@ -264,7 +264,7 @@ class _Forward:
             names = [array.name for array in program.inputs]
             moving = [array for array, moves in zip(program.inputs, active, strict=True) if moves]
             rates = _arrays_beside(names, "_rate", [(array.name, array.shape) for array in moving])
-            sweep = _Forward(resumed(program, f"{program.name}_rate", rates))
+            sweep = _Forward(resume_trace(program, f"{program.name}_rate", rates))
             sweep.callees = self.callees
             pairs = zip(moving, rates, strict=True)
             seeds = {leaf: rate for x, dx in pairs for leaf, rate in zip(x.slots, dx.slots, strict=True)}
@@ -277,8 +277,8 @@ class _Forward:
         if statement.exerted:
             raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
         matrix = statement.matrix.lists(len(statement.solution))
-        matrix_rates = [taken(rates, row) for row in matrix]
-        right_rates = taken(rates, statement.right)
+        matrix_rates = [rates_of(rates, row) for row in matrix]
+        right_rates = rates_of(rates, statement.right)
         if all(rate is ZERO for part in (*matrix_rates, right_rates) for rate in part):
             return
         columns = ([row[k] for row in matrix_rates] for k in range(len(statement.solution)))
@@ -293,8 +293,8 @@ class _Forward:
 
     def scan(self, statement: Scan, rates: dict[Node, Node]) -> None:
         """Run the kernels with their rates; every array that moves has a second one for its rates."""
-        given = [taken(rates, atoms) for atoms in statement.given]
-        moving = _moving(statement, [any(rate is not ZERO for rate in part) for part in given])
+        given = [rates_of(rates, atoms) for atoms in statement.given]
+        moving = _moving_arrays(statement, [any(rate is not ZERO for rate in part) for part in given])
         first, last = len(statement.given), len(statement.given) + len(statement.targets)
         moved = [
             [number for number in range(*bounds) if moving[number]]
@@ -332,9 +332,9 @@ class _Forward:
             values = trace.call(program, [trace[array.name] for array in program.inputs])
             rates = trace.call(tangent, [trace[array.name] for array in tangent.inputs])
             names = [output.name for output in program.outputs]
-            outputs = dict(zip(names, _shaped(program.outputs, values), strict=True))
-            further = [unused(name, "_rate", names) for name in names]
-            outputs |= dict(zip(further, _shaped(program.outputs, rates), strict=True))
+            outputs = dict(zip(names, _with_shapes(program.outputs, values), strict=True))
+            further = [unused_name(name, "_rate", names) for name in names]
+            outputs |= dict(zip(further, _with_shapes(program.outputs, rates), strict=True))
             self.paired[id(program), active] = trace.finish(outputs)
         return self.paired[id(program), active]
 
@@ -347,7 +347,7 @@ _RATES: Final[dict[type[Statement], Callable[[Any, dict[Node, Node], _Forward], 
 }
 
 
-def _moving(scan: Scan, given: Sequence[bool]) -> list[bool]:
+def _moving_arrays(scan: Scan, given: Sequence[bool]) -> list[bool]:
     """Return which arrays have rates, where those `given` have."""
     moving = [*given, *[False] * (len(scan.sizes) - len(given))]
     before: list[bool] = []
@@ -361,7 +361,7 @@ def _moving(scan: Scan, given: Sequence[bool]) -> list[bool]:
     return moving
 
 
-def _shaped(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[tuple[int, ...], Vector]]:
+def _with_shapes(outputs: Iterable[Output], values: Iterable[Vector]) -> list[tuple[tuple[int, ...], Vector]]:
     return [(output.shape, part) for output, part in zip(outputs, values, strict=True)]
 
 
@@ -382,7 +382,7 @@ def gradient(program: Program, output: str, input: str) -> Program:
     wanted, given = program.output(output), program.input(input)
     if len(wanted.values) != 1:
         raise ShapeError(f"a gradient is of one number; output {output} has the shape {wanted.shape}")
-    sweep = _Reverse(resumed(program, f"{program.name}_{output}_gradient_{input}", ()))
+    sweep = _Reverse(resume_trace(program, f"{program.name}_{output}_gradient_{input}", ()))
     weights = sweep.weights(program, [(wanted.values[0], ONE)])
     return sweep.trace.finish({"gradient": (given.shape, [weights.get(leaf, ZERO) for leaf in given.slots])})
 
@@ -412,7 +412,7 @@ class _Reverse:
                 _gather(weights, a, pulled)
 
     def call(self, statement: Call, weights: dict[Node, Node]) -> None:
-        given = [taken(weights, leaves) for leaves in statement.targets]
+        given = [rates_of(weights, leaves) for leaves in statement.targets]
         active = tuple(any(weight is not ZERO for weight in part) for part in given)
         if not any(active):
             return
@@ -421,7 +421,7 @@ class _Reverse:
         found = self.trace.call(callee, arguments)
         for atoms, values, output in zip(statement.arguments, found, callee.outputs, strict=True):
             for atom, value, inner in zip(atoms, values, output.values, strict=True):
-                _gather(weights, atom, known(value, inner))
+                _gather(weights, atom, callee_value(value, inner))
 
     def _adjoint(self, program: Callee, active: tuple[bool, ...]) -> Program:
         """Return the Program of the weights of all inputs, given those of the active outputs."""
@@ -429,7 +429,7 @@ class _Reverse:
             names = [array.name for array in program.inputs]
             counting = [output for output, counts in zip(program.outputs, active, strict=True) if counts]
             arrays = _arrays_beside(names, "_weight", [(output.name, output.shape) for output in counting])
-            sweep = _Reverse(resumed(program, f"{program.name}_weight", arrays))
+            sweep = _Reverse(resume_trace(program, f"{program.name}_weight", arrays))
             sweep.callees = self.callees
             pairs = zip(counting, arrays, strict=True)
             seeds = [pair for o, array in pairs for pair in zip(o.values, array.slots, strict=True)]
@@ -443,7 +443,7 @@ class _Reverse:
         if statement.exerted:
             raise TypeError("a solve in which rows exert other forces than their own has no derivative here")
         x, multipliers = statement.solution, statement.multipliers
-        x_weights, multiplier_weights = taken(weights, x), taken(weights, multipliers)
+        x_weights, multiplier_weights = rates_of(weights, x), rates_of(weights, multipliers)
         if all(weight is ZERO for weight in (*x_weights, *multiplier_weights)):
             return
         rows = statement.matrix.lists(len(x))
@@ -461,7 +461,7 @@ class _Reverse:
 
         Every array has a second one for its weights; those of the results begin with what is given.
         """
-        seeds = [taken(weights, leaves) for leaves in statement.targets]
+        seeds = [rates_of(weights, leaves) for leaves in statement.targets]
         if all(weight is ZERO for part in seeds for weight in part):
             return
         first, every = len(statement.given), range(len(statement.sizes))

@@ -269,11 +269,11 @@ def load_c(
     """
     compiler = find_compiler(native=native)
     full_key = cache.digest("c", key, compiler.identity, cache.toolkit())
-    found = _found("c", full_key, compiler.identity, signatures)
+    found = _load_stored("c", full_key, compiler.identity, signatures)
     if found is not None:
         return found
     with cache.alone(full_key):
-        found = _found("c", full_key, compiler.identity, signatures)  # another process has made it meanwhile
+        found = _load_stored("c", full_key, compiler.identity, signatures)  # another process has made it meanwhile
         if found is not None:
             return found
         from multibody_sym.program.target_layout import NUMBERS_FILE  # what is found needs nothing of what prints
@@ -284,31 +284,31 @@ def load_c(
         if numbers:
             library = cache.keep(library.read_bytes(), full_key, library.suffix)
         cache.store(full_key, library, {"numbers": numbers})
-        return _opened("c", library, compiler.identity, signatures, numbers)
+        return _open_compiled("c", library, compiler.identity, signatures, numbers)
 
 
 def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], str]) -> Compiled:
     """Return the programs of the module known as `key`, written from `source()` if need be; raises OSError."""
     full_key = cache.digest("python", key, cache.toolkit())
-    found = _found("python", full_key, _PYTHON, signatures)
+    found = _load_stored("python", full_key, _PYTHON, signatures)
     if found is not None:
         return found
     module = cache.keep(source().encode("ascii"), full_key, ".py")
     cache.store(full_key, module, {"numbers": []})
-    return _opened("python", module, _PYTHON, signatures)
+    return _open_compiled("python", module, _PYTHON, signatures)
 
 
-def _found(backend: Backend, key: str, origin: str, signatures: Sequence[Signature]) -> Compiled | None:
+def _load_stored(backend: Backend, key: str, origin: str, signatures: Sequence[Signature]) -> Compiled | None:
     """Return what the cache has under `key`, loaded; None where that is nothing, or something else."""
-    with cache.held():
+    with cache.keep_files():
         artifact = cache.find(key)
         if artifact is not None:
             with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-                return _opened(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+                return _open_compiled(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
     return None
 
 
-def _opened(
+def _open_compiled(
     backend: Backend, path: Path, origin: str, signatures: Sequence[Signature], numbers: Sequence[float] = ()
 ) -> Compiled:
     if backend == "python":
@@ -340,22 +340,22 @@ def recall(key: str, code: Native = PORTABLE) -> Recalled | None:
     """
     code.verify()
     if code.backend == "python":
-        return _recalled(key, "python", _PYTHON)
+        return _load_recalled(key, "python", _PYTHON)
     try:
-        return _recalled(key, "c", find_compiler(native=code.native).identity)
+        return _load_recalled(key, "c", find_compiler(native=code.native).identity)
     except CompilerError as problem:
-        found = _recalled(key, "python", _PYTHON) if code.backend is None else None
+        found = _load_recalled(key, "python", _PYTHON) if code.backend is None else None
         return found and replace(found, compiled=_with_notice(found.compiled, problem.message))
 
 
-def _recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
-    with cache.held():
+def _load_recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
+    with cache.keep_files():
         artifact = cache.find(cache.digest("recall", key, origin, cache.toolkit()))
         if artifact is None:
             return None
         try:
             signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
-            made = _opened(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+            made = _open_compiled(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
             return Recalled(made, artifact.metadata["caller"])
         except (OSError, ValueError, KeyError, TypeError):
             return None

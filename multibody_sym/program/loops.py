@@ -52,7 +52,7 @@ _LONG_SUM: Final = 8
 _LAST: Final = (1 << 30, 0)
 
 
-def rolled(program: Program, long: int | None = None) -> Program:
+def with_loops(program: Program, long: int | None = None) -> Program:
     """Return a Program that computes the same by loops over like values; itself where that is not much shorter.
 
     Itself too where it has fewer operations than `long`.
@@ -75,7 +75,7 @@ def all_rolled(programs: Mapping[str, Program]) -> dict[str, Program]:
         if id(program) not in done:
             statements = tuple(map(inside, program.statements))
             same = all(new is old for new, old in zip(statements, program.statements, strict=True))
-            done[id(program)] = rolled(program if same else replace(program, statements=statements))
+            done[id(program)] = with_loops(program if same else replace(program, statements=statements))
         return done[id(program)]
 
     def inside(statement: Statement) -> Statement:
@@ -152,7 +152,7 @@ class _Rolling:
         )
 
     def _record(self, statement: Record) -> None:
-        asked = [x for x in _asked(statement) if x.args]
+        asked = [x for x in _operands_of(statement) if x.args]
         if asked:
             self._compute(asked)
             statement = with_operands(statement, lambda atoms: tuple(map(self._atom, atoms)))
@@ -279,7 +279,7 @@ class _Stage:
                 read = tuple(places[x] for x in column)
                 array = inputs.setdefault(read, Array(f"given_{_letters(len(inputs))}"))
                 known[first] = array.slots[0]
-            values[number] = _substituted(c.members[0], known)
+            values[number] = _replace_known(c.members[0], known)
             if number in self._kept:
                 outputs[f"value_{_letters(len(outputs))}"] = ((), [values[number]])
                 writes.append(
@@ -292,7 +292,7 @@ class _Stage:
         return Loop(len(self.classes[group[0]].members), (Kernel(program, reads, tuple(writes)),))
 
 
-def _asked(statement: Record) -> list[Node]:
+def _operands_of(statement: Record) -> list[Node]:
     """Return the values that a statement needs."""
     return [x for atoms in operands(statement) for x in atoms]
 
@@ -302,7 +302,7 @@ def _uses(program: Program) -> dict[Node, int]:
     asked = [x for output in program.outputs for x in output.values if x.args]
     for statement in program.statements:
         if not isinstance(statement, Assign):
-            asked += [x for x in _asked(statement) if x.args]
+            asked += [x for x in _operands_of(statement) if x.args]
     uses = dict.fromkeys(asked, 2)
     for node in postorder(dict.fromkeys(asked)):
         if node.shadow is None:
@@ -398,7 +398,7 @@ def _postorder(roots: Sequence[Node], done: Mapping[Node, Any]) -> Iterable[Node
             stack += [(a, False) for a in reversed(node.args)]
 
 
-def _substituted(root: Node, known: dict[Node, Node]) -> Node:
+def _replace_known(root: Node, known: dict[Node, Node]) -> Node:
     """Return an expression in which `known` stand for what they are, numbers for factors and terms alone."""
     values: dict[Node, Node] = dict(known)
     for node in _postorder([root], values):

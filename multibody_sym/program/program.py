@@ -85,7 +85,7 @@ def _verify_assign(statement: Assign, known: set[Node]) -> None:
             raise DefinedTwiceError(f"the value of a {node.op} is computed a second time")
         for a in node.args:
             if a not in known and a.shadow is None:
-                raise _undefined(a)
+                raise _undefined_error(a)
         known.add(node)
     if len(nodes) > 1:
         known.difference_update(nodes[:-1])
@@ -145,10 +145,10 @@ def _verify_sizes(got: tuple[tuple[Node, ...], ...], wanted: list[int], what: st
 def _verify_atoms(nodes: Iterable[Node], known: set[Node]) -> None:
     for node in nodes:
         if node not in known and node.shadow is None:
-            raise _undefined(node)
+            raise _undefined_error(node)
 
 
-def _undefined(node: Node) -> UndefinedError:
+def _undefined_error(node: Node) -> UndefinedError:
     what = f"a {node.op}" if node.args else repr(node)
     return UndefinedError(f"{what} is used, but no input and no earlier statement gives it")
 
@@ -181,9 +181,9 @@ def program_text(program: Callee) -> str:
         names = [given.name] if given.shape == () else [f"{given.name}[{k}]" for k in range(given.size)]
         texts.update(zip(given.slots, names, strict=True))
     counter = _Counter(texts)
-    lines = [f"program {program.name}({', '.join(_shaped(a) for a in program.inputs)})"]
+    lines = [f"program {program.name}({', '.join(_shape_text(a) for a in program.inputs)})"]
     lines += [f"  {_statement_text(statement, counter)}" for statement in program.statements]
-    lines += [f"  {_shaped(o)} = {_listed(o.values, texts)}" for o in program.outputs]
+    lines += [f"  {_shape_text(o)} = {_list_text(o.values, texts)}" for o in program.outputs]
     return "\n".join(lines)
 
 
@@ -200,11 +200,11 @@ class _Counter:
         return self.texts[node]
 
 
-def _shaped(array: Array | Output) -> str:
+def _shape_text(array: Array | Output) -> str:
     return f"{array.name}[{', '.join(map(str, array.shape))}]" if array.shape else array.name
 
 
-def _listed(nodes: Iterable[Node], texts: Texts) -> str:
+def _list_text(nodes: Iterable[Node], texts: Texts) -> str:
     return f"({', '.join(texts[n] for n in nodes)})"
 
 
@@ -213,24 +213,24 @@ def _statement_text(statement: Statement, counter: _Counter) -> str:
         text = expression(statement.nodes, counter.texts, _LANGUAGE)
         return f"{counter.define(statement.value)} = {text}"
     if isinstance(statement, Call):
-        arguments = ", ".join(_listed(atoms, counter.texts) for atoms in statement.arguments)
-        return f"{_defined(statement.targets, counter)} = {statement.program.name}({arguments})"
+        arguments = ", ".join(_list_text(atoms, counter.texts) for atoms in statement.arguments)
+        return f"{_definition_text(statement.targets, counter)} = {statement.program.name}({arguments})"
     if isinstance(statement, Solve):
         return _solve_text(statement, counter)
-    given = ", ".join(_listed(atoms, counter.texts) for atoms in statement.given)
+    given = ", ".join(_list_text(atoms, counter.texts) for atoms in statement.given)
     loops = "".join(f"\n    {_loop_text(loop)}" for loop in statement.loops)
-    return f"{_defined(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
+    return f"{_definition_text(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
 
 
 def _solve_text(statement: Solve, counter: _Counter) -> str:
     width = len(statement.solution)
-    rows = ", ".join(_listed(row, counter.texts) for row in statement.matrix.lists(width))
-    right = _listed(statement.right, counter.texts)
-    unknown = _defined((statement.solution, statement.multipliers, statement.report), counter)
+    rows = ", ".join(_list_text(row, counter.texts) for row in statement.matrix.lists(width))
+    right = _list_text(statement.right, counter.texts)
+    unknown = _definition_text((statement.solution, statement.multipliers, statement.report), counter)
     most = "" if statement.most.shadow == len(statement.right) else f", most {counter.texts[statement.most]}"
-    forces = ", ".join(_listed(row, counter.texts) for row in statement.exerted.lists(width))
+    forces = ", ".join(_list_text(row, counter.texts) for row in statement.exerted.lists(width))
     exerted = f", exerted ({forces})" if forces else ""
-    acting = f", acting {_listed(statement.acting, counter.texts)}" if statement.acting else ""
+    acting = f", acting {_list_text(statement.acting, counter.texts)}" if statement.acting else ""
     return f"{unknown} = solve(({rows}), {right}{most}{acting}{exerted})"
 
 
@@ -254,7 +254,7 @@ def _progression(given: Progression) -> str:
     return f"{given.pattern} by {given.step}"
 
 
-def _defined(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
+def _definition_text(leaves: tuple[tuple[Node, ...], ...], counter: _Counter) -> str:
     return ", ".join(f"({', '.join(counter.define(leaf) for leaf in part)})" for part in leaves)
 
 
@@ -285,16 +285,16 @@ def operation_count(program: Callee) -> OperationCount:
     A change of sign is free; x^n costs the multiplications that compute it; where, abs, min and comparisons are
     functions.
     """
-    return OperationCount(**_counted(program, {}))
+    return OperationCount(**_count_operations(program, {}))
 
 
-def _counted(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:
+def _count_operations(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:
     if id(program) not in known:
         nodes = [node for s in program.statements if isinstance(s, Assign) for node in s.nodes]
         counts = _counted_nodes(nodes)
         for statement in program.statements:
             if isinstance(statement, Call):
-                counts += _counted(statement.program, known)
+                counts += _count_operations(statement.program, known)
             elif isinstance(statement, Solve):
                 counts["solves"] += 1
             elif isinstance(statement, Scan):
@@ -309,7 +309,7 @@ def _counted_scan(scan: Scan, known: dict[int, Counter[str]]) -> Counter[str]:
     counts: Counter[str] = Counter()
     for loop in scan.loops:
         for kernel, iterations in loop.turns():
-            for name, times in _counted(kernel.program, known).items():
+            for name, times in _count_operations(kernel.program, known).items():
                 counts[name] += times * len(iterations)
             pairs = zip(kernel.writes, kernel.program.outputs, strict=True)
             added = sum(len(output.values) for window, output in pairs if window.adds)
@@ -464,17 +464,17 @@ class Program:
 
     def output(self, name: str) -> Output:
         """Return the output called `name`; raises UndefinedError if there is none."""
-        return _named(name, self.outputs, "output")
+        return _find_named(name, self.outputs, "output")
 
     def input(self, name: str) -> Array:
         """Return the input called `name`; raises UndefinedError if there is none."""
-        return _named(name, self.inputs, "input")
+        return _find_named(name, self.inputs, "input")
 
 
 _Part = TypeVar("_Part", Array, Output)
 
 
-def _named(name: str, things: Iterable[_Part], kind: str) -> _Part:
+def _find_named(name: str, things: Iterable[_Part], kind: str) -> _Part:
     for thing in things:
         if thing.name == name:
             return thing

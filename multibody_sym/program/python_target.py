@@ -31,12 +31,12 @@ from multibody_sym.program.target_layout import (
     Functions,
     Places,
     Samples,
-    filled,
+    fill_template,
     functions,
     parameters,
     runs,
     summary,
-    wrapped,
+    wrap_items,
 )
 from multibody_sym.scalars import arrays, between, least_norm, rank
 from multibody_sym.scalars.node import Node
@@ -94,7 +94,7 @@ def python_source(
     every = functions(programs, f"{prefix}_", f"{prefix}__", ())
     exported, tables = list(zip(programs, every.exported, strict=True)), _Tables()
     printed = [_Printer(function, every, tables).text() for function in every.functions]
-    text = filled(
+    text = fill_template(
         "python/model.py.in",
         title=_TITLE,
         note=_NEEDED if alone else "",
@@ -128,7 +128,7 @@ def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:
             inputs = [np.asarray(values, dtype=float) for values in sample]
             lines.append(f"        ({_values(inputs)}, {_values(interpret(program, *inputs))}),")
         lines.append("    ],")
-    return filled("python/selftest.py.in", tolerance=repr(TOLERANCE), stored="\n".join(lines))
+    return fill_template("python/selftest.py.in", tolerance=repr(TOLERANCE), stored="\n".join(lines))
 
 
 def _values(arrays: Sequence[np.ndarray]) -> str:
@@ -152,7 +152,7 @@ class _Tables:
     def _text(self, function: Tabulated, order: int, x: str) -> str:
         if function.digest not in self._names:
             name = f"TABLE_{len(self._names) + 1}"
-            columns = [wrapped("    [", map(repr, column), "],", indent=" " * 8) for column in function.columns]
+            columns = [wrap_items("    [", map(repr, column), "],", indent=" " * 8) for column in function.columns]
             self.texts.append("\n".join([f"{name} = (  # {function.name}", *columns, ")"]))
             self._names[function.digest] = name
         return f"{TABLE_FUNCTIONS[function.kind]}({self._names[function.digest]}, {order}, {x})"
@@ -179,7 +179,7 @@ class _Printer:
         program = self.function.program
         for statement in program.statements:
             _write(self, statement)
-        head = wrapped(f"def {self.function.name}(", self.inputs, "):", indent=" " * 8)
+        head = wrap_items(f"def {self.function.name}(", self.inputs, "):", indent=" " * 8)
         values = [self.value(output.shape, output.values) for output in program.outputs]
         result = f"({values[0]},)" if len(values) == 1 else f"({', '.join(values)})"
         return "\n".join([head, *self.lines, f"    return {result}"])
@@ -202,7 +202,7 @@ class _Printer:
                 texts.append(f"*{name}[{first}:{first + end - start}]")
             else:
                 texts += [self.names[atom] for atom in atoms[start:end]]
-        return wrapped("[", texts, "]", indent=" " * 8)
+        return wrap_items("[", texts, "]", indent=" " * 8)
 
     def next_number(self) -> int:
         self.count += 1
@@ -219,7 +219,7 @@ def _write(printer: _Printer, statement: Statement) -> None:
         number, callee = printer.next_number(), statement.program
         pairs = zip(callee.inputs, statement.arguments, strict=True)
         arguments = [printer.value(array.shape, atoms) for array, atoms in pairs]
-        called = wrapped(f"{printer.every.names[id(callee)]}(", arguments, ")", indent=" " * 8)
+        called = wrap_items(f"{printer.every.names[id(callee)]}(", arguments, ")", indent=" " * 8)
         printer.lines.append(f"    r{number} = {called}")
         for k, (output, leaves) in enumerate(zip(callee.outputs, statement.targets, strict=True)):
             printer.define(f"r{number}[{k}]", output.shape, leaves)
@@ -238,19 +238,19 @@ def _solve(printer: _Printer, statement: Solve) -> None:
     sizes = [row(statement.right), str(len(order)), printer.names[statement.most]]
     if statement.acting:
         matrix, exerted = (
-            wrapped("[", texts, "]", indent=" " * 8)
+            wrap_items("[", texts, "]", indent=" " * 8)
             for texts in (
                 ["{" + ", ".join(f"{k}: {printer.names[atom]}" for k, atom in row) + "}" for row in rows]
                 for rows in (statement.matrix, statement.exerted)
             )
         )
-        called = wrapped("solve_some(", [matrix, *sizes, row(statement.acting), exerted], ")", indent=" " * 8)
+        called = wrap_items("solve_some(", [matrix, *sizes, row(statement.acting), exerted], ")", indent=" " * 8)
     else:
         rows = [row([atoms[k] for k in order]) for atoms in statement.matrix.lists(len(order))]
         spans = [str(tuple(span)) for span in statement.spans]
-        given = [wrapped("[", rows, "]", indent=" " * 8), *sizes]
-        given.append(wrapped("(", spans, ",)" if spans else ")", indent=" " * 8))
-        called = wrapped("solve_lists(", given, ")", indent=" " * 8)
+        given = [wrap_items("[", rows, "]", indent=" " * 8), *sizes]
+        given.append(wrap_items("(", spans, ",)" if spans else ")", indent=" " * 8))
+        called = wrap_items("solve_lists(", given, ")", indent=" " * 8)
     printer.lines.append(f"    r{number} = {called}")
     for k, leaves in enumerate(([statement.solution[k] for k in order], statement.multipliers, statement.report)):
         printer.define(f"r{number}[{k}]", (len(leaves),), leaves)
@@ -259,7 +259,7 @@ def _solve(printer: _Printer, statement: Solve) -> None:
 def _scan(printer: _Printer, statement: Scan) -> None:
     number, lines = printer.next_number(), printer.lines
     given = [printer.value((len(atoms),), atoms) for atoms in statement.given]
-    lines.append(wrapped(f"    m{number} = [", given, "]", indent=" " * 8))
+    lines.append(wrap_items(f"    m{number} = [", given, "]", indent=" " * 8))
     lines += [f"    m{number}.append([0.0] * {size})" for size in statement.sizes[len(given) :]]
     for loop in statement.loops:
         lines += _loop(printer, loop, f"m{number}")
@@ -285,7 +285,7 @@ def _kernel(printer: _Printer, kernel: Kernel, memory: str, indent: str) -> list
     for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
         place = _place(window.first)
         arguments.append(f"{memory}[{window.array}][{f'{place}:{place} + {array.size}' if array.shape else place}]")
-    called = wrapped(f"{printer.every.names[id(kernel.program)]}(", arguments, ")", indent=indent + " " * 4)
+    called = wrap_items(f"{printer.every.names[id(kernel.program)]}(", arguments, ")", indent=indent + " " * 4)
     lines = [f"{indent}results = {called}"]
     for k, (window, output) in enumerate(zip(kernel.writes, kernel.program.outputs, strict=True)):
         values = f"results[{k}]" if output.shape else f"[results[{k}]]"

@@ -141,7 +141,7 @@ def summary(name: str, program: Callee) -> list[str]:
     return [f"{name}: {', '.join(parts)};", f"    hash {program_hash(program)}"]
 
 
-def wrapped(start: str, items: Iterable[str], end: str, *, indent: str = "    ") -> str:
+def wrap_items(start: str, items: Iterable[str], end: str, *, indent: str = "    ") -> str:
     """Return `start`, the items with commas between them, and `end`, broken into lines; the first may be broken off."""
     lines = [start]
     for item in items:
@@ -194,7 +194,7 @@ def template_text(name: str) -> str:
     return ((folder if folder.is_dir() else _PACKAGE.parent / "templates") / name).read_text(encoding="utf-8")
 
 
-def filled(name: str, **parts: object) -> str:
+def fill_template(name: str, **parts: object) -> str:
     """Return the template `name` with its fields replaced by `parts`, which are printed already."""
     return Template(template_text(name)).substitute(parts)
 
@@ -226,7 +226,7 @@ class NumbersInText:
     def array(self, values: Sequence[float]) -> str:
         """Return the address of numbers."""
         name = f"{self._prefix}__array_{len(self._arrays) + 1}"
-        self._arrays.append(wrapped(f"static const double {name}[] = {{", map(repr, values), "};"))
+        self._arrays.append(wrap_items(f"static const double {name}[] = {{", map(repr, values), "};"))
         return name
 
     def table(self, function: Tabulated) -> str:
@@ -234,7 +234,8 @@ class NumbersInText:
         if function.digest not in self._tables:
             name = f"{self._prefix}__table_{len(self._tables) + 1}"
             values = (repr(x) for column in function.columns for x in column)
-            self._arrays.append(wrapped(f"static const double {name}[] = {{ /* {function.name} */\n    ", values, "};"))
+            start = f"static const double {name}[] = {{ /* {function.name} */\n    "
+            self._arrays.append(wrap_items(start, values, "};"))
             self._tables[function.digest] = name
         return self._tables[function.digest]
 

@@ -128,7 +128,7 @@ class Trace:
         """
         named = tuple(Output(name, shape, tuple(map(as_node, values))) for name, (shape, values) in outputs.items())
         roots = [value for output in named for value in output.values]
-        return Program(self.name, self.inputs, _statements(_ordered(roots, self._records, self._makers)), named)
+        return Program(self.name, self.inputs, _statements(_order_nodes(roots, self._records, self._makers)), named)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class _Order:
     atoms: set[Node]
 
 
-def _ordered(roots: list[Node], records: list[Record], makers: dict[Node, int]) -> _Order:
+def _order_nodes(roots: list[Node], records: list[Record], makers: dict[Node, int]) -> _Order:
     """Walk from the roots down; None on the stack means that all operands of what lies below it are done."""
     items: list[Any] = []
     uses: dict[Node, int] = {}
@@ -213,7 +213,7 @@ def _statements(order: _Order) -> tuple[Statement, ...]:
 Vector = tuple[Node, ...]
 
 
-def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Program:
+def fold_input(program: Callee, input: str, values: Sequence[float | Node]) -> Program:
     """Return `program` with the numbers `values` in place of its input `input`, also in the Programs it calls.
 
     Raises UndefinedError where there is no such input, ExpressionError where a constant part has no finite value.
@@ -233,7 +233,7 @@ def folded(program: Callee, input: str, values: Sequence[float | Node]) -> Progr
             # a callee is folded too where it is handed that input as a whole, under the same name
             pairs = zip(statement.program.inputs, statement.arguments, strict=True)
             if any(array.name == input and arguments == tuple(numbers) for array, arguments in pairs):
-                changed = replace(changed, program=folded(statement.program, input, values))
+                changed = replace(changed, program=fold_input(statement.program, input, values))
         elif isinstance(changed, Scan):
             loops = (
                 replace(loop, kernels=tuple(_kernel(kernel, turns, changed.given) for kernel, turns in loop.turns()))
@@ -251,5 +251,5 @@ def _kernel(kernel: Kernel, iterations: Integers, given: Sequence[Vector]) -> Ke
         if window.array < len(given):
             read = {given[window.array][first:][: array.size] for first in map(window.first.at, iterations.tolist())}
             if len(read) == 1 and all(atom.shadow is not None for atom in next(iter(read))):
-                program = folded(program, array.name, next(iter(read)))
+                program = fold_input(program, array.name, next(iter(read)))
     return replace(kernel, program=program)

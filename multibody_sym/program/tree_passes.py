@@ -199,7 +199,7 @@ class _Scanner:
         atoms = leaves(values, "slot")
         inputs = [Array(f"given_{_letters(k)}") for k in range(len(atoms))]
         known = dict(zip(atoms, (array.slots[0] for array in inputs), strict=True))
-        program = Trace("root", inputs).finish({given.name: ((len(live),), _substituted(values, known))})
+        program = Trace("root", inputs).finish({given.name: ((len(live),), _replace_known(values, known))})
         reads = [Window(array, Progression((k,))) for array, k in map(self.known.__getitem__, atoms)]
         written = Window(self.numbers[given.name], Progression((0,)))
         return [Loop(1, (Kernel(program, tuple(reads), (written,)),))]
@@ -358,7 +358,7 @@ class _Kind:
         shapes = {name: (len(part),) for name, part in segments.items()}
         shapes |= {name: (len(live),) for name, live in self.live.items()}
         shapes[_KEPT] = (self.kept_before(stage),)
-        ready = {name: ((len(values),), _substituted(values, known)) for name, values in outputs.items()}
+        ready = {name: ((len(values),), _replace_known(values, known)) for name, values in outputs.items()}
         used = {leaf.data[0] for _, values in ready.values() for leaf in leaves(values, "slot")}
         inputs = [Array(name, shape) for name, shape in shapes.items() if name in used]
         return Trace(f"pass_{stage + 1}", inputs).finish(ready)
@@ -377,7 +377,7 @@ def _segments(leaves: Sequence[Node], places: Places) -> dict[str, list[Node]]:
     return {f"given_{_letters(k)}": [leaves[j] for j in group] for k, group in enumerate(groups)}
 
 
-def _substituted(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:
+def _replace_known(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:
     """Return expressions in which `known` stand for what they are; below them nothing is looked at."""
     wanted = list(roots)
     values = dict(known)

@@ -129,11 +129,11 @@ def tangents(nodes: Iterable[Node], seeds: Mapping[Node, Node]) -> list[Node]:
         elif all(rates[a] is ZERO for a in n.args):
             rates[n] = ZERO
         else:
-            rates[n] = _combined(n, [rates[a] for a in n.args])
+            rates[n] = _total_rate(n, [rates[a] for a in n.args])
     return [rates[n] for n in roots]
 
 
-def _combined(n: Node, rates: Sequence[Node]) -> Node:
+def _total_rate(n: Node, rates: Sequence[Node]) -> Node:
     if n.op == "where":
         return where(n.args[0], rates[1], rates[2])
     total = ZERO
@@ -162,14 +162,14 @@ def pulled_back(n: Node, weight: Node) -> list[Node]:
         condition = _CHOICES[n.op](*n.args)
         chosen = [where(condition, weight, ZERO), where(condition, ZERO, weight)]
         return [ZERO, *chosen] if n.op == "where" else chosen
-    return [_weighted(weight, partial) for partial in partials(n)]
+    return [_weigh(weight, partial) for partial in partials(n)]
 
 
-def _weighted(weight: Node, partial: Node) -> Node:
+def _weigh(weight: Node, partial: Node) -> Node:
     """Return weight * partial; 0 where the weight is 0 because something else was chosen."""
     if weight.op == "where" and ZERO in weight.args[1:] and partial.shadow is None:
         condition, first, second = weight.args
-        return where(condition, _weighted(first, partial), _weighted(second, partial))
+        return where(condition, _weigh(first, partial), _weigh(second, partial))
     if partial.shadow is None and _is_of_choices(weight):
         return where(less_equal(absolute(weight), ZERO), ZERO, multiply(weight, partial))
     return multiply(weight, partial)
@@ -259,18 +259,18 @@ def _terms(node: Node, x: Node, *, opened: bool) -> _Sum | None:
     if node.op == "neg":
         return {product: c * -ONE for product, c in parts[0].items()} if parts[0] is not None else None
     if node.op == "add":
-        return _added([part for part in parts if part is not None])
+        return _add_sums([part for part in parts if part is not None])
     if node.op == "mul":
-        return _multiplied(parts[0], parts[1])
+        return _multiply_sums(parts[0], parts[1])
     if node.op == "div":
         above = _terms(node.args[0], x, opened=opened)
-        return _multiplied(above, _reciprocal(node.args[1], x))
+        return _multiply_sums(above, _reciprocal(node.args[1], x))
     base, n = _power_of(node)
     if opened and base.op == "add" and n.denominator == 1 and 0 < n <= _HIGHEST:
         once = _terms(base, x, opened=True)
         found = once
         for _ in range(int(n) - 1):
-            found = _multiplied(found, once)
+            found = _multiply_sums(found, once)
         return found
     return {((base, n),): ONE}
 
@@ -281,7 +281,7 @@ def _reciprocal(below: Node, x: Node) -> _Sum:
     for part in _factors(below):
         if _depends(part, x):
             base, n = _power_of(part)
-            product = _joined(product, ((base, -n),))
+            product = _join_products(product, ((base, -n),))
         else:
             factor = factor / part
     return {product: factor}
@@ -298,7 +298,7 @@ def _factors(node: Node) -> Iterator[Node]:
         yield node
 
 
-def _joined(a: _Product, b: _Product) -> _Product:
+def _join_products(a: _Product, b: _Product) -> _Product:
     """Return a product of products; the same functions have one exponent, in an order that does not matter."""
     exponents: dict[Node, Fraction] = {}
     growth = ZERO
@@ -312,7 +312,7 @@ def _joined(a: _Product, b: _Product) -> _Product:
     return tuple(sorted(((base, n) for base, n in exponents.items() if n), key=str))
 
 
-def _added(parts: Iterable[_Sum]) -> _Sum | None:
+def _add_sums(parts: Iterable[_Sum]) -> _Sum | None:
     found: _Sum = {}
     for part in parts:
         for product, c in part.items():
@@ -320,10 +320,10 @@ def _added(parts: Iterable[_Sum]) -> _Sum | None:
     return found if len(found) <= _MOST_TERMS else None
 
 
-def _multiplied(left: _Sum | None, right: _Sum | None) -> _Sum | None:
+def _multiply_sums(left: _Sum | None, right: _Sum | None) -> _Sum | None:
     if left is None or right is None:
         return None
-    return _added({_joined(p, q): a * b} for p, a in left.items() for q, b in right.items())
+    return _add_sums({_join_products(p, q): a * b} for p, a in left.items() for q, b in right.items())
 
 
 # --- one product ---------------------------------------------------------------------------------------------------

@@ -69,7 +69,7 @@ class Elimination:
         return y
 
 
-def eliminated(matrix: Floats, clear: float) -> Elimination | None:
+def eliminate(matrix: Floats, clear: float) -> Elimination | None:
     """Return the elimination of a matrix (s x n); None where those before it leave of a row no more than that part."""
     used = matrix != 0.0
     kept = np.flatnonzero(used.any(axis=1)).tolist()
@@ -91,12 +91,12 @@ def eliminated(matrix: Floats, clear: float) -> Elimination | None:
         if not rest > clear * clear * whole:
             return None
         least = min(least, math.sqrt(rest / whole))
-        found.append(_reflecting(row, low, j, math.sqrt(rest)))
+        found.append(_reflection(row, low, j, math.sqrt(rest)))
         highs.append(high)
     return Elimination(matrix.shape[1], kept, order, found, least)
 
 
-def _reflecting(row: Floats, low: int, j: int, length: float) -> _Row:
+def _reflection(row: Floats, low: int, j: int, length: float) -> _Row:
     vector, first = row[j:].copy(), float(row[j])
     diagonal = -length if first > 0.0 else length
     vector[0] -= diagonal
@@ -150,7 +150,7 @@ def least_rounding(matrix: Floats, rounding: Floats) -> Floats:
     """
     if not matrix.size:
         return rounding
-    balanced, scale = _balanced(without_rounding(matrix, rounding))
+    balanced, scale = _balance(without_rounding(matrix, rounding))
     size = float(np.linalg.norm(balanced, 2))
     found: Floats = np.maximum(rounding, _SAFETY * EPSILON * size * scale[:, None] / scale[None, :])
     return found
@@ -165,7 +165,7 @@ def eigenvalues(matrix: Floats, rounding: Floats) -> tuple[npt.NDArray[np.comple
         return np.zeros(0, dtype=complex), np.zeros(0)
     from scipy.linalg import eig  # scipy takes longer to import than most answers take
 
-    balanced, scale = _balanced(without_rounding(matrix, rounding))
+    balanced, scale = _balance(without_rounding(matrix, rounding))
     noise = rounding * scale[None, :] / scale[:, None]
     size = float(np.linalg.norm(balanced, 2))
     values, left, right = eig(balanced, left=True, right=True)
@@ -176,7 +176,7 @@ def eigenvalues(matrix: Floats, rounding: Floats) -> tuple[npt.NDArray[np.comple
     return real + 1j * imaginary + 0.0, np.minimum(moved, size)
 
 
-def _balanced(matrix: Floats) -> tuple[Floats, Floats]:
+def _balance(matrix: Floats) -> tuple[Floats, Floats]:
     """Return D^-1 A D of nearly equal rows and columns, and the diagonal of D. Raises FloatingPointError."""
     if not float(np.abs(matrix).max()) < _LARGEST:
         raise FloatingPointError("the matrix holds what is too large to compute with")

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any, Final, TypeVar
 
-from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueError, shown
+from multibody_sym.errors import ArgumentError, ExpressionError, UndefinedValueError, short_repr
 from multibody_sym.scalars import node as _node
 from multibody_sym.scalars.elementary import BUILD, leaves, postorder
-from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node, as_node, unboxed
+from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node, as_node, unbox
 
 S = TypeVar("S")
 """A scalar: float, Node or sympy.Expr. Plain integers are welcome among all three."""
@@ -30,7 +30,7 @@ def node_of(value: object) -> Node:
     for leaf in leaves([node], "symbol"):
         if not _SYMBOL.fullmatch(leaf.data):
             raise ExpressionError(
-                f"the symbol {shown(leaf.data)} cannot stand in expressions: use letters, digits, _", number="E105"
+                f"the symbol {short_repr(leaf.data)} cannot stand in expressions: use letters, digits, _", number="E105"
             )
     return node
 
@@ -71,7 +71,7 @@ def _of_floats(op: str, values: Iterable[Any], own: tuple[Any, ...]) -> float:
     try:
         return FLOAT_OPERATIONS[op](*own, *values)
     except (ArithmeticError, ValueError):
-        listed = ", ".join(map(shown, values))
+        listed = ", ".join(map(short_repr, values))
         raise UndefinedValueError(f"{op}({listed}) is not a finite real number", number="E105") from None
 
 
@@ -92,12 +92,13 @@ def _scalar(op: str, value: Any) -> Any:
     """
     if isinstance(value, Node) or (_is_sympy(value) and (op in _OF_CONDITIONS or hasattr(value, "as_coefficient"))):
         return value
-    held = unboxed(value)
+    held = unbox(value)
     if isinstance(held, (int, float, Fraction)):
         return held
     text = ", no text" if isinstance(held, str) else ""
     raise ArgumentError(
-        f"{op} takes numbers and expressions{text} (parameters(...) and variable(...) make symbols); got {shown(held)}"
+        f"{op} takes numbers and expressions{text} (parameters(...) and variable(...) make symbols); "
+        f"got {short_repr(held)}"
     )
 
 

@@ -144,7 +144,7 @@ def solve_lists(
 
     `spans` (see `Span`) say where rows may differ from zero.
     """
-    return _solved(_factorised(matrix, columns, most, spans), right, columns)
+    return _solve_factored(_factorise(matrix, columns, most, spans), right, columns)
 
 
 def solve_some(
@@ -171,7 +171,7 @@ def solve_some(
             multipliers[j] = value
         for k, value in zip(names, x, strict=True):
             solution[k] = value
-    report = _reported(islands, [report for *_, report in parts], rows, right)
+    report = _join_reports(islands, [report for *_, report in parts], rows, right)
     if math.isnan(report[0]):
         return [math.nan] * columns, [math.nan] * len(right), report
     return solution, multipliers, report
@@ -216,10 +216,10 @@ def _island(
     wanted = [right[j] for j in places]
     if exerted == own and (not plain or forces is rows):
         return solve_lists(own, wanted, len(names), most, row_spans(own))
-    return _rubbing(own, exerted, wanted, len(names), most, plain=plain)
+    return _solve_with_friction(own, exerted, wanted, len(names), most, plain=plain)
 
 
-def _reported(
+def _join_reports(
     islands: Sequence[tuple[list[int], list[int]]],
     reports: Sequence[list[float]],
     rows: Mapping[int, Mapping[int, float]],
@@ -263,7 +263,7 @@ def independent_rows(matrix: Floats, most: float = math.inf) -> list[int]:
     return sorted(factors.order[: factors.rank])
 
 
-def _factorised(matrix: Lists, columns: int, most: float, spans: Sequence[Sequence[int]]) -> _Factors | None:
+def _factorise(matrix: Lists, columns: int, most: float, spans: Sequence[Sequence[int]]) -> _Factors | None:
     """Return the factors of s rows, None where a number is not finite."""
     count, found = len(matrix), None
     independent = bool(spans) and count <= min(columns, most)
@@ -353,7 +353,7 @@ def _longest_first(matrix: Floats, most: float) -> _Factors:
     return found
 
 
-def _solved(factors: _Factors | None, right: list[float], columns: int) -> Found:
+def _solve_factored(factors: _Factors | None, right: list[float], columns: int) -> Found:
     """Return x = Q R^-T r, multipliers R^-1 R^-T r and the report."""
     if factors is None or not all(map(math.isfinite, right)):
         return [math.nan] * columns, [math.nan] * len(right), [math.nan] * 3
@@ -375,7 +375,7 @@ def _solved(factors: _Factors | None, right: list[float], columns: int) -> Found
     return x, multipliers, [float(rank), factors.conditioning, residual]
 
 
-def _rubbing(
+def _solve_with_friction(
     matrix: Lists, exerted: Sequence[Sequence[float]], right: list[float], columns: int, most: float, *, plain: bool
 ) -> Found:
     """Return x = C^T lambda, lambda, A x = r: of least norm together, lambda times lengths, if A C^T is singular."""
@@ -400,12 +400,12 @@ def _alone(
     """
     count = len(right)
     square = [[*[_dot(a, c) for c in unit], *[0.0] * (columns - count)] for a in matrix]
-    factors = _factorised(square, columns, most, row_spans(square))
+    factors = _factorise(square, columns, most, row_spans(square))
     if factors is not None:
         if factors.rank < count and not _same_rank(factors.rank, matrix, unit, most):
             return None
         factors.conditioning = _least_left(factors, matrix)
-    carried, _, report = _solved(factors, right, columns)
+    carried, _, report = _solve_factored(factors, right, columns)
     return carried[:count], report
 
 
@@ -416,8 +416,8 @@ def _together(
     count = len(right)
     upper = [[*row, *[0.0] * count] for row in matrix]
     lower = [[*(float(i == k) for k in range(columns)), *(-c[i] for c in unit)] for i in range(columns)]
-    factors = _factorised(upper + lower, columns + count, most + columns, ())
-    both, _, report = _solved(factors, right + [0.0] * columns, columns + count)
+    factors = _factorise(upper + lower, columns + count, most + columns, ())
+    both, _, report = _solve_factored(factors, right + [0.0] * columns, columns + count)
     return both[columns:], [report[0] - columns, *report[1:]]
 
 

@@ -74,12 +74,12 @@ def sliding(kinetic: S, velocity: Sequence[S], speed: S = 1) -> list[S]:
     return [-kinetic * v / speed for v in velocity]
 
 
-def creeping(kinetic: S, velocity: Sequence[S], least: S) -> S:
+def creep_coefficient(kinetic: S, velocity: Sequence[S], least: S) -> S:
     """Return the coefficient that friction has which creeps."""
     return kinetic * length(velocity) / length([*velocity, least])
 
 
-def gripping(ratio: S) -> S:
+def grip_coefficient(ratio: S) -> S:
     """Return the coefficient of a rope whose tensions on both sides of a wheel have a ratio at most."""
     return 2 * (ratio - 1) / (ratio + 1)
 

@@ -19,7 +19,7 @@ from sys import getrefcount
 from threading import RLock
 from typing import Any, Final, Self, TypeVar
 
-from multibody_sym.errors import ArgumentError, ExpressionError, shown
+from multibody_sym.errors import ArgumentError, ExpressionError, short_repr
 
 _HELD_BY_ONE: Final = 2  # the reference of a table or list and the argument of getrefcount
 _SMALLEST_LIMIT: Final = 200_000
@@ -167,7 +167,7 @@ def forget_unused() -> None:
 
 
 @contextmanager
-def uncollected() -> Iterator[None]:
+def without_collection() -> Iterator[None]:
     """Let nobody look for circles of references meanwhile: expressions have none, and a million take a second a time.
 
     Afterwards this is as it was before.
@@ -258,7 +258,7 @@ _SHOWN: Final = {"neg": "-", "pow": "power", "add": "sum", "mul": "product", "di
 _LARGEST_EXPONENT: Final = 400
 
 
-def unboxed(value: Any) -> Any:
+def unbox(value: Any) -> Any:
     """Return what an array without dimensions or a number of NumPy's holds, a decimal exactly, all else as it is.
 
     Raises ExpressionError for a decimal that no float comes near to.
@@ -267,7 +267,7 @@ def unboxed(value: Any) -> Any:
         if not value.is_finite():
             return math.nan if value.is_nan() else float(value)
         if value and abs(value.adjusted()) > _LARGEST_EXPONENT:  # written out it might fill all memory
-            raise ExpressionError(f"{shown(value)} is past what floating-point numbers hold", number="E105")
+            raise ExpressionError(f"{short_repr(value)} is past what floating-point numbers hold", number="E105")
         return Fraction(value) if value else Fraction(0)
     item = getattr(value, "item", None)
     if not callable(item) or getattr(value, "ndim", None) != 0:
@@ -374,10 +374,10 @@ def as_node(value: object) -> Node:
         if not math.isfinite(value):
             raise ExpressionError(f"{value} is not a finite number", number="E105")
         return number(Fraction(repr(float(value))))
-    held = unboxed(value)
+    held = unbox(value)
     if held is not value:
         return as_node(held)
-    raise ArgumentError(f"{shown(value)} is not a number or an expression")
+    raise ArgumentError(f"{short_repr(value)} is not a number or an expression")
 
 
 # --- leaves -----------------------------------------------------------------------------------------------------

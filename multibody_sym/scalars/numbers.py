@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.errors import ArgumentError, InputError, short_repr
 from multibody_sym.scalars.arrays import Floats
 
 _REAL: Final = "fiub"
@@ -28,7 +28,7 @@ def floats(name: str, given: Any) -> Floats:
             return np.array([float(x) for x in found.flat]).reshape(found.shape)
     except (TypeError, ValueError, ArithmeticError):
         pass
-    raise ArgumentError(f"{name} is to be real numbers, got {_described(given)}")
+    raise ArgumentError(f"{name} is to be real numbers, got {_describe(given)}")
 
 
 def number(name: str, given: Any) -> float:
@@ -49,8 +49,8 @@ def vector(name: str, given: Any, size: int) -> Floats:
     return values
 
 
-def _described(given: Any) -> str:
+def _describe(given: Any) -> str:
     try:
-        return "complex ones" if np.asarray(given).dtype.kind == "c" else shown(given)
+        return "complex ones" if np.asarray(given).dtype.kind == "c" else short_repr(given)
     except (TypeError, ValueError):
-        return shown(given)
+        return short_repr(given)

@@ -61,7 +61,7 @@ class _Brought:
             elif node not in self.nodes:
                 self.nodes.add(node)
                 stack.append((node, True))
-                stack.extend((a, False) for a in _held(node) if a not in self.nodes)
+                stack.extend((a, False) for a in _held_nodes(node) if a not in self.nodes)
         return tuple(found[:-1])
 
 
@@ -74,7 +74,7 @@ class _AtWork(threading.local):
 _at_work: Final = _AtWork()
 
 
-def _held(node: Node) -> Iterator[Node]:
+def _held_nodes(node: Node) -> Iterator[Node]:
     """Yield the operands of a Node, or what the declaration holds that a symbol brings along."""
     if node.args:
         yield from node.args
@@ -82,7 +82,7 @@ def _held(node: Node) -> Iterator[Node]:
         yield from (part for part in vars(node.data[1]).values() if isinstance(part, Node))
 
 
-def _reduced(node: Node) -> tuple[Any, ...]:
+def _reduce(node: Node) -> tuple[Any, ...]:
     brought = None if _at_work.brought is None else _at_work.brought()
     below: tuple[Node, ...] = ()
     if brought is None:  # the pickler will ask the new one for what is below
@@ -113,4 +113,4 @@ def _leaf(brought: object, below: object, op: str, data: Any) -> Node:
 
 def register() -> None:
     """Tell `pickle` and what is built on it how to write a Node."""
-    copyreg.pickle(Node, _reduced)
+    copyreg.pickle(Node, _reduce)

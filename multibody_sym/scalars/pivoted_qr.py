@@ -85,7 +85,7 @@ def dependence(matrix: Floats) -> Dependence:
     combinations = np.zeros((len(left_over), len(rows)))
     combinations[:, kept] = -least_squares(rows[kept].T, rows[~kept].T).T
     combinations[:, ~kept] = np.eye(len(combinations))
-    circuits = _sparser([_cleaned(combination) for combination in combinations], left_over)
+    circuits = _sparser([_clean(combination) for combination in combinations], left_over)
     return Dependence(int(kept.sum()), tuple(left_over), tuple(circuits))
 
 
@@ -109,7 +109,7 @@ def contradiction(matrix: Floats, wanted: Floats, allowed: float) -> tuple[int, 
     return min(found, key=len, default=())
 
 
-def _cleaned(combination: Floats) -> Floats:
+def _clean(combination: Floats) -> Floats:
     """Return a combination of largest share 1 without what is rounding."""
     unit: Floats = combination / np.abs(combination).max()
     return np.where(np.abs(unit) > NEGLIGIBLE, unit, 0.0)
@@ -128,7 +128,7 @@ def _made_sparser(circuits: list[Floats], i: int, j: int, row: int) -> bool:
     """Put circuit i less some of circuit j in its place if that has fewer rows, `row` among them."""
     one, other = circuits[i], circuits[j]
     for k in np.flatnonzero((one != 0.0) & (other != 0.0)):
-        trial = _cleaned(one - one[k] / other[k] * other)
+        trial = _clean(one - one[k] / other[k] * other)
         if trial[row] != 0.0 and np.count_nonzero(trial) < np.count_nonzero(one):
             circuits[i] = trial
             return True

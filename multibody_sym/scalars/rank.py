@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.scalars.arrays import EPSILON, Floats, row_sums
-from multibody_sym.scalars.elimination import Elimination, blocks, eliminated
+from multibody_sym.scalars.elimination import Elimination, blocks, eliminate
 
 ROUNDING: Final = 2e-14
 """Rows whose numbers are below this part of the longest row's largest one count as zero: a hundred roundings of it."""
@@ -95,7 +95,7 @@ def rank(matrix: Floats, tolerance: float) -> int:
 
 def _rank_of_block(rows: Floats, tolerance: float) -> int:
     wide = rows if len(rows) <= rows.shape[1] else rows.T
-    found = eliminated(wide, CLEAR)
+    found = eliminate(wide, CLEAR)
     if found is not None and _least_worth_of(found) > BEYOND_DOUBT * tolerance:
         return len(wide)
     return int((np.linalg.svd(rows, compute_uv=False) > tolerance).sum())
@@ -119,7 +119,7 @@ def clear_least_norm(matrix: Floats, right: Floats) -> Floats | None:
     if min(matrix.shape) <= FEW:
         return None
     lengths, rows = scaled_rows(matrix)
-    found = eliminated(rows, CLEAR)
+    found = eliminate(rows, CLEAR)
     return None if found is None else found.least_norm(right / lengths)
 
 
@@ -218,7 +218,7 @@ def leading_columns(matrix: Floats, tolerance: float) -> list[int]:
     return chosen
 
 
-def damped(matrix: Floats, right: Floats, damping: float) -> Floats:
+def damped_solution(matrix: Floats, right: Floats, damping: float) -> Floats:
     """Return A^T (A A^T + mu E)^-1 r over unit rows, without directions that are worth no more than `DRAWN`."""
     lengths = np.linalg.norm(matrix, axis=1)
     lengths[lengths == 0.0] = 1.0
@@ -231,9 +231,9 @@ def damped(matrix: Floats, right: Floats, damping: float) -> Floats:
 
 
 def _damped_many(rows: Floats, right: Floats, damping: float) -> Floats | None:
-    """Return what `damped` does, as the shortest (x, y) with A x + sqrt(mu) y = r; None where rows may be dependent."""
+    """Return `damped_solution` as the shortest (x, y) with A x + sqrt(mu) y = r; None where rows may be dependent."""
     beside = np.sqrt(damping) * np.diag((rows != 0.0).any(axis=1).astype(float))
-    found = eliminated(np.hstack([rows, beside]), np.sqrt(CLEAR))
+    found = eliminate(np.hstack([rows, beside]), np.sqrt(CLEAR))
     return None if found is None else found.least_norm(right)[: rows.shape[1]]
 
 

@@ -194,7 +194,7 @@ class Bounded(NamedTuple):
     bound: float
 
 
-def bounded(nodes: Iterable[Node], leaf: Mapping[Node, Bounded]) -> list[Bounded]:
+def bound_rounding(nodes: Iterable[Node], leaf: Mapping[Node, Bounded]) -> list[Bounded]:
     """Return Nodes with bounds of their rounding, given those of their leaves; the bound is inf where there is none."""
     roots = list(nodes)
     found: dict[Node, Bounded] = {}
@@ -205,13 +205,13 @@ def bounded(nodes: Iterable[Node], leaf: Mapping[Node, Bounded]) -> list[Bounded
             whole = n.op == "number" and isinstance(n.data, int)
             found[n] = Bounded(n.shadow, 0.0 if whole else float_info.epsilon * abs(n.shadow))
         elif n.args:
-            found[n] = _operated(n, [found[a] for a in n.args])
+            found[n] = _bound_operation(n, [found[a] for a in n.args])
         else:
             found[n] = Bounded(math.nan, math.inf)
     return [found[root] for root in roots]
 
 
-def _operated(n: Node, operands: list[Bounded]) -> Bounded:
+def _bound_operation(n: Node, operands: list[Bounded]) -> Bounded:
     """Return an operation: its rounding, and by how much it changes where each operand changes by its bound."""
     op, values, operation = n.op, [x.value for x in operands], partial(FLOAT_OPERATIONS[n.op], *n.own)
     try:
@@ -270,10 +270,10 @@ def first_seen(value: Callable[[float], float], start: Look, end: Look, unseen: 
     What is no farther than `unseen` from zero all along a piece is zero there but for round-off.
     """
     left = iter(range(MOST_LOOKS))
-    return _seen(value, start, end, unseen, left)
+    return _sign_change(value, start, end, unseen, left)
 
 
-def _seen(value: Callable[[float], float], a: Look, b: Look, unseen: float, left: Iterator[int]) -> float | None:
+def _sign_change(value: Callable[[float], float], a: Look, b: Look, unseen: float, left: Iterator[int]) -> float | None:
     if b.value < 0.0:
         return b.theta
     width = b.theta - a.theta
@@ -291,8 +291,8 @@ def _seen(value: Callable[[float], float], a: Look, b: Look, unseen: float, left
     if before < 0.0:
         return middle - probe
     look = Look(middle, here, (here - before) / probe, (after - here) / probe)
-    found = _seen(value, a, look, unseen, left)
-    return _seen(value, look, b, unseen, left) if found is None else found
+    found = _sign_change(value, a, look, unseen, left)
+    return _sign_change(value, look, b, unseen, left) if found is None else found
 
 
 def looks_at_ends(value: Callable[[float], float], start: float, end: float) -> tuple[Look, Look]:

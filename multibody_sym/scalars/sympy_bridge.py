@@ -128,7 +128,7 @@ def from_sympy(expression: Any, leaves: Mapping[Any, Node] | None = None) -> Nod
         if e in known or not e.args:
             values[e] = known[e] if e in known else _leaf_from_sympy(e)
         elif ready:
-            values[e] = _combined(e, [values[a] for a in _operands(e)])
+            values[e] = _combine(e, [values[a] for a in _operands(e)])
         else:
             stack.append((e, True))
             stack.extend((a, False) for a in _operands(e))
@@ -141,11 +141,11 @@ def _operands(e: Any) -> tuple[Any, ...]:
     return tuple(e.args)
 
 
-def _combined(e: Any, args: list[Node]) -> Node:
+def _combine(e: Any, args: list[Node]) -> Node:
     if isinstance(e, sympy.Mul):
         return _product(args)
     if e.func in _CHAINED:
-        return _chained(_CHAINED[e.func], args)
+        return _chain(_CHAINED[e.func], args)
     if isinstance(e, sympy.Piecewise):
         return _piecewise(e, args)
     if isinstance(e, sympy.Not):
@@ -161,7 +161,7 @@ def _combined(e: Any, args: list[Node]) -> Node:
     return BUILD[_FROM[e.func]](*args)
 
 
-def _chained(op: str, args: list[Node]) -> Node:
+def _chain(op: str, args: list[Node]) -> Node:
     total = args[0]
     for a in args[1:]:
         total = BUILD[op](total, a)
@@ -172,8 +172,8 @@ def _product(args: list[Node]) -> Node:
     """Return a product with one quotient for all its reciprocals."""
     below = [a.args[1] for a in args if a.op == "div" and a.args[0] is ONE]
     above = [a for a in args if not (a.op == "div" and a.args[0] is ONE)]
-    numerator = _chained("mul", above) if above else ONE
-    return BUILD["div"](numerator, _chained("mul", below)) if below else numerator
+    numerator = _chain("mul", above) if above else ONE
+    return BUILD["div"](numerator, _chain("mul", below)) if below else numerator
 
 
 def _quotient_or_root(base: Node, exponent: Any) -> Node:

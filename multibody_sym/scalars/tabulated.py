@@ -61,10 +61,10 @@ class Rows(Sequence[Row]):
     @cached_property
     def digest(self) -> bytes:
         """The hash of the floats, the same in every process."""
-        return hashed((self.x, self.y))
+        return hash_columns((self.x, self.y))
 
 
-def hashed(columns: Iterable[array[float]]) -> bytes:
+def hash_columns(columns: Iterable[array[float]]) -> bytes:
     """Return the hash of columns of floats, the same in every process."""
     found = hashlib.sha256()
     for column in columns:
@@ -121,7 +121,7 @@ class Tabulated:
     @cached_property
     def digest(self) -> bytes:
         """The hash of all that values depend on, the same in every process."""
-        return hashed(self.columns)
+        return hash_columns(self.columns)
 
     def value(self, order: int, at: float) -> float:
         """Return the value, or the derivative of an order, at an argument."""

@@ -117,7 +117,7 @@ def steiner(a: Vec, b: Vec) -> Mat:
 # Rotations over any scalar: matrices of turns about axes, unit quaternions (w first) and their rates.
 
 
-def turned(axis: Vec, angle: S) -> Mat:
+def rotation_about(axis: Vec, angle: S) -> Mat:
     """Return the rotation by `angle` about a unit axis a (Rodrigues: a a^T + cos (E - a a^T) + sin [a])."""
     return turned_by(axis, cos(angle), sin(angle))
 
@@ -290,7 +290,7 @@ class Factors:
         return [1 / sqrt(d) for d in self.pivots]
 
 
-def factorized(matrix: Sequence[Sequence[S]]) -> Factors:
+def factorize(matrix: Sequence[Sequence[S]]) -> Factors:
     """Return the factors of a symmetric positive definite matrix (only its lower triangle is read)."""
     m = [list(row) for row in matrix]
     below: list[tuple[tuple[int, S], ...]] = [()] * len(m)

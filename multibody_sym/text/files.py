@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, shown
+from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, short_repr
 
 try:
     import fcntl
@@ -35,10 +35,10 @@ _NEW: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0)
 def path_name(path: Any, what: str = "a file") -> str:
     """Return a path as text; raises ArgumentError for a value that names no file."""
     if not isinstance(path, (str, os.PathLike)):
-        raise ArgumentError(f"expected the path of {what}, got {shown(path)}")
+        raise ArgumentError(f"expected the path of {what}, got {short_repr(path)}")
     name = os.fspath(path)
     if not isinstance(name, str):
-        raise ArgumentError(f"expected the path of {what} as text, got {shown(path)}")
+        raise ArgumentError(f"expected the path of {what} as text, got {short_repr(path)}")
     return name
 
 

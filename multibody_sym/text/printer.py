@@ -117,11 +117,11 @@ def _dotted_name(name: str) -> str:
     """Return a dotted name; a number at its end is the run of a rope, `tension(string, 2)`."""
     *parts, last = name.split(".")
     if parts and last.isdecimal():
-        return f"{'.'.join(map(_quoted, parts))}, {last}"
-    return ".".join(map(_quoted, (*parts, last)))
+        return f"{'.'.join(map(_quote, parts))}, {last}"
+    return ".".join(map(_quote, (*parts, last)))
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     plain = name.isascii() and name[:1].isalpha() and name.replace("_", "").isalnum()
     return name if plain else "'" + name.replace("'", "''") + "'"
 
@@ -179,7 +179,7 @@ def _neg(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
 
 
 def _add(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
-    a, b = _ordered(n, pieces)
+    a, b = _order_operands(n, pieces)
     first = _within(pieces[a], SUM)
     if b.op == "neg":
         return _Piece(f"{first} - {_within(pieces[b.args[0]], PRODUCT)}", SUM)
@@ -188,7 +188,7 @@ def _add(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     return _Piece(f"{first} + {_within(pieces[b], SUM + 1)}", SUM)
 
 
-def _ordered(n: Node, pieces: dict[Node, _Piece]) -> tuple[Node, Node]:
+def _order_operands(n: Node, pieces: dict[Node, _Piece]) -> tuple[Node, Node]:
     """Return the operands of a commutative operation: a nested one first, without parentheses, numbers last."""
     a, b = n.args
     if b.op == "neg" or _rank(n.op, a, pieces) <= _rank(n.op, b, pieces):
@@ -214,7 +214,7 @@ _PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot"
 def _mul(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     if n.args[0].op == "number":
         return _multiple(n.args[0].data, n.args[1], pieces)
-    a, b = _ordered(n, pieces)
+    a, b = _order_operands(n, pieces)
     return _Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
 
 
@@ -239,7 +239,7 @@ def _behind_number(n: Node, pieces: dict[Node, _Piece]) -> str:
     """Return the text of `n` behind a leading number: a product may follow bare, a quotient may not."""
     first = n
     while first.op == "mul":
-        first = _ordered(first, pieces)[0]
+        first = _order_operands(first, pieces)[0]
     return f"({pieces[n].text})" if first.op == "div" else _within(pieces[n], PRODUCT)
 
 
@@ -259,7 +259,7 @@ def _comparison(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
 
 
 def _extreme(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
-    a, b = _ordered(n, pieces)
+    a, b = _order_operands(n, pieces)
     if is_condition(n):
         word, strength = ("and", AND) if n.op == "min" else ("or", OR)
         return _Piece(f"{_within(pieces[a], strength)} {word} {_within(pieces[b], strength + 1)}", strength)

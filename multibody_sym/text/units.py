@@ -321,7 +321,7 @@ def given_in(dimension: Dimension | None) -> Measured | None:
     return None if dimension is None else Measured(dimension, firm=dimension != DIMENSIONLESS)
 
 
-def measured(node: Node, known: Callable[[Node], Measured | None]) -> Measured | None:
+def infer_dimension(node: Node, known: Callable[[Node], Measured | None]) -> Measured | None:
     """Return the dimension of `node`, given those of its symbols and quantities; None where it is unknown.
 
     A pure number fits every dimension: in a sum it fits the other side, and one known part gives the dimension of a

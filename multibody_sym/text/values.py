@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from multibody_sym.errors import ArgumentError, ExpressionError, InputError, shown
+from multibody_sym.errors import ArgumentError, ExpressionError, InputError, short_repr
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node
@@ -28,7 +28,7 @@ MOST: Final = 10
 """Digits that are printed of a number without error."""
 
 
-def held(number: float, error: float = 0.0, most: int = MOST) -> str:
+def number_within(number: float, error: float = 0.0, most: int = MOST) -> str:
     """Return a number with an error of at most `error` as text, right to half a unit of its last place.
 
     It has the digits, at most `most` and at least one, to which both ends of number +- error round alike; a number
@@ -81,7 +81,7 @@ class Units:
     def said(self, number: float, unit: str, digits: int = MOST, error: float = 0.0) -> str:
         """Return a number in an SI unit, off by at most `error`, as text in the chosen unit."""
         size = self.size(unit)
-        return f"{held(number / size, error / size, digits)} {self.of(unit)}".rstrip()
+        return f"{number_within(number / size, error / size, digits)} {self.of(unit)}".rstrip()
 
     def named(self, name: str, unit: str) -> str:
         """Return a name with the chosen unit in brackets."""
@@ -129,7 +129,7 @@ def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
         return units
     words = units.split(",") if isinstance(units, str) else units
     if not isinstance(words, (list, tuple)) or not all(isinstance(word, str) for word in words):
-        raise ArgumentError(f"units: expected a text such as 'mm,deg', got {shown(units)}")
+        raise ArgumentError(f"units: expected a text such as 'mm,deg', got {short_repr(units)}")
     chosen: dict[Kind, _Choice] = {}
     for word in map(str.strip, words):
         kind, choice = _read_choice(word)
@@ -194,7 +194,7 @@ class Value:
     @property
     def digits(self) -> str:
         """The number (SI) as text, with its reliable digits."""
-        return held(self.value or 0.0, self.error)
+        return number_within(self.value or 0.0, self.error)
 
     def _formula(self, units: Units) -> str:
         if self.expression is None:

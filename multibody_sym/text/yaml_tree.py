@@ -29,7 +29,7 @@ from yaml.parser import Parser
 from yaml.reader import Reader
 from yaml.scanner import Scanner
 
-from multibody_sym.errors import InputError, Where, joined
+from multibody_sym.errors import InputError, Where, join_errors
 from multibody_sym.records import dataclass
 from multibody_sym.text.tokens import surroundings
 
@@ -197,7 +197,7 @@ def read_text(text: str, name: str, *, readable: bool = False) -> Tree:
         raise _error(name, _place_at(text, forbidden.start()), message)
     tree = _TreeBuilder(text, name).whole()
     if tree.mistakes and not readable:
-        raise joined(tree.mistakes)
+        raise join_errors(tree.mistakes)
     return tree
 
 
@@ -238,7 +238,7 @@ class _TreeBuilder:
         try:
             return self.tree()
         except InputError as error:
-            raise joined([*self.mistakes, error]) from None
+            raise join_errors([*self.mistakes, error]) from None
 
     def tree(self) -> Tree:
         self.next()

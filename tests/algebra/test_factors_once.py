@@ -9,7 +9,7 @@ from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
 from sympy.polys.rings import PolyElement, PolyRing
 
-from multibody_sym.algebra.quotients import factored
+from multibody_sym.algebra.quotients import factors_of
 
 
 def test_a_polynomial_is_factored_once_whatever_its_number_and_ring(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -18,8 +18,8 @@ def test_a_polynomial_is_factored_once_whatever_its_number_and_ring(monkeypatch:
     monkeypatch.setattr(PolyElement, "factor_list", lambda self: (asked.append(self), plain(self))[1])
     small, large = (PolyRing([f"g{k}" for k in range(count)], ZZ, lex) for count in (1, 3))
     x, z = small.gens[0], large.gens[2]
-    content, factors = factored(6 * (x**2 + 7) * (x**2 - 7 * x + 41) ** 2)
-    other, others = factored(-9 * (z**2 + 7) * (z**2 - 7 * z + 41) ** 2)
+    content, factors = factors_of(6 * (x**2 + 7) * (x**2 - 7 * x + 41) ** 2)
+    other, others = factors_of(-9 * (z**2 + 7) * (z**2 - 7 * z + 41) ** 2)
     assert (content, other) == (6, -9)
     assert dict(factors) == {x**2 + 7: 1, x**2 - 7 * x + 41: 2}
     assert dict(others) == {z**2 + 7: 1, z**2 - 7 * z + 41: 2}

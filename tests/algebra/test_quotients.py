@@ -15,8 +15,8 @@ from sympy.polys.orderings import lex
 from sympy.polys.rings import ring
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import doubled, exact, exact_solve, register_angles
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.quotient_functions import exact, exact_solve, register_angles, with_whole_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, number, symbol
@@ -101,9 +101,9 @@ def test_half_angles_are_shared_whichever_comes_first() -> None:
 
 
 def test_pairs_of_half_angles_become_whole_ones() -> None:
-    assert text(book_form(doubled(quotient("a*sin(x/2)*cos(x/2)")))) == "a*sin(x)/2"
-    assert text(book_form(doubled(quotient("1 - 2*sin(x/2)^2")))) == "cos(x)"
-    assert text(book_form(doubled(quotient("sin(x/2)")))) == "sin(x/2)"
+    assert text(book_form(with_whole_angles(quotient("a*sin(x/2)*cos(x/2)")))) == "a*sin(x)/2"
+    assert text(book_form(with_whole_angles(quotient("1 - 2*sin(x/2)^2")))) == "cos(x)"
+    assert text(book_form(with_whole_angles(quotient("sin(x/2)")))) == "sin(x/2)"
 
 
 _leaf = st.sampled_from([*SAMPLE, number(2), number(7), parse("pi")])
@@ -154,7 +154,7 @@ def test_factors_are_those_that_sympy_finds(coefficients: list[list[int]]) -> No
         p = p * (c[0] * x + c[1] * y * z + c[2] * y + c[3])
     if not p:
         return
-    content, found = factored(p)
+    content, found = factors_of(p)
     product = polynomials(content)
     for factor, exponent in found:
         product = product * factor**exponent
@@ -204,8 +204,8 @@ def test_factors_of_polynomials_with_long_coefficients_are_not_looked_for() -> N
     _, x = ring("x", ZZ, lex)
     n, m = 3**400, 5**260
     short, long = ((x**2 + p) * (x**2 + q) for p, q in ((2, 3), (n, m)))
-    assert [factor for factor, _ in factored(short)[1]] == [x**2 + 2, x**2 + 3]
-    assert factored(long) == (1, [(long, 1)])
+    assert [factor for factor, _ in factors_of(short)[1]] == [x**2 + 2, x**2 + 3]
+    assert factors_of(long) == (1, [(long, 1)])
 
 
 def test_fifty_digits_are_kept() -> None:

@@ -8,7 +8,7 @@ import pytest
 import sympy
 
 from multibody_sym.algebra.quotients import Budget
-from multibody_sym.algebra.simplify import Subexpressions, partials, tidied
+from multibody_sym.algebra.simplify import Subexpressions, partials, tidy_definitions
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
@@ -85,7 +85,7 @@ def test_lowering_gives_the_same_value() -> None:
 def test_tidying_drops_names_used_once_and_numbers_the_rest() -> None:
     z1, z2, z3, z4 = sympy.symbols("z1:5", real=True)
     definitions = {z1: q * p, z2: z1 + 1, z3: u**2, z4: z3 * z2}
-    kept, replaced = tidied(definitions, [z4 + z1, z1 * u], "z")
+    kept, replaced = tidy_definitions(definitions, [z4 + z1, z1 * u], "z")
     assert kept == [(z1, q * p)]
     assert (z4 + z1).xreplace(replaced) == u**2 * (z1 + 1) + z1
 

@@ -20,7 +20,7 @@ from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.start.start import sampled_states, start
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.scalars.vectors import factorized
+from multibody_sym.scalars.vectors import factorize
 
 BALL = """
 multibody_sym: 1
@@ -92,7 +92,7 @@ def wrong_in(part: str) -> Formalism:
             return replace(found, forcing=[x * (1 + 1e-6) for x in found.forcing])
         if part == "mass_matrix":
             matrix = [[x * (1 + 1e-6) for x in row] for row in found.mass_matrix]
-            return replace(found, mass_matrix=matrix, factors=factorized(matrix))
+            return replace(found, mass_matrix=matrix, factors=factorize(matrix))
         if part == "gamma":
             return replace(found, rows=[replace(row, gamma=row.gamma * (1 + 1e-6)) for row in found.rows])
         rows = [replace(row, jacobian=[x * (1 + 1e-6) for x in row.jacobian]) for row in found.rows]

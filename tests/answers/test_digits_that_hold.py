@@ -15,7 +15,7 @@ import multibody_sym as mbs
 from multibody_sym.documents.analysis import equilibrium_text
 from multibody_sym.documents.runs import run_summary
 from multibody_sym.documents.solution import solution_text
-from multibody_sym.text.values import held
+from multibody_sym.text.values import number_within
 
 ORBIT = """
 multibody_sym: 1
@@ -137,7 +137,7 @@ def test_digits_of_a_position_hold_where_several_roots_meet(power: int) -> None:
     ],
 )
 def test_digits_are_printed_to_which_both_ends_round(number: float, error: float, text: str) -> None:
-    assert held(number, error) == text
+    assert number_within(number, error) == text
 
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -8,7 +8,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.scalars.node import symbol
-from multibody_sym.scalars.sign_changes import Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.parser import parse
 
 HUNG = """
@@ -54,7 +54,7 @@ def test_bounds_of_rounding_hold_and_are_not_loose() -> None:
     x, y = symbol("x"), symbol("y")
     leaves = {x: Bounded(1 / 3, 5.6e-17), y: Bounded(1e8, 0.0)}
     written = ("x*y + 1 - x*y", "(-x)^2", "sqrt(x)", "log(x - 1)")
-    total, square, root, none = bounded(map(parse, written), leaves)
+    total, square, root, none = bound_rounding(map(parse, written), leaves)
     assert abs(total.value - 1) <= total.bound < 1e-7
     assert 3e-17 < square.bound < 1e-16
     assert 5e-17 < root.bound < 3e-16

@@ -184,7 +184,7 @@ def test_what_somebody_holds_is_not_deleted(place, monkeypatch):
     monkeypatch.setattr(cache, "_MOST_FILES", 4)
     for number in range(4):
         stored(f"key {number}", b"%d" % number)
-    with cache.held():
+    with cache.keep_files():
         aged(place)
         before = set(os.listdir(place))
         stored("key 4", b"4")

@@ -195,7 +195,7 @@ def test_what_is_about_to_be_linked_may_be_deleted_from_the_cache(fresh, monkeyp
 
 
 def test_kept_objects_that_cannot_be_linked_are_compiled_once_more(fresh, monkeypatch):
-    monkeypatch.setattr(cache, "content", lambda _: b"bad")
+    monkeypatch.setattr(cache, "stored_content", lambda _: b"bad")
     assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
 
 

@@ -25,7 +25,7 @@ from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
-from multibody_sym.program.loops import rolled, rolled_up
+from multibody_sym.program.loops import rolled_up, with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Programs
 from multibody_sym.program.statements import Array, Call, Scan
@@ -153,20 +153,20 @@ def test_terms_of_a_negative_sum_are_like_each_other() -> None:
 def test_what_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """No loops are made to find that: they would take most of the time."""
     short = unrolled(2, monkeypatch).state_derivative
-    assert rolled(short) is short
+    assert with_loops(short) is short
     trace = Trace("unlike", [Array("x", (2,))])
     value = trace["x"][0]
     for k in range(2000):
         value = sin(value * (k + 2)) if k % 3 else value * trace["x"][1] + k
     unlike = trace.finish({"y": ((), [value])})
     monkeypatch.setattr(rolling, "_Stage", None)
-    assert rolled(unlike) is unlike
+    assert with_loops(unlike) is unlike
 
 
 def test_calls_are_left_alone() -> None:
     drawn = (Maker(seed, ARITHMETIC).program() for seed in range(50))
     called = next(program for program in drawn if any(isinstance(s, Call) for s in program.statements))
-    assert rolled(called) is called
+    assert with_loops(called) is called
 
 
 def test_what_a_rolled_program_calls_is_rolled_up_once(monkeypatch: pytest.MonkeyPatch) -> None:

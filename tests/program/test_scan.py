@@ -27,7 +27,7 @@ from multibody_sym.program.statements import (
     progression,
     progression_through,
 )
-from multibody_sym.program.trace import Trace, folded
+from multibody_sym.program.trace import Trace, fold_input
 from multibody_sym.scalars.node import ZERO
 
 SEEDS = st.integers(0, 10**9)
@@ -79,7 +79,7 @@ def test_a_second_derivative_forward_over_backward() -> None:
 def written_in(seed: int, count: int) -> tuple[Program, Program, list[np.ndarray]]:
     """Return a drawn Program, the same with its numbers folded into it, and the numbers."""
     scanned, _, arrays = both(seed, count)
-    return scanned, folded(folded(scanned, "shared", [float(arrays[1])]), "own", arrays[0].tolist()), arrays
+    return scanned, fold_input(fold_input(scanned, "shared", [float(arrays[1])]), "own", arrays[0].tolist()), arrays
 
 
 @settings(max_examples=30, deadline=None)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from multibody_sym.scalars import rank as module
-from multibody_sym.scalars.elimination import blocks, eliminated
-from multibody_sym.scalars.rank import CLOSED, clear_least_norm, damped
+from multibody_sym.scalars.elimination import blocks, eliminate
+from multibody_sym.scalars.rank import CLOSED, clear_least_norm, damped_solution
 from multibody_sym.scalars.rank import rank as rank_of
 
 
@@ -40,7 +40,8 @@ def test_damping_is_that_of_singular_values(damping: float) -> None:
     here = lengths > 0.0
     u, s, v = np.linalg.svd(matrix[here] / lengths[here, None], full_matrices=False)
     wanted = v.T @ (s / (s * s + mu) * (u.T @ (right[here] / lengths[here])))
-    assert damped(matrix, right, mu) == pytest.approx(wanted, abs=1e-11 * np.abs(wanted).max())  # conditioned by 2000
+    allowed = 1e-11 * np.abs(wanted).max()  # conditioned by 2000
+    assert damped_solution(matrix, right, mu) == pytest.approx(wanted, abs=allowed)
 
 
 @pytest.mark.parametrize("lost", [0, 1, 3])
@@ -71,6 +72,6 @@ def test_clear_cases_take_no_dense_algebra(monkeypatch: pytest.MonkeyPatch) -> N
 def test_rows_that_may_depend_on_each_other_are_left_to_others() -> None:
     matrix = chain(30, np.random.default_rng(5))
     matrix[40] = matrix[41] * (1 + 1e-9)
-    assert eliminated(matrix, 1e-6) is None
+    assert eliminate(matrix, 1e-6) is None
     assert clear_least_norm(matrix, np.zeros(len(matrix))) is None
     assert rank_of(matrix, CLOSED) == 59

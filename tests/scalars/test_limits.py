@@ -34,14 +34,14 @@ def test_what_slides_rubs_with_its_limit_against_its_velocity():
 def test_what_creeps_has_the_coefficient_of_its_own_friction():
     velocity, least = [0.03, -0.04], 0.12
     friction = limits.sliding(0.5, velocity, limits.length([*velocity, least]))
-    assert limits.length(friction) == pytest.approx(limits.creeping(0.5, velocity, least), rel=1e-15)
-    assert limits.creeping(0.5, velocity, 1e-12) == pytest.approx(0.5, rel=1e-12)
+    assert limits.length(friction) == pytest.approx(limits.creep_coefficient(0.5, velocity, least), rel=1e-15)
+    assert limits.creep_coefficient(0.5, velocity, 1e-12) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_a_gripping_rope_keeps_the_ratio_of_eytelwein():
     """dT = mu T dphi, summed over small pieces of the wrap, in each of which friction is the most that it can be."""
     mu, wrap, pieces = 0.3, 2.5, 2000
-    coefficient = limits.gripping(math.exp(mu * wrap))
+    coefficient = limits.grip_coefficient(math.exp(mu * wrap))
     less, greater = 1.0, limits.tension_ratio(coefficient)
     assert greater - less == pytest.approx(limits.most(coefficient, (less + greater) / 2.0), rel=1e-14)
     pulled = less

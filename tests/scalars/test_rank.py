@@ -13,7 +13,16 @@ from package_trees import nodes
 
 from multibody_sym.scalars import rank as module
 from multibody_sym.scalars.least_norm import independent_rows, solve
-from multibody_sym.scalars.rank import CLOSED, DRAWN, damped, exact, idle, leading_columns, least_squares, null_space
+from multibody_sym.scalars.rank import (
+    CLOSED,
+    DRAWN,
+    damped_solution,
+    exact,
+    idle,
+    leading_columns,
+    least_squares,
+    null_space,
+)
 from multibody_sym.scalars.rank import rank as rank_of
 
 DECIDING = {"dgeqp3", "matrix_rank", "svd", "lstsq", "pinv", "pinvh", "qr", "null_space", "orth", "cond"}
@@ -66,8 +75,8 @@ def test_damping_ends_where_the_rows_hold() -> None:
     rng = np.random.default_rng(2)
     matrix = rng.normal(size=(2, 4))
     right = rng.normal(size=2)
-    assert_allclose(damped(matrix, right, 0.0), np.linalg.pinv(matrix) @ right, rtol=1e-12)
-    assert np.linalg.norm(damped(matrix, right, 1.0)) < np.linalg.norm(damped(matrix, right, 0.0))
+    assert_allclose(damped_solution(matrix, right, 0.0), np.linalg.pinv(matrix) @ right, rtol=1e-12)
+    assert np.linalg.norm(damped_solution(matrix, right, 1.0)) < np.linalg.norm(damped_solution(matrix, right, 0.0))
 
 
 def deciding(within: Iterable[ast.AST]) -> Iterator[int]:

@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from multibody_sym.scalars.node import forget_unused, slot, slots, uncollected
+from multibody_sym.scalars.node import forget_unused, slot, slots, without_collection
 
 
 def test_they_are_the_same_objects_also_once_others_were_forgotten() -> None:
@@ -24,7 +24,7 @@ def test_the_collector_is_as_before(collects: bool) -> None:
     before = gc.isenabled()
     try:
         (gc.enable if collects else gc.disable)()
-        with pytest.raises(ValueError, match="no"), uncollected():
+        with pytest.raises(ValueError, match="no"), without_collection():
             _fails()
         assert gc.isenabled() is collects
     finally:

@@ -8,7 +8,7 @@ import pytest
 from multibody_sym.program.program import operation_count
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.vectors import turned, turned_symmetric, turned_tensor
+from multibody_sym.scalars.vectors import rotation_about, turned_symmetric, turned_tensor
 
 AXES = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -1, 0), (0.6, 0, 0.8)]
 ANGLE, TENSOR = Array("angle", ()), Array("tensor", (3, 3))
@@ -21,10 +21,11 @@ def rows(flat):
 @pytest.mark.parametrize("axis", AXES)
 def test_turned(axis: tuple[float, ...]) -> None:
     tensor = np.random.default_rng(3).normal(size=(3, 3))
-    R = np.array(turned(axis, 0.7))
+    R = np.array(rotation_about(axis, 0.7))
     np.testing.assert_allclose(turned_tensor(rows(R.ravel()), rows(tensor.ravel())), R @ tensor @ R.T, atol=1e-14)
-    found = turned_symmetric(turned(axis, 0.7), rows((tensor + np.tril(tensor, -1).T - np.triu(tensor, 1)).ravel()))
     symmetric = np.tril(tensor) + np.tril(tensor, -1).T
+    lower = tensor + np.tril(tensor, -1).T - np.triu(tensor, 1)
+    found = turned_symmetric(rotation_about(axis, 0.7), rows(lower.ravel()))
     np.testing.assert_allclose(found, R @ symmetric @ R.T, atol=1e-14)
 
 
@@ -33,6 +34,6 @@ def test_operations_about_a_coordinate_axis(function, most: int) -> None:
     trace = Trace("turned", [ANGLE, TENSOR])
     t = trace["tensor"]
     given = (t[:3], (t[1], *t[4:6]), (t[2], t[5], t[8])) if function is turned_symmetric else rows(t)
-    result = function(turned((0, 0, 1), trace["angle"][0]), given)
+    result = function(rotation_about((0, 0, 1), trace["angle"][0]), given)
     program = trace.finish({"turned": ((3, 3), [x for row in result for x in row])})
     assert operation_count(program).total <= most

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from multibody_sym.scalars.arrays import EPSILON
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
-from multibody_sym.scalars.sign_changes import Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.parser import parse
 from multibody_sym.text.units import (
     ANGLE,
@@ -144,7 +144,7 @@ def value(node: Node, values: Mapping[str, float]) -> float:
 
 def rounding(node: Node, values: Mapping[str, float]) -> float:
     """Return a bound of what is lost in an expression's value, where terms cancel; 0 where none is known."""
-    (found,) = bounded([node], {symbol(name): Bounded(x, EPSILON * abs(x)) for name, x in values.items()})
+    (found,) = bound_rounding([node], {symbol(name): Bounded(x, EPSILON * abs(x)) for name, x in values.items()})
     return 2 * found.bound if math.isfinite(found.bound) else 0.0
 
 

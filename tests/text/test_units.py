@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from multibody_sym.errors import ExpressionError
 from multibody_sym.scalars.node import ONE, Node
 from multibody_sym.text.parser import FUNCTIONS, parse
-from multibody_sym.text.units import DIMENSIONLESS, UNITS, Dimension, Measured, given_in, measured, parse_unit
+from multibody_sym.text.units import DIMENSIONLESS, UNITS, Dimension, Measured, given_in, infer_dimension, parse_unit
 
 EXPONENTS = st.fractions(min_value=-4, max_value=4, max_denominator=3)
 
@@ -25,7 +25,7 @@ def known(leaf: Node) -> Measured | None:
 
 
 def dimension(text: str) -> Dimension | None:
-    found = measured(parse(text), known)
+    found = infer_dimension(parse(text), known)
     return found.dimension if found is not None and found.dimension != DIMENSIONLESS else None
 
 

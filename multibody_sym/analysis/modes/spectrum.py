@@ -16,8 +16,8 @@ from typing import Any, Final
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
-from multibody_sym.algebra.quotient_functions import doubled, sqrt
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient, factored
+from multibody_sym.algebra.quotient_functions import sqrt, with_whole_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient, factors_of
 from multibody_sym.analysis.modes.matrices import Matrices
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD
@@ -70,7 +70,7 @@ def spectrum(given: Matrices) -> Spectrum:
     signs: list[Condition] = []
     kept: list[tuple[tuple[Quotient, ...], int]] = []
     definite = given.is_symmetric and not given.is_gyroscopic
-    for factor, times in factored(polynomial)[1]:
+    for factor, times in factors_of(polynomial)[1]:
         powers = coefficients(field, field.in_ring(factor), k)
         if len(powers) > 1:
             kept.append((tuple(powers), times))
@@ -216,16 +216,16 @@ def _forms_of_two(powers: Sequence[Quotient], value: Any) -> dict[str, Any]:
 def _about_mean(mean: Quotient, product: Quotient, side: int) -> Iterator[Node]:
     """Yield mean -+ sqrt(mean^2 - product), all of it and without the factors of the mean."""
     field = mean.field
-    plain = [(p, e) for p, e in factored(field.in_ring(mean.above))[1] if len(p) > 1]
+    plain = [(p, e) for p, e in factors_of(field.in_ring(mean.above))[1] if len(p) > 1]
     sums = reduce(mul, (field.whole(field.in_ring(p)).power(e) for p, e in plain), field.constant(1))
     for middle in (mean, sums):
         with suppress(NoClosedFormError):
             outside = mean / middle
             inside = middle * middle - product / (outside * outside)
-            root = BUILD["sqrt"](book_form(doubled(inside)))
-            total = add(book_form(doubled(middle)), root if side > 0 else negate(root))
+            root = BUILD["sqrt"](book_form(with_whole_angles(inside)))
+            total = add(book_form(with_whole_angles(middle)), root if side > 0 else negate(root))
             above, below = (field.whole(field.in_ring(p)) for p in (outside.above, outside.below))
-            yield divide(multiply(book_form(doubled(above)), total), book_form(doubled(below)))
+            yield divide(multiply(book_form(with_whole_angles(above)), total), book_form(with_whole_angles(below)))
 
 
 def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]:
@@ -242,8 +242,8 @@ def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]
     if inside.sample < 0 or P.sample <= 0:
         return
     root = sqrt(P)
-    size, middle = (book_form(doubled(x)) for x in (2 * root / (3 * a), -b / (3 * a)))
-    angle = BUILD["acos"](book_form(doubled(Q / (P * root))))
+    size, middle = (book_form(with_whole_angles(x)) for x in (2 * root / (3 * a), -b / (3 * a)))
+    angle = BUILD["acos"](book_form(with_whole_angles(Q / (P * root))))
     for k in (1, 2, 0):
         turned = angle if not k else add(angle, multiply(as_node(-2 * k), PI))
         yield add(middle, multiply(size, BUILD["cos"](divide(turned, as_node(3)))))
@@ -275,6 +275,6 @@ def _written(root: Quotient | Node) -> Node | None:
     if not isinstance(root, Quotient):
         return root
     try:
-        return book_form(doubled(root))
+        return book_form(with_whole_angles(root))
     except NoClosedFormError:
         return None

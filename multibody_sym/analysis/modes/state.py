@@ -19,7 +19,7 @@ import numpy as np
 
 from multibody_sym.algebra.quotient_functions import exact, exact_solve, register_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
-from multibody_sym.algebra.roots import roots, written
+from multibody_sym.algebra.roots import roots, shortest_node
 from multibody_sym.analysis.deviations import DeviationFlow, displaced
 from multibody_sym.analysis.equilibrium_search import guesses, keeps_mode, search_from
 from multibody_sym.analysis.linearize import At, Linearization, flow_at, verified_linearization
@@ -360,7 +360,7 @@ class _Balance:
             equations = self._left(given, field)
             parts = [_linear_parts(equation, unknown) for equation in equations]
             solved = exact_solve([row for row, _ in parts], [-rest for _, rest in parts])
-            formulas = {str(x): root for x, root in zip(unknown, map(written, solved), strict=True)}
+            formulas = {str(x): root for x, root in zip(unknown, map(shortest_node, solved), strict=True)}
             known = {node: x for node, x in sample.items() if node not in unknown}
             if all(fits(formulas[str(x)], x, sample[x], known) for x in unknown):
                 yield {name: self._in_slots(node) for name, node in formulas.items()}

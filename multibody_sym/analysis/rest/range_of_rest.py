@@ -14,7 +14,7 @@ from typing import Any, Final
 from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
-from multibody_sym.algebra.roots import linear_parts, rate, roots, written
+from multibody_sym.algebra.roots import linear_parts, rate, roots, shortest_node
 from multibody_sym.analysis.rest.cone_ends import open_end
 from multibody_sym.analysis.rest.exact_ends import ExactEnd, fits, short_number, with_value
 from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, search_of
@@ -30,7 +30,7 @@ from multibody_sym.errors import (
     NoSolutionError,
     Where,
     at,
-    shown,
+    short_repr,
 )
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source
@@ -196,7 +196,7 @@ def varied_parameter(mechanism: Mechanism, name: object, option: str = "vary") -
     entries = {entry.name: entry for entry in mechanism.parameters if entry.source is Source.DECLARED}
     with at(option):
         if not isinstance(name, str):
-            raise ArgumentError(f"expected the name of a parameter, got {shown(name)}")
+            raise ArgumentError(f"expected the name of a parameter, got {short_repr(name)}")
         if name not in entries:
             raise ModelError(f"there is no parameter {name!r}", number="M106", word=name, known=entries)
     return entries[name]
@@ -401,7 +401,7 @@ class _Exact:
         found = self.found
         vary, sample = symbol(found.vary), self.end.sample
         for _, slope in self.stationary(numbers=False):
-            node = written(slope)
+            node = shortest_node(slope)
             low, high = (found.at + side * _NEAR * max(1.0, abs(found.at)) for side in (-1, 1))
 
             def steepness(x: float, node: Node = node) -> float:
@@ -430,15 +430,15 @@ class _Exact:
                     continue
                 found: Node | None = None
                 with suppress(*_NO_FORM):
-                    found = self.over_symbols(_replace_symbol(written(value), vary, place), sample)
+                    found = self.over_symbols(_replace_symbol(shortest_node(value), vary, place), sample)
                 fitting = found is not None and fits(found, least, self.found.end.value, sample)
                 yield (with_doubles(found) if fitting and found is not None else None), with_doubles(place)
 
     def over_symbols(self, node: Node, sample: Mapping[Node, float]) -> Node:
         """Return an expression in its shortest form."""
         over = Field(_WORK)
-        letters = {name: letter for name, letter in self.end.letters.items() if name in sample}
-        return written(exact(over, [node], {name: over.letter(name, letter) for name, letter in letters.items()})[0])
+        letters = {name: over.letter(name, letter) for name, letter in self.end.letters.items() if name in sample}
+        return shortest_node(exact(over, [node], letters)[0])
 
 
 def _replace_symbol(node: Node, unknown: Node, value: Node) -> Node:

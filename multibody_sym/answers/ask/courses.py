@@ -19,7 +19,7 @@ from multibody_sym.algebra.antiderivatives import Antiderivative, antiderivative
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition, comparison, reduced, relation
 from multibody_sym.algebra.quotient_functions import sign, sqrt
-from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
@@ -447,7 +447,7 @@ class WithTime:
         """Return the factors that depend on time."""
         field, found = a.field, a.field.constant(1)
         for p, exponent in ((a.above, 1), (a.below, -1)):
-            for factor, times in factored(field.in_ring(p))[1]:
+            for factor, times in factors_of(field.in_ring(p))[1]:
                 whole = field.whole(field.in_ring(factor))
                 if TIME in whole.symbols:
                     found = found * whole.power(exponent * times)

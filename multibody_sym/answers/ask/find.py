@@ -43,7 +43,7 @@ from multibody_sym.scalars.arrays import EPSILON, UNDEFINED
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, real, subtract, symbol
-from multibody_sym.scalars.sign_changes import Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.units import given_in
 from multibody_sym.text.values import Value
 
@@ -372,7 +372,7 @@ class ValueSearch:
     def _rounding(self, node: Node, value: float) -> float:
         """Return what rounding makes of a formula at a value."""
         sample = {**self.solved.sample, symbol(self.name): value}
-        return bounded([node], {x: Bounded(y, EPSILON * abs(y)) for x, y in sample.items()})[0].bound
+        return bound_rounding([node], {x: Bounded(y, EPSILON * abs(y)) for x, y in sample.items()})[0].bound
 
     def _confirmed(self, value: float) -> float:
         """Return left - right at a value by runs; where these fail, of answers there that hold without reservation."""

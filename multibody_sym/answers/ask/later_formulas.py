@@ -18,8 +18,8 @@ from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import surely_positive
-from multibody_sym.algebra.quotient_functions import doubled, exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.quotient_functions import exact, with_whole_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import InTime, least_conditions
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
@@ -92,7 +92,7 @@ class MotionFormulas:
 
     def put_in(self, asked: Quotient) -> Node:
         """Return what there is at any state as a formula of the variable. Raises NoClosedFormError."""
-        found = book_form(doubled(asked))
+        found = book_form(with_whole_angles(asked))
         for node in (x for x in leaves([found], "symbol") if x in self.there.variables - {self.variable}):
             formula = self.known(node)
             if formula is None:
@@ -177,7 +177,7 @@ class MotionFormulas:
 
 def in_book_form(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Node:
     """Return an expression of parameters and of what has values near by in its book form. Raises NoClosedFormError."""
-    return book_form(doubled(in_letters(there, node, values)))
+    return book_form(with_whole_angles(in_letters(there, node, values)))
 
 
 def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quotient:
@@ -240,7 +240,7 @@ def _energy_kept(there: Anywhere, mass: Node, stored: Node) -> Granted | None:
         return granted
     if lost.is_zero:
         return granted
-    factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factored(lost.above)[1])
+    factors = (lost.field.whole(lost.field.in_ring(p)) for p, _ in factors_of(lost.above)[1])
     zero = next((x for x in factors if there.constant(x) and granted.vanishes(x)), None)
     return None if zero is None else granted
 

@@ -18,9 +18,9 @@ from typing import Final
 
 from multibody_sym.algebra import long_sums
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.long_sums import multiplied
-from multibody_sym.algebra.quotient_functions import doubled, exact, sqrt
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factored
+from multibody_sym.algebra.long_sums import product_node
+from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
 from multibody_sym.analysis.modes.record import Modes
@@ -193,7 +193,7 @@ class Coupled:
         ]
         place = field.position(_EXPONENT)
         assert place is not None
-        for p, times in factored(determinant(entries).above)[1]:
+        for p, times in factors_of(determinant(entries).above)[1]:
             powers = coefficients(field, field.in_ring(p), place)
             if len(powers) > 1:
                 yield from _of_degree(powers, times)
@@ -245,7 +245,7 @@ def matrix_product(matrix: Matrix, vector: Vector) -> Vector:
 
 
 def _node(a: Quotient) -> Node:
-    return book_form(doubled(a))
+    return book_form(with_whole_angles(a))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -466,7 +466,7 @@ class _Shortest:
             elif divisors and not any(part.op == "exp" for part in parts):  # m/k*log(x), but F*exp(-c*t)*(k - m)/S
                 yield reduce(multiply, parts)
             else:
-                whole = multiplied((part.args[0] if part.op == "div" else part, 1) for part in parts)
+                whole = product_node((part.args[0] if part.op == "div" else part, 1) for part in parts)
                 yield reduce(divide, divisors, whole)
         else:
             yield BUILD[node.op](*node.own, *map(self, node.args))
@@ -481,6 +481,6 @@ class _Shortest:
         own = Field(_WORK)
         try:
             known = {symbol: own.letter(symbol, letter) for symbol, letter in self.letters.items()}
-            return book_form(doubled(exact(own, [node], known)[0]), apart=1.0)
+            return book_form(with_whole_angles(exact(own, [node], known)[0]), apart=1.0)
         except NoClosedFormError:
             return None

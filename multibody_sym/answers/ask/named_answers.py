@@ -7,7 +7,7 @@ from dataclasses import field, replace
 
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import surely_positive, under_roots
-from multibody_sym.algebra.quotient_functions import doubled
+from multibody_sym.algebra.quotient_functions import with_whole_angles
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, put_in
@@ -120,4 +120,4 @@ class Granted:
     def written(self, a: Quotient) -> Node:
         """Return a quotient as an expression, and take for granted that its roots are real."""
         self.positive.extend(x.value for x in under_roots([a]))
-        return book_form(doubled(a))
+        return book_form(with_whole_angles(a))

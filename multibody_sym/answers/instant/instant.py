@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.quotient_functions import doubled, exact, sign
+from multibody_sym.algebra.quotient_functions import exact, sign, with_whole_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.instant.loops import LetteredStart
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
@@ -48,7 +48,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.rank import least_squares
-from multibody_sym.scalars.sign_changes import Bounded, bounded
+from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -176,7 +176,7 @@ class SolvedInstant:
 
     def _rounding(self, node: Node) -> float:
         """Return a bound of the rounding in a number that a Node in slots stands for, 0 where none is known."""
-        bound = bounded([node], self._leaves)[0].bound
+        bound = bound_rounding([node], self._leaves)[0].bound
         return bound if np.isfinite(bound) else 0.0
 
     @cached_property
@@ -207,7 +207,7 @@ class SolvedInstant:
         number = float(closed.sample)
         number = 0.0 if abs(number) <= rounding else number
         try:
-            expression = book_form(doubled(closed))
+            expression = book_form(with_whole_angles(closed))
             shown = with_doubles(expression)
             again = evaluate_float([parse(text(shown))], self.sample)[0]
         except NoClosedFormError as reason:
@@ -362,7 +362,7 @@ def _solution_bounds(matrix: list[list[Node]], right: list[Node], known: Mapping
     entries = [as_node(y) for row in matrix for y in row]
     if size > _MOST_BOUNDED or size == 0:
         return [np.inf] * size
-    found = bounded([*entries, *map(as_node, right)], known)
+    found = bound_rounding([*entries, *map(as_node, right)], known)
     values, bounds = (np.array(y, dtype=float) for y in zip(*found, strict=True))
     if not (np.isfinite(values).all() and np.isfinite(bounds).all()):
         return [np.inf] * size

@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.quotient_functions import doubled, exact
+from multibody_sym.algebra.quotient_functions import exact, with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.records import Definition
 from multibody_sym.derivation.symbolic_start import SymbolicState
@@ -76,7 +76,7 @@ class Letters:
         """Return a quotient as it is told; raises NoClosedFormError where that is too long, or is not its value."""
         if found.size > _MOST_TERMS:
             raise NoClosedFormError("a formula in letters is too long")
-        form = _with_plain_sums(put_in(with_doubles(book_form(doubled(found))), self.shown))
+        form = _with_plain_sums(put_in(with_doubles(book_form(with_whole_angles(found))), self.shown))
         try:
             again = evaluate_float([form], self.values)[0]
         except (KeyError, *UNDEFINED):

@@ -11,7 +11,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.quotient_functions import doubled, exact, register_angles
+from multibody_sym.algebra.quotient_functions import exact, register_angles, with_whole_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.answers.records import Words
 from multibody_sym.derivation.notation import Symbols
@@ -76,7 +76,7 @@ class Exactly:
         """Return a quotient in sympy; raises NoClosedFormError where it is too long to be read."""
         if self.numbers:
             return in_number(quotient)
-        return to_sympy(with_doubles(book_form(doubled(quotient))), self._leaves)
+        return to_sympy(with_doubles(book_form(with_whole_angles(quotient))), self._leaves)
 
 
 def in_number(quotient: Quotient) -> Any:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.options import add_run_options
 from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
 from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.stages import timed
+from multibody_sym.stages import time_stages
 
 if TYPE_CHECKING:
     from multibody_sym.cli.recording import Recording
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> Reply:
         from multibody_sym.cli.recording import Recording
 
         table = Recording(options.output, units)
-    with timed("other") as times:
+    with time_stages("other") as times:
         done = _simulate(options, table)
     if table is not None:
         table.finish(done)

@@ -14,7 +14,7 @@ import numpy as np
 from multibody_sym.documents.animation.frames import MOST, Frames, frames_of
 from multibody_sym.documents.animation.page import packed_columns, plane_stage, script_json, short, space_stage, three
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
-from multibody_sym.errors import shown as shown_value
+from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.results.plot import plot_of
 from multibody_sym.motion.results.samples import Samples
@@ -24,7 +24,7 @@ from multibody_sym.pictures.marks.strands import strand_marks
 from multibody_sym.pictures.page.picture import Picture, Projection, Wanted, in_order, shifted_mark
 from multibody_sym.pictures.page.raster import pixels
 from multibody_sym.pictures.plots import COLOURS, Plot
-from multibody_sym.program.target_layout import filled, template_text
+from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.records import dataclass
 from multibody_sym.text.files import path_name, write_whole
 from multibody_sym.text.values import Units, chosen_units
@@ -104,7 +104,7 @@ def animate(
 def page(name: str, content: str) -> str:
     """Return the whole page of an animation around its player."""
     style, body = template_text("html/animation.css"), f"<main>{content}</main>"
-    return filled("html/page.html.in", title=escape(name), style=style, body=body)
+    return fill_template("html/page.html.in", title=escape(name), style=style, body=body)
 
 
 def player(

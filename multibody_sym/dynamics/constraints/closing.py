@@ -27,8 +27,8 @@ from multibody_sym.mechanics.row_records import AngleRow, ExpressionRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
-from multibody_sym.scalars.rank import DRAWN, SLOPES, clear_least_norm, damped, least_squares, rank
-from multibody_sym.scalars.vectors import dot, factorized
+from multibody_sym.scalars.rank import DRAWN, SLOPES, clear_least_norm, damped_solution, least_squares, rank
+from multibody_sym.scalars.vectors import dot, factorize
 
 Solver = Callable[[Floats, Floats], Floats]
 Found = TypeVar("Found")
@@ -375,7 +375,7 @@ def least_change(
         motion = rows.motion(q, change)
         weights: MassFactors
         if massless_speeds(motion.mechanism):
-            weights = factorized(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
+            weights = factorize(completed_matrix(motion, mass_matrix(motion), row_motions(motion)))
         else:
             weights = tree_factors(motion)
         found = correction(weights, jacobian.tolist(), lambda A: solver(np.array(A, dtype=float), wanted).tolist())
@@ -398,4 +398,4 @@ def _damped_step(matrix: Floats, wanted: Floats) -> Floats:
 
     Rows that are dependent where they hold are independent nearby, and would lead Newton's method astray.
     """
-    return damped(matrix, wanted, min(_DAMPING, float(wanted @ wanted)))
+    return damped_solution(matrix, wanted, min(_DAMPING, float(wanted @ wanted)))

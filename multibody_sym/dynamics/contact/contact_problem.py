@@ -40,7 +40,7 @@ from multibody_sym.program.runtime_constants import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
-from multibody_sym.scalars.limits import creeping
+from multibody_sym.scalars.limits import creep_coefficient
 from multibody_sym.scalars.node import slot
 from multibody_sym.scalars.rank import least_squares
 
@@ -332,7 +332,7 @@ class OneWayRows(RowNumbers):
         if part.regularised is None:
             return static, kinetic
         velocity = [self.phidot(row) for row in part.rows]
-        now = float(creeping(kinetic, velocity, *self.motion.state.values([part.regularised])))
+        now = float(creep_coefficient(kinetic, velocity, *self.motion.state.values([part.regularised])))
         return now, now
 
     def restitution(self, element: LawElement) -> float:

@@ -50,7 +50,7 @@ from multibody_sym.scalars.vectors import (
     add,
     combination,
     dot,
-    factorized,
+    factorize,
     negate,
     scale,
     subtract,
@@ -153,7 +153,7 @@ def _sweep_over(
 ) -> SweptJoint:
     """Return a joint with K = U V^-1 and Ma = M* - U K^T, of which one triangle is formed."""
     columns = [inertia.wrench(v, w) for v, w in zip(linear, angular, strict=True)]
-    pivot = factorized([[_power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
+    pivot = factorize([[_power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
     rows = [pivot.solve([part[i] for part in parts]) for parts in zip(*columns, strict=True) for i in range(3)]
     gains: list[Wrench] = [((x, y, z), (mx, my, mz)) for x, y, z, mx, my, mz in zip(*rows, strict=True)]
 

@@ -39,7 +39,7 @@ from multibody_sym.scalars.vectors import (
     apply,
     apply_transposed,
     cross,
-    factorized,
+    factorize,
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -275,7 +275,7 @@ def equations(
     forces = list(completed_forces(motion, applied, rows))
     if forcing is None:
         forcing = [q - c for q, c in zip(applied, velocity_terms, strict=True)]
-    tree = tree_dynamics(motion, factorized(matrix), list(completed_forces(motion, forcing, rows)), rows)
+    tree = tree_dynamics(motion, factorize(matrix), list(completed_forces(motion, forcing, rows)), rows)
     return EquationsOfMotion(**vars(tree), mass_matrix=matrix, applied=forces, velocity_terms=list(velocity_terms))
 
 

@@ -24,7 +24,7 @@ from multibody_sym.mechanics.points import NO_WRENCH, direction, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, power_terms, row_motions
 from multibody_sym.mechanics.row_records import AngleRow
 from multibody_sym.mechanics.state import arrays, slot_state
-from multibody_sym.program.loops import rolled
+from multibody_sym.program.loops import with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
@@ -88,7 +88,7 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     count = len(mechanism.speeds)
     trace = Trace(CHANGE, (*arrays(mechanism), Array("x", (count,))))
     change = trace.finish({"change": ((count,), correction(factors, [], lambda _weighted: list(trace["x"])))})
-    return {program.name: rolled(program, _LONG) for program in (closing, places, change)}
+    return {program.name: with_loops(program, _LONG) for program in (closing, places, change)}
 
 
 def closes_by_programs(mechanism: Mechanism) -> bool:

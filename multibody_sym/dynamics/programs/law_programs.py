@@ -28,13 +28,13 @@ from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, ro
 from multibody_sym.mechanics.row_records import Row as ConstraintRow
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import carried_by_flows
-from multibody_sym.program.loops import rolled
+from multibody_sym.program.loops import with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, minimum, sqrt
-from multibody_sym.scalars.limits import creeping
+from multibody_sym.scalars.limits import creep_coefficient
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real
 from multibody_sym.scalars.vectors import S, dot
 
@@ -149,7 +149,7 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
             "energy": ((), [as_node(kinetic_energy(motion))]),
         }
     )
-    return rolled(program), {name: list(places) for name, places in known.places.items()}
+    return with_loops(program), {name: list(places) for name, places in known.places.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +259,7 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     places = {name: list(entries) for name, entries in sparse.items()}
     of_tree = Trace("free", arrays(mechanism)).finish({"free": column(free)})
     reading, may_act = _with_row_arrays(contacts, kinds), frozenset(whole.may_act)
-    return RowProgram(rolled(program), of_tree, reading, kinds, places, len(every), size, may_act)
+    return RowProgram(with_loops(program), of_tree, reading, kinds, places, len(every), size, may_act)
 
 
 def _with_row_arrays(contacts: LikeContacts, kinds: Sequence[RowValues]) -> LikeContacts:
@@ -306,7 +306,7 @@ class RowValues:
             static, kinetic = coefficients(motion, part.rows, [part.static, part.kinetic])
             if part.regularised is not None:
                 velocity = [rows[places[row.name]].phidot for row in part.rows]
-                static = kinetic = creeping(kinetic, velocity, *motion.state.values([part.regularised]))
+                static = kinetic = creep_coefficient(kinetic, velocity, *motion.state.values([part.regularised]))
             friction_coefficients += [static, kinetic]
         right = [row.gamma - sum(h * x for h, x in zip(own, free, strict=True)) for own, row in pairs]
         vectors = {

@@ -40,7 +40,7 @@ from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import varies
-from multibody_sym.program.derivatives import Direction, jacobian_along, known, resumed
+from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
@@ -161,7 +161,7 @@ def _coriolis_matrix(mechanism: Mechanism, _: FunctionOptions) -> Program:
             number="M110",
         )
     slopes = jacobian_along(mass_matrix_program(mechanism), _directions(mechanism, "q"), name="mass_matrix_by_q")
-    trace = resumed(slopes, "coriolis_matrix", ())
+    trace = resume_trace(slopes, "coriolis_matrix", ())
     values, u = slopes.outputs[0].values, trace["u"]
 
     def slope(i: int, j: int, k: int) -> Node:
@@ -406,7 +406,7 @@ def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
     (values,) = trace.call(inputs, [trace[array.name] for array in inputs.inputs])
     given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
     found = zip(program.outputs, trace.call(program, given), strict=True)
-    return trace.finish({output.name: (output.shape, list(map(known, x, output.values))) for output, x in found})
+    return trace.finish({output.name: (output.shape, list(map(callee_value, x, output.values))) for output, x in found})
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -438,7 +438,7 @@ def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Vari
     rates = trace.call(whole, list(given.values()))[1]
     (forces,) = trace.call(slopes, [*given.values(), rates])
     count, width = len(mechanism.speeds), len(ways)
-    forces = tuple(map(known, forces, slopes.outputs[0].values))
+    forces = tuple(map(callee_value, forces, slopes.outputs[0].values))
     factors = tree_factors(motion_of(mechanism, slot_state(mechanism)))
     columns = [factors.solve([-forces[row * width + k] for row in range(count)]) for k in range(width)]
     of_q = jacobian_along(_coordinate_rates(mechanism, whole), ways, name=f"rates_by_{variable}")
@@ -464,7 +464,7 @@ def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
     ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
     slopes = jacobian_along(whole, [_with_inputs(mechanism, way) for way in ways], name="state_jacobian")
     of_q, of_u, *_ = (output.values for output in slopes.outputs)
-    trace = resumed(slopes, "state_jacobian", ())
+    trace = resume_trace(slopes, "state_jacobian", ())
     return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
 
 

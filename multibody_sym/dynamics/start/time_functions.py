@@ -26,7 +26,7 @@ from multibody_sym.scalars.sign_changes import (
     Branch,
     Function,
     at_knots,
-    bounded,
+    bound_rounding,
     branches,
     known_zeros,
     poles,
@@ -243,7 +243,7 @@ def _pole(node: Node, known: Mapping[Node, float], of: str, place: _Place, sizes
     beside = place.beside[-1]
     exact = {leaf: Bounded(x, 0.0) for leaf, x in known.items()}
     times = {x: Bounded(place.time + x * beside, 0.0) for x in (-1.0, -0.01, 0.01, 1.0)}
-    near = {x: bounded([node], {**exact, _T: time})[0] for x, time in times.items()}
+    near = {x: bound_rounding([node], {**exact, _T: time})[0] for x, time in times.items()}
     for side in (-1.0, 1.0):
         far, close = (abs(near[side * part].value) for part in (1.0, 0.01))
         told = near[0.01 * side].bound < 0.1 * close

@@ -15,7 +15,7 @@ from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_f
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
-from multibody_sym.errors import InputError, OutputError, Where, at, shown
+from multibody_sym.errors import InputError, OutputError, Where, at, short_repr
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -27,7 +27,7 @@ from multibody_sym.model.system import System
 from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.targets import LANGUAGES
-from multibody_sym.program.trace import folded
+from multibody_sym.program.trace import fold_input
 from multibody_sym.text.files import is_special, path_name, write_whole
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -136,7 +136,7 @@ def export(
     fold, folder = flag("fold", fold), path_name(directory, "a folder")
     if text_of("to", to) not in LANGUAGES:
         with at("to"):
-            raise InputError(f"there is no language {shown(to)}", number="M104", word=to, known=LANGUAGES)
+            raise InputError(f"there is no language {short_repr(to)}", number="M104", word=to, known=LANGUAGES)
     asked, formalism = with_overrides(system, options), options.get("formalism")
     verify_formalism(formalism)
     placed = with_numbers_as_data(examined_state(asked))
@@ -148,7 +148,7 @@ def export(
     others = spread_samples(made, _SAMPLES)
     samples = {name: [list(values[: len(program.inputs)]), *others[name]] for name, program in made.items()}
     if fold:
-        made = {key: folded(program, "parameters", begin.parameters) for key, program in made.items()}
+        made = {key: fold_input(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
     texts = LANGUAGES[to].files(made, samples)
     ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]

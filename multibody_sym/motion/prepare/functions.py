@@ -26,7 +26,7 @@ from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficien
 from multibody_sym.dynamics.start.number_checks import check_numbers, verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, shown
+from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import flag
@@ -591,7 +591,8 @@ def compile(
     if isinstance(wanted, CanonicalQuestion):
         return canonical_function(wanted, code)
     if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
-        raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {shown(wanted)}")
+        got = short_repr(wanted)
+        raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {got}")
     if not isinstance(wanted, StateDerivative):
         return tree_function(wanted, code)
     ready = prepare_system(wanted.system, wanted.formalism, code)

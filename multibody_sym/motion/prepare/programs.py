@@ -16,7 +16,7 @@ from multibody_sym.program import loading
 from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.cache import digest
 from multibody_sym.program.loading import Compiled
-from multibody_sym.scalars.node import Node, uncollected
+from multibody_sym.scalars.node import Node, without_collection
 from multibody_sym.stages import stage
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def compiled(
     from multibody_sym.dynamics.programs.closing import closing_programs
     from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
 
-    with uncollected():
+    with without_collection():
         with stage("derive"):
             derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
         made = loading.load(derived, code, rare=closing, multistep=form == "multistep")
@@ -94,7 +94,7 @@ def recall_laws(
     from multibody_sym.dynamics.programs.law_programs import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
-    with uncollected():
+    with without_collection():
         with stage("derive"):
             if not formalism:
                 program, places = law_program(mechanism, row_program(mechanism))

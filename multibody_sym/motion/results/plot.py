@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.errors import ArgumentError, InputError, shown
+from multibody_sym.errors import ArgumentError, InputError, short_repr
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.plots import Panel, Plot, PlotMark, PlottedCurve
 from multibody_sym.scalars.arrays import Floats
@@ -95,10 +95,10 @@ def _by_name(runs: Any) -> Mapping[str, Samples]:
     elif isinstance(runs, (list, tuple)):
         found = {f"run {k}": run for k, run in enumerate(runs, 1)}
     else:
-        raise ArgumentError(f"runs: expected a Trajectory, a list of them or a map by name, got {shown(runs)}")
+        raise ArgumentError(f"runs: expected a Trajectory, a list of them or a map by name, got {short_repr(runs)}")
     odd = [run for run in found.values() if not isinstance(run, Samples)]
     if odd or not found:
-        raise ArgumentError(f"runs: expected Trajectories, got {shown(odd[0] if odd else runs)}")
+        raise ArgumentError(f"runs: expected Trajectories, got {short_repr(odd[0] if odd else runs)}")
     return found
 
 
@@ -107,7 +107,7 @@ def _words(show: str | Sequence[str] | None) -> list[str]:
         return []
     words = show.split(",") if isinstance(show, str) else list(show) if isinstance(show, (list, tuple)) else []
     if not words or not all(isinstance(word, str) and word.strip() for word in words):
-        raise ArgumentError(f"show: expected names such as 'theta,psi', got {shown(show)}")
+        raise ArgumentError(f"show: expected names such as 'theta,psi', got {short_repr(show)}")
     return [word.strip() for word in words]
 
 
@@ -120,7 +120,7 @@ def _all_of(run: Samples, x: str) -> list[str]:
 
 def _across(run: Samples, x: str, units: Units) -> tuple[_Column, str]:
     if not isinstance(x, str):
-        raise ArgumentError(f"x: expected a name such as 'theta', got {shown(x)}")
+        raise ArgumentError(f"x: expected a name such as 'theta', got {short_repr(x)}")
     if x == _TIME:
         return _Column(run.t / units.size("s"), units.of("s")), f"t [{units.of('s')}]"
     column = _column(run, x, units)

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, at, shown
+from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.fields import scalar
@@ -76,7 +76,8 @@ def _between(low: float, high: float, part: Floats) -> Floats:
 def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[VariedAxis, ...]:
     """Return what is varied. Raises InputError for unknown names and for what is no range and no values."""
     if not isinstance(vary, Mapping) or not all(isinstance(name, str) for name in vary):
-        raise ArgumentError(f"vary is to be a map from names to values, such as {{'m': [1, 2]}}; got {shown(vary)}")
+        got = short_repr(vary)
+        raise ArgumentError(f"vary is to be a map from names to values, such as {{'m': [1, 2]}}; got {got}")
     if not vary:
         raise InputError("nothing is varied: name a parameter, or a coordinate or speed at the start")
     return tuple(_axis(system, name, given) for name, given in vary.items())
@@ -109,7 +110,7 @@ def _reader(system: System, name: str, kind: str) -> Any:
     def read(given: Any) -> float:
         node = scalar(given, None)
         if node.shadow is None:
-            raise ModelError(f"{shown(given)} is no number, and a study varies numbers")
+            raise ModelError(f"{short_repr(given)} is no number, and a study varies numbers")
         if isinstance(given, str) and parse_scalar(given)[1] is not None:
             changed = {name: given}
             changes = Overrides(parameters=changed) if kind == "parameters" else Overrides(initial=changed)
@@ -123,14 +124,14 @@ def _values(given: Any, read: Any) -> Iterator[float]:
     try:
         items = list(given)
     except TypeError:
-        raise ArgumentError(f"expected values or a range, got {shown(given)}: {_HOW}") from None
+        raise ArgumentError(f"expected values or a range, got {short_repr(given)}: {_HOW}") from None
     if not items:
         raise InputError(f"there are no values: {_HOW}")
     for item in items:
         is_number = type(item).__module__ == "numpy" and getattr(item, "size", 0) == 1
         plain = item.item() if is_number else item
         if isinstance(plain, float) and not math.isfinite(plain):
-            raise InputError(f"{shown(plain)} is not finite")
+            raise InputError(f"{short_repr(plain)} is not finite")
         # a float is the number that its digits are read as, -0.0 too: thousands of them make no expression each
         yield plain + 0.0 if type(plain) is float else read(plain)
 
@@ -143,7 +144,7 @@ def _range(name: str, kind: str, ends: Sequence[Any], rest: Sequence[Any], read:
     if rest:
         whole = digits(rest[0])
         if not whole or not 1 <= int(whole) <= MOST_VALUES:
-            message = f"{shown(rest[0])} is no count of values, at least 1 and at most {MOST_VALUES}: {_HOW}"
+            message = f"{short_repr(rest[0])} is no count of values, at least 1 and at most {MOST_VALUES}: {_HOW}"
             raise InputError(message)
         count = int(whole)
     return VariedAxis(name, kind, low=low, high=high, count=count)
@@ -162,7 +163,7 @@ def _parts(text: str, separator: str) -> list[str]:
     """Return the parts of a text; bare numbers before the last have its unit, also behind the count: `10:60:6 deg`."""
     parts = [part.strip() for part in text.split(separator)]
     if not all(parts):
-        raise InputError(f"{shown(text)} is no range and no list of values: {_HOW}")
+        raise InputError(f"{short_repr(text)} is no range and no list of values: {_HOW}")
     found = [_NUMBER.fullmatch(part) for part in parts]
     bare = [match is not None and not match[2] for match in found]
     last = found[-1]
@@ -170,7 +171,7 @@ def _parts(text: str, separator: str) -> list[str]:
     if last is not None and separator == ":" and len(parts) == 3:
         parts[-1] = last[1]
     if not unit and len(parts) > 1 and any(match is not None and match[2] for match in found) and any(bare):
-        raise InputError(f"{shown(text)}: write a unit with the last value, or with each")
+        raise InputError(f"{short_repr(text)}: write a unit with the last value, or with each")
     return [f"{part} {unit}" if unit and is_bare else part for part, is_bare in zip(parts, bare, strict=True)]
 
 
@@ -282,7 +283,7 @@ def plan_of(axes: tuple[VariedAxis, ...], sample: Any = None, seed: Any = None, 
 def _whole(name: str, given: Any, least: int, most: int = _LARGEST) -> int:
     text = digits(given)
     if not text or not least <= int(text) <= most:
-        message = f"expected a whole number, at least {least} and at most {most}, got {shown(given)}"
+        message = f"expected a whole number, at least {least} and at most {most}, got {short_repr(given)}"
         raise InputError(message, where=_at(name))
     return int(text)
 

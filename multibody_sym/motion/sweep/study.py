@@ -15,7 +15,7 @@ from typing import Any, Final, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, shown
+from multibody_sym.errors import ArgumentError, InputError, MultibodyError, OutputError, Where, short_repr
 from multibody_sym.model.argument_checks import callback, door, flag, names, text
 from multibody_sym.model.run_options import RunOptions, spelled_out
 from multibody_sym.model.system import System
@@ -60,7 +60,7 @@ class Study:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if not isinstance(name, str):
-            raise ArgumentError(f"a study is asked by the name of a column, not by {shown(name)}")
+            raise ArgumentError(f"a study is asked by the name of a column, not by {short_repr(name)}")
         if name not in self.columns:
             raise InputError(f"no column of this study is called {name!r}", word=name, known=self.columns)
         return self.columns[name]
@@ -376,7 +376,7 @@ def sweep(
         raise InputError(message, where=Where(path=("key",)))
     many = _workers(workers)
     if executor is not None and not callable(getattr(executor, "submit", None)):
-        raise ArgumentError(f"executor is to be one of concurrent.futures, got {shown(executor)}")
+        raise ArgumentError(f"executor is to be one of concurrent.futures, got {short_repr(executor)}")
     return _done(task, key or "", output, many, executor, callback("on_progress", on_progress))
 
 
@@ -463,6 +463,6 @@ def _workers(given: Any) -> int:
     if given is None:
         return processors()
     if not digits(given) or not 1 <= int(given) <= 1000:
-        message = f"expected a number of workers, from 1 to 1000, got {shown(given)}"
+        message = f"expected a number of workers, from 1 to 1000, got {short_repr(given)}"
         raise InputError(message, where=Where(path=("workers",)))
     return int(given)

@@ -16,7 +16,7 @@ from threading import Event, Lock
 from typing import Any, Final
 
 from multibody_sym.derivation.routes import formalism_name
-from multibody_sym.errors import ArgumentError, MultibodyError, OutputError, shown
+from multibody_sym.errors import ArgumentError, MultibodyError, OutputError, short_repr
 from multibody_sym.mechanics.model_files import dumps
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.units import MechanismUnits
@@ -183,15 +183,15 @@ def events_text(events: list[dict[str, Any]]) -> str:
 def _numbers(found: Any) -> dict[str, float]:
     """Return what `reduce` gave as floats by name. Raises _WrongResultError."""
     if type(found) is not dict and not isinstance(found, Mapping):
-        raise _WrongResultError(f"it is to return a map from names to numbers, got {shown(found)}")
+        raise _WrongResultError(f"it is to return a map from names to numbers, got {short_repr(found)}")
     numbers: dict[str, float] = {}
     for name, value in found.items():
         if type(name) is not str or not name or not name.isprintable():
-            raise _WrongResultError(f"it is to name its numbers by text, not {shown(name)}")
+            raise _WrongResultError(f"it is to name its numbers by text, not {short_repr(name)}")
         try:
             numbers[name] = float(value)
         except (TypeError, ValueError):
-            raise _WrongResultError(f"it is to return numbers; {name} is {shown(value)}") from None
+            raise _WrongResultError(f"it is to return numbers; {name} is {short_repr(value)}") from None
         except OverflowError:
             raise _WrongResultError(f"{name} is larger than any float") from None
     return numbers

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.errors import InputError, Where, shown
+from multibody_sym.errors import InputError, Where, short_repr
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.printer import GREEK, SYMBOL, read_parts
@@ -560,7 +560,7 @@ def _angles(asked: str | Sequence[float]) -> tuple[float, float]:
         words = re.split(r"\s*,\s*|\s+", asked.strip()) if isinstance(asked, str) else list(asked)
         azimuth, elevation = (float(word) for word in words)
     except (TypeError, ValueError, OverflowError):
-        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {shown(asked)}"
+        message = f"expected a view by name or as AZIMUTH,ELEVATION such as 30,20 (degrees), got {short_repr(asked)}"
         named = [*VIEWS, "iso"]
         raise InputError(message, where=Where(path=("view",)), word=str(asked), known=named) from None
     if not math.isfinite(azimuth) or not abs(elevation) <= _STEEPEST:

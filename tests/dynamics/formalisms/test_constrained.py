@@ -15,7 +15,7 @@ from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import as_node
-from multibody_sym.scalars.vectors import factorized
+from multibody_sym.scalars.vectors import factorize
 
 
 def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 def test_floats_and_statements_find_what_the_whole_matrix_does(seed: int, *, minimum_norm: bool) -> None:
     M, f, H, gamma = drawn(seed)
     numbers = solve_constrained(
-        factorized(M.tolist()), f.tolist(), H.tolist(), gamma.tolist(), in_floats, minimum_norm=minimum_norm
+        factorize(M.tolist()), f.tolist(), H.tolist(), gamma.tolist(), in_floats, minimum_norm=minimum_norm
     )
     whole = np.block([[M, -H[:2].T], [H[:2], np.zeros((2, 2))]])
     wanted = np.linalg.solve(whole, [*f, *gamma[:2]])
@@ -40,7 +40,7 @@ def test_floats_and_statements_find_what_the_whole_matrix_does(seed: int, *, min
     assert_allclose(H.T @ np.array(numbers.multipliers), H[:2].T @ wanted[5:], rtol=1e-9, atol=1e-12)
     trace = Trace("solve", [Array("f", (5,)), Array("gamma", (3,))])
     nodes = solve_constrained(
-        factorized([[as_node(x) for x in row] for row in M.tolist()]),
+        factorize([[as_node(x) for x in row] for row in M.tolist()]),
         trace["f"],
         [[as_node(x) for x in row] for row in H.tolist()],
         trace["gamma"],
@@ -55,7 +55,7 @@ def test_floats_and_statements_find_what_the_whole_matrix_does(seed: int, *, min
 
 def test_a_correction_is_the_smallest_in_the_norm_of_the_mass_matrix() -> None:
     M, _, H, gamma = drawn(7)
-    change = correction(factorized(M.tolist()), H.tolist(), lambda A: in_floats(A, gamma.tolist(), 5).solution.tolist())
+    change = correction(factorize(M.tolist()), H.tolist(), lambda A: in_floats(A, gamma.tolist(), 5).solution.tolist())
     found = np.array(change)
     assert_allclose(H @ found, gamma, rtol=1e-10)
     inverse = np.linalg.inv(M)

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass
 from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.scalars.calculus import gradient, tangents
 from multibody_sym.scalars.node import ONE, as_node
-from multibody_sym.scalars.vectors import factorized
+from multibody_sym.scalars.vectors import factorize
 
 SEEDS = range(30)
 
@@ -54,7 +54,7 @@ def test_both_factorisations_apply_its_inverse(seed: int) -> None:
     count = len(matrix)
     right = rng.normal(size=count) * np.sqrt(matrix.diagonal())
     size = np.sqrt(matrix.diagonal())
-    for factors in (factorized(matrix.tolist()), tree_factors(motion)):
+    for factors in (factorize(matrix.tolist()), tree_factors(motion)):
         x = np.array(factors.solve(right.tolist()), dtype=float)
         assert np.abs((matrix @ x - right) / size).max() <= 1e-13 * count * (np.abs(x * size).max() + 1)
         half = np.array(factors.weighted(right.tolist()), dtype=float)

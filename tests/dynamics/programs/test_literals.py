@@ -28,7 +28,7 @@ from multibody_sym.model.steps import Translate
 from multibody_sym.model.system import System
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.loops import rolled
+from multibody_sym.program.loops import with_loops
 
 INERTIA = {"Ixx": 0.010, "Iyy": 0.012, "Izz": 0.009, "Ixy": 0.001}
 
@@ -94,7 +94,7 @@ LOOPS = 24
 def text_of(resolved) -> str:
     """Return the C of what moves a mechanism of loops."""
     derived = state_derivative(resolved, composite_body(resolved, slot_state(resolved)))
-    return c_source({"state_derivative": rolled(derived)})["model.c"]
+    return c_source({"state_derivative": with_loops(derived)})["model.c"]
 
 
 def test_closed_loops_move_as_with_the_numbers_themselves() -> None:
