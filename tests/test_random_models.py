@@ -48,7 +48,7 @@ def test_the_hundred_hold_every_kind() -> None:
 @pytest.mark.parametrize("number", sorted((*RUN, *CHECKED)))
 def test_routes_and_theorems_agree_and_runs_keep_their_account(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Conserved quantities have no say in what agrees, and take a third of the time."""
-    monkeypatch.setattr(checking, "conserved", lambda *_: [])
+    monkeypatch.setattr(checking, "find_conserved", lambda *_: [])
     system = mbs.loads(random_model(seed_of("first", number)))
     report = mbs.check(system)
     assert report.agrees, report.missing

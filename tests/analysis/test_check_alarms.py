@@ -39,7 +39,7 @@ MODELS: tuple[Callable[[int], mbs.System], ...] = (rolling, linkage)
 @pytest.fixture(autouse=True)
 def only_what_may_alarm(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look for no conserved quantities: they have no say in whether a model is called wrong, and take a third."""
-    monkeypatch.setattr(checking, "conserved", lambda *_: [])
+    monkeypatch.setattr(checking, "find_conserved", lambda *_: [])
 
 
 def alarms(seeds: range) -> list[tuple[str, float]]:

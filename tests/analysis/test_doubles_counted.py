@@ -35,7 +35,7 @@ def bricard(coordinates: str) -> mbs.System:
 @pytest.fixture(autouse=True)
 def only_what_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look for no conserved quantities: they have no say in what is counted, and take a third."""
-    monkeypatch.setattr(checking, "conserved", lambda *_: [])
+    monkeypatch.setattr(checking, "find_conserved", lambda *_: [])
 
 
 @cache

@@ -102,7 +102,7 @@ def test_rows_of_discs_whose_masses_are_small_integers(monkeypatch: pytest.Monke
     contacts = {f"c{i}{k}": Contact(between=[f"b{i}.rim", f"b{k}.rim"], open=True, **law) for i, k in pairs}
     resolved = mechanism(System("discs", bodies=bodies, joints=joints, contacts=contacts))
     shorter = row_program(resolved).program
-    monkeypatch.setattr(law_programs, "rolled", lambda program: program)
+    monkeypatch.setattr(law_programs, "with_loops", lambda program: program)
     plain = row_program(resolved).program
     assert any(isinstance(statement, Scan) for statement in shorter.statements)
     assert_same(plain, shorter, arguments(plain, 0))
