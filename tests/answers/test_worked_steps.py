@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from textbook_problems import HEAD, PROBLEMS
+from problem_files import PROBLEMS, read_problem
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import Formula, Sentence, Worked
@@ -110,9 +110,9 @@ def test_printed_equations_hold_for_all_examples(path: Path) -> None:
     verify(steps(mbs.load(path)))
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_printed_equations_hold_for_problems(name: str) -> None:
-    worked = steps(mbs.loads(HEAD + PROBLEMS[name].model))
+@pytest.mark.parametrize("path", sorted(PROBLEMS.glob("textbook_*.yaml")), ids=lambda path: path.stem)
+def test_printed_equations_hold_for_problems(path: Path) -> None:
+    worked = steps(mbs.loads(read_problem(path)[0]))
     verify(worked)
 
 

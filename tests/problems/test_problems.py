@@ -43,7 +43,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+from problem_files import COMMANDS, PROBLEMS, read_problem
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
@@ -51,35 +51,14 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 
-HERE = Path(__file__).parent
-COMMANDS = ("solve", "check", "equilibrium", "simulate", "derive", "modes", "draw", "linearize")
-MODEL_KEYS = ("about", "replace", "everywhere", "append", "long")
-ANSWER_KEYS = (
-    "value", "rel", "abs", "where", "formula", "equal", "at", "exactly", "holds_for", "says", "silent", "error", "line",
-    "column",
-)
 OTHERS = 3
 """At how many other parameter sets a formula is compared."""
-
-
-def read_problem(path: Path) -> tuple[str, list[dict[str, Any]]]:
-    """Return a problem's model, and its cases."""
-    model, mark, expected = path.read_text(encoding="utf-8").partition("\nexpect:\n")
-    assert mark, f"{path}: nothing is expected"
-    cases = yaml.safe_load(expected)
-    for case in cases:
-        named = [key for key in case if key in COMMANDS]
-        unknown = case.keys() - {*COMMANDS, *MODEL_KEYS, *ANSWER_KEYS}
-        assert len(named) == 1, f"{path}: {case} has not one command"
-        assert not unknown, f"{path}: unknown keys {unknown}"
-        assert case.keys() & ANSWER_KEYS, f"{path}: {case} expects nothing"
-    return model + "\n", cases
 
 
 def every_case() -> list[Any]:
     """Return the cases of all problems, under their files' names and their numbers there."""
     found = []
-    for path in sorted(HERE.glob("*/*.yaml")):
+    for path in sorted(PROBLEMS.glob("*/*.yaml")):
         model, cases = read_problem(path)
         for number, case in enumerate(cases, 1):
             name = f"{path.parent.name}/{path.stem}-{number}"
