@@ -169,7 +169,7 @@ def candidate_modes(problem: Scaled, small: Reduced, mu: Floats) -> Iterator[tup
         if small.open_sides:
             yield from ((modes.one(k), True) for k in range(len(modes)))
             continue
-        tried = _tried(problem, small, mu, modes)
+        tried = _try_modes(problem, small, mu, modes)
         for k in np.flatnonzero(tried.doubtful | (tried.open & tried.moved & ~tried.hopeless)):
             mode = modes.one(int(k))
             name = b"".join(x.tobytes() for x in (mode.sides, mode.slips, np.rint(mode.directions / ALIKE) + 0.0))
@@ -235,14 +235,14 @@ class _Tried:
     a: Floats
 
 
-def _tried(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _Tried:
+def _try_modes(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _Tried:
     """Return what solving all systems at once tells of modes."""
     norms = [p for p in problem.parts if p.norm and mu[p.number]]
     turning = [p for p in problem.parts if p.in_space and p.rests and mu[p.number]]
     pressing = {p.number: np.zeros((len(modes), len(p.normals))) for p in norms}
     for _ in range(TURNS if norms or turning else 1):
         systems = _systems(problem, small, mu, modes, pressing)
-        solved = _solved(*systems)
+        solved = _solve_systems(*systems)
         z, a = small.z0 + solved.f @ small.Z.T, small.a0 + solved.f @ small.K.T
         for part in norms:
             pressing[part.number] = part.along(z)
@@ -318,7 +318,7 @@ class _Solved:
     ways: Floats
 
 
-def _solved(left: Floats, right: Floats) -> _Solved:
+def _solve_systems(left: Floats, right: Floats) -> _Solved:
     """Solve all systems by elimination; where a column has no pivot its unknown is zero."""
     count, size, _ = left.shape
     T = np.concatenate([left, right[:, :, None]], axis=2)

@@ -495,14 +495,8 @@ def one_by_one(account: ImpactProgress) -> None:
         held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
         for island in counts.islands(rows, held):
             _strike(account, island, known)
-    _to_their_limit(account, counts)
-
-
-def _to_their_limit(account: ImpactProgress, counts: _Counts) -> None:
-    """Strike at once, without bouncing, what struck in turn until it closed by less than counts.
-
-    Such impacts have no last one: speeds of closing and of slip shrink together, and none is left in the limit.
-    """
+    # What struck in turn until it closed by less than counts has no last impact: speeds of closing and of slip shrink
+    # together, and none is left in the limit. It strikes at once, without bouncing.
     v = account.speeds()
     left = [k for k in account.not_separating() if counts.number(k) > 1]
     for first in {counts.cluster[k] for k in left if v[k] < -account.rounding[k]}:
@@ -568,7 +562,15 @@ def strike(problem: ImpactProblem) -> ImpactResult:
     Raises NoSolutionError where the laws have no solution, or numbers are not finite, InputError for a coefficient that
     is not between 0 and 1, and for Stronge's law where several contacts close at once.
     """
-    _verify(problem)
+    numbers = (problem.rows.matrix, problem.rows.exerted, problem.rows.coupling, problem.rows.right)
+    if not all(np.isfinite(values).all() for values in numbers):
+        raise NoSolutionError(
+            "numbers of what strikes are not finite: a direction has no value, or a mass is zero", number="N105"
+        )
+    e = np.concatenate([np.asarray(problem.restitution, dtype=float), np.array(problem.tangential, dtype=float)])
+    wrong = e[~((e >= 0.0) & (e <= 1.0))]
+    if len(wrong):
+        raise InputError(f"a coefficient of restitution is between 0 and 1, not {wrong[0]:g}", number="M121")
     account = start_impact(problem)
     if account.unfulfilled():
         _find_impulses(account, (), "joined")
@@ -578,16 +580,3 @@ def strike(problem: ImpactProblem) -> ImpactResult:
         one_by_one(account)
     account.unsure |= set(dependent_rows(problem.rows)) if account.phases else set()
     return account.told()
-
-
-def _verify(problem: ImpactProblem) -> None:
-    numbers = (problem.rows.matrix, problem.rows.exerted, problem.rows.coupling, problem.rows.right)
-    if not all(np.isfinite(values).all() for values in numbers):
-        raise NoSolutionError(
-            "numbers of what strikes are not finite: a direction has no value, or a mass is zero", number="N105"
-        )
-    e = np.concatenate([np.asarray(problem.restitution, dtype=float), np.array(problem.tangential, dtype=float)])
-    if not ((e >= 0.0).all() and (e <= 1.0).all()):
-        raise InputError(
-            f"a coefficient of restitution is between 0 and 1, not {e[~((e >= 0.0) & (e <= 1.0))][0]:g}", number="M121"
-        )

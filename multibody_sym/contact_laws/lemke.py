@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, ModeArrays, Scaled, ScaledFriction
+from multibody_sym.contact_laws.problem import IN_SPACE, Flags, ModeArrays, Scaled, ScaledFriction
 from multibody_sym.contact_laws.solve_mode import Reduced
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -200,7 +200,7 @@ def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Flo
     q, M = _rows(problem, small, mu, unknowns, pressing, (f0, F))
     sizes = np.maximum(np.abs(M).max(axis=1, initial=0.0), 1e-12)
     found = lemke(M / sizes[:, None], q / sizes)
-    return _read(problem, small, unknowns, found, f0 + F @ found.z)
+    return _read_mode(problem, small, unknowns, found, f0 + F @ found.z)
 
 
 def closer_edges(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
@@ -216,7 +216,7 @@ def closer_edges(problem: Scaled, mu: Floats, proposal: Proposal, times: int) ->
     return found
 
 
-def _pressed(
+def _pressing_force(
     part: ScaledFriction, small: Reduced, unknowns: _Unknowns, pressing: dict[int, Floats]
 ) -> tuple[float, Floats, Floats]:
     """Return N = n0 + n_f . f + n_y . y."""
@@ -244,7 +244,7 @@ def _forces(
         F[place[part.rows], columns] = unknowns.ways[number].T
     implied = np.eye(len(small.own))
     for part in unknowns.sliding:
-        n0, of_forces, of_unknowns = _pressed(part, small, unknowns, pressing)
+        n0, of_forces, of_unknowns = _pressing_force(part, small, unknowns, pressing)
         against = -mu[part.number] * part.moving
         rows = place[part.rows]
         f0[rows] += against * n0
@@ -279,14 +279,14 @@ def _rows(
         ways = unknowns.ways[number]
         q[columns], M[columns] = ways @ a0[part.rows], ways @ A[part.rows]
         M[columns, slack] += 1.0
-        n0, of_forces, of_unknowns = _pressed(part, small, unknowns, pressing)
+        n0, of_forces, of_unknowns = _pressing_force(part, small, unknowns, pressing)
         q[slack] = mu[number] * (n0 + of_forces @ f0)
         M[slack] = mu[number] * (of_forces @ F + of_unknowns)
         M[slack, columns] -= 1.0
     return q, M
 
 
-def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complementary, f: Floats) -> Proposal:
+def _read_mode(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complementary, f: Floats) -> Proposal:
     """Return the mode of a solution: basic unknowns act."""
     y, basic = found.z, found.basic
     z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
@@ -302,32 +302,18 @@ def _read(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complemen
     for part in problem.parts:
         if not part.rests:
             mode.slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
-        elif part.number in unknowns.edges:
-            _read_part(part, mode, carrying, a, (y, basic), unknowns)
+        elif part.number in unknowns.edges:  # it slips where its slack s is basic, against the force
+            columns = unknowns.edges[part.number]
+            pushing = basic[columns]
+            if part.held or not basic[unknowns.slack[part.number]] or (not part.in_space and pushing.all()):
+                carrying[part.rows] = pushing.any() if not part.in_space else True
+                continue
+            force = y[columns] @ unknowns.ways[part.number]
+            if not force.any():
+                force = -a[part.rows]
+            if part.in_space:
+                mode.slips[part.number] = IN_SPACE
+                mode.direction(part)[:] = -force / (float(np.linalg.norm(force)) or 1.0)
+            else:
+                mode.slips[part.number] = 1 if force[0] < 0.0 else -1
     return Proposal(mode, carrying, small.x0 + small.X @ f, z, found.ray, found.spent)
-
-
-def _read_part(
-    part: ScaledFriction,
-    mode: ModeArrays,
-    carrying: Flags,
-    a: Floats,
-    solution: tuple[Floats, Flags],
-    unknowns: _Unknowns,
-) -> None:
-    """Set how a part at rest slips: it does where its slack s is basic, against the force."""
-    y, basic = solution
-    columns, number = unknowns.edges[part.number], part.number
-    pushing = basic[columns]
-    if part.held or not basic[unknowns.slack[number]] or (not part.in_space and pushing.all()):
-        mode.slips[number] = STICKS
-        carrying[part.rows] = pushing.any() if not part.in_space else True
-        return
-    force = y[columns] @ unknowns.ways[number]
-    if not force.any():
-        force = -a[part.rows]
-    if part.in_space:
-        mode.slips[number] = IN_SPACE
-        mode.direction(part)[:] = -force / (float(np.linalg.norm(force)) or 1.0)
-    else:
-        mode.slips[number] = 1 if force[0] < 0.0 else -1

@@ -61,7 +61,18 @@ def rates_of_contact(moved: ImpulseResponse, part: FrictionLaw | None, v: Floats
     f, slip = np.zeros(len(moved.own)), STICKS
     f[0] = 1.0
     if part is not None:
-        f[1:], slip = _tangential(K, part, v[list(part.rows)], small)
+        along = v[list(part.rows)]
+        speed = float(np.linalg.norm(along))
+        sticks, held = False, np.zeros(len(along))
+        if not speed > small:
+            held = least_squares(K[1:, 1:], -K[1:, 0])
+            sticks = part.enough or room(part.static, 1.0 + AT_REST, [float(np.linalg.norm(held))]) >= 0.0
+            if not sticks:
+                along = np.sign(K[1, :1]) if len(along) == 1 else departing_direction(K, part.kinetic)
+                speed = 1.0
+        f[1:] = held if sticks else sliding(part.kinetic, along.tolist(), speed)
+        if not sticks:
+            slip = IN_SPACE if len(along) > 1 else int(np.sign(along[0]))
     rates = np.zeros(len(v))
     rates[moved.own] = K @ f
     if part is not None and slip == STICKS:
@@ -69,19 +80,7 @@ def rates_of_contact(moved: ImpulseResponse, part: FrictionLaw | None, v: Floats
     return ImpulseRates(moved.Z @ f, moved.X @ f, rates, () if part is None else (slip,))
 
 
-def _tangential(K: Floats, part: FrictionLaw, v: Floats, small: float) -> tuple[Floats, int]:
-    """Return p_t' and how the part slips."""
-    speed = float(np.linalg.norm(v))
-    if not speed > small:
-        held = least_squares(K[1:, 1:], -K[1:, 0])
-        if part.enough or room(part.static, 1.0 + AT_REST, [float(np.linalg.norm(held))]) >= 0.0:
-            return held, STICKS
-        v = np.sign(K[1, :1]) if len(v) == 1 else departing(K, part.kinetic)
-        speed = 1.0
-    return np.array(sliding(part.kinetic, v.tolist(), speed)), IN_SPACE if len(v) > 1 else int(np.sign(v[0]))
-
-
-def departing(K: Floats, mu: float) -> Floats:
+def departing_direction(K: Floats, mu: float) -> Floats:
     """Return the unit vector e in which slip starts from rest: K_tn - mu K_tt e = c e with c > 0.
 
     |(mu K_tt + c)^-1 K_tn| falls with c, from more than 1 at c = 0 since it does not stick.
@@ -624,10 +623,15 @@ def give_back(account: ImpactProgress, closed: Collection[int], before: ImpactPr
     if not any(account.problem.tangential):
         return
     some = select_rows(account.rows, closed)
-    z, stored = account.z - before.z, np.zeros(len(account.z))
-    parts = [k for k in range(len(some.parts)) if _sticks(account, some, k)]
-    for k in parts:
+    z, stored, one_way = account.z - before.z, np.zeros(len(account.z)), set(account.unilateral)
+    v, rest = account.speeds(), np.maximum(account.allowed, account.rounding)
+    parts = list[int]()
+    for k in range(len(some.parts)):
         own, normals = _rows(some, k)
+        sticks = float(np.linalg.norm(v[own])) <= float(rest[own].max())
+        if not (sticks and account.problem.given_back(some.parts[k]) > 0.0 and one_way.issuperset(normals)):
+            continue
+        parts.append(k)
         part, size = some.problem.parts[k], float(np.linalg.norm(z[own]))
         N = pressing(z[normals].tolist(), [1] * len(normals))
         if size > 0.0:
@@ -639,7 +643,7 @@ def give_back(account: ImpactProgress, closed: Collection[int], before: ImpactPr
     own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
     moved, f = impulse_response(some, own), stored[some.rows][own]
     taken = sum(float((account.lost - before.lost)[_rows(some, k)[0]].sum()) for k in parts)
-    needed = float(f @ moved.K @ f) / 2.0 + float(f @ account.speeds()[some.rows][own])
+    needed = float(f @ moved.K @ f) / 2.0 + float(f @ v[some.rows][own])
     f = f * min(1.0, math.sqrt(max(taken, 0.0) / needed)) if needed > 0.0 else f
     if f.any():
         z = np.zeros(len(account.z))
@@ -651,11 +655,3 @@ def _rows(some: Chosen, k: int) -> tuple[list[int], list[int]]:
     """Return the rows of a part, and its normals, among those of all."""
     part = some.problem.parts[k]
     return [some.rows[row] for row in part.rows], [some.rows[row] for row in part.normals]
-
-
-def _sticks(account: ImpactProgress, some: Chosen, k: int) -> bool:
-    own, normals = _rows(some, k)
-    v = account.speeds()
-    small = float(np.maximum(account.allowed, account.rounding)[own].max())
-    at_rest = float(np.linalg.norm(v[own])) <= small
-    return at_rest and account.problem.given_back(some.parts[k]) > 0.0 and set(normals) <= set(account.unilateral)

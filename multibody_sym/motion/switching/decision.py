@@ -288,12 +288,19 @@ def _rest_unseen(
     from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
     give all back have no end by themselves: there what bounces lower than steps err rests.
     """
+    from multibody_sym.contact_laws.impact_sequence import clusters  # brings scipy, as `contact_laws.search` does
+
     strikes = {x.name for x in impact.approaching(facts, touching)}
     steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
     low = low_together(facts, touching, apart, steps)
     if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
         return None
-    low = _connected_with(facts, low, strikes)
+    # Of what is low only what strikes pushes takes part, over any others of it.
+    problem = facts.posed(low)
+    numbers = clusters(problem.problem)
+    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in facts.laws.named(low)}
+    pushed = {own.get(name) for name in strikes}
+    low = {name for name, number in own.items() if number in pushed}
     leaving = {x.name for x in after.facts.laws.named(low) if after.facts.standing(x) == "leaving"}
     leaving |= low.difference(after.touching)
     while not low.isdisjoint(leaving):
@@ -310,16 +317,6 @@ def _rest_unseen(
             return None
         low = low - seen
     return None
-
-
-def _connected_with(facts: LawValues, low: Collection[str], strikes: Collection[str]) -> set[str]:
-    """Return what is `low` of all that is pushed, over any others of it, by what `strikes`."""
-    from multibody_sym.contact_laws.impact_sequence import clusters  # brings scipy, as `contact_laws.search` does
-
-    problem = facts.posed(low)
-    numbers = clusters(problem.problem)
-    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in facts.laws.named(low)}
-    return {name for name, number in own.items() if number in {own.get(x) for x in strikes}}
 
 
 def _still_seen(facts: LawValues, rest: _After, low: Collection[str], steps: float) -> set[str]:

@@ -356,8 +356,17 @@ def times_to_check(system: System, values: Mapping[Node, float], t_end: float) -
         return np.zeros(0)
     with np.errstate(all="ignore"):
         times = _refine_times(laws, values, _sample_times(laws, values, t_end), t_end)
-        looked = [_times_to_look(times, _values(law, values, times)) for law in laws]
-    found: Floats = times[np.unique(np.concatenate(looked))]
+        looks = [np.zeros(0, dtype=np.intp)]
+        for law in laws:  # whenever it has changed by a part of its range
+            x = _values(law, values, times)
+            span = float(np.ptp(x))
+            if not span > 0.0:
+                continue
+            way = np.floor(np.cumsum(np.abs(np.diff(x))) / (_PART * span))
+            places = 1 + np.flatnonzero(np.diff(way, prepend=0.0))
+            if len(places) <= _MOST_LOOKS:
+                looks.append(places[places < len(times) - 1])
+    found: Floats = times[np.unique(np.concatenate(looks))]
     return found
 
 
@@ -428,13 +437,3 @@ def _refine_times(laws: Sequence[Node], values: Mapping[Node, float], times: Flo
             break
         times = np.sort(np.concatenate([times, 0.5 * (times[:-1] + times[1:])[moving]]))
     return times
-
-
-def _times_to_look(times: Floats, values: Floats) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return at which of the times to look at a law: whenever it has changed by a part of its range."""
-    span = float(np.ptp(values))
-    if not span > 0.0:
-        return np.zeros(0, dtype=np.intp)
-    way = np.floor(np.cumsum(np.abs(np.diff(values))) / (_PART * span))
-    found = 1 + np.flatnonzero(np.diff(way, prepend=0.0))
-    return found[found < len(times) - 1] if len(found) <= _MOST_LOOKS else np.zeros(0, dtype=np.intp)

@@ -56,13 +56,12 @@ from multibody_sym.motion.switching.legs import (
 )
 from multibody_sym.motion.switching.modes import ModePrograms, key_of, settled_direction
 from multibody_sym.motion.switching.prepared import PreparedRuns
-from multibody_sym.motion.switching.rare_contacts import first_normal
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ONE, Node
 from multibody_sym.stages import stage
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -218,7 +217,14 @@ def energy_account(
     found = {part.name: FrictionWork() for _, part in parts}
     told = [any(not isinstance(row, VelocityRow) for row in part.rows) for _, part in parts]
     account = EnergyAccount(found)
-    works = _works(stretches, _ends(stretches, blows))
+    # The states in which stretches end, before what strikes then or, by rounding, sooner.
+    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
+    untils = [stretch.until for stretch in stretches]
+    for blow in reversed(blows):
+        place = bisect_left(untils, blow.t)
+        if place < len(stretches) and stretches[place].problem.start < blow.t:
+            ends[untils[place]] = blow.q, blow.u
+    works = _works(stretches, ends)
     if _unsure(works) + sum(one.missed for one in works) > _UNKNOWN * _size(works):
         return EnergyAccount({part.name: FrictionWork(math.nan) for _, part in parts}, math.nan)
     for one in works:
@@ -231,17 +237,6 @@ def energy_account(
                 if told[k] and (share != 0.0 or body in work.bodies):
                     work.bodies[body] = work.bodies.get(body, 0.0) + share
     return account
-
-
-def _ends(stretches: Sequence[FineLeg], blows: Sequence[ImpactOutcome]) -> Ends:
-    """Return the states in which stretches end, before what strikes then or, by rounding, sooner."""
-    ends = {stretch.until: (after.problem.q0, after.problem.u0) for stretch, after in pairwise(stretches)}
-    untils = [stretch.until for stretch in stretches]
-    for blow in reversed(blows):
-        place = bisect_left(untils, blow.t)
-        if place < len(stretches) and stretches[place].problem.start < blow.t:
-            ends[untils[place]] = blow.q, blow.u
-    return ends
 
 
 def _size(works: Sequence[_Work]) -> float:
@@ -371,9 +366,12 @@ def next_leg(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLe
             return switches.enter(replace(leg, of=problem, since=None, mode=mode, cause=None))
         if cause.ends == "stops in space" and cause.part is not None:
             switch = stop_of_slip(switch, leg, switches.at(t, switch.x), cause.part)
-        found = _known_state(leg, switch, run)
-        if found is not None:
-            return _leg_or_stop(leg, found, switch, run)
+        if known := run.prepared.memory.known(leg, switch.index):  # it was decided before: is it as then?
+            facts, closed = switches.closed_at(leg, switch.begun.time, switch.x, cause)
+            rates = None if known[0].cause is None else leg.rates_at(facts)
+            for one in known:
+                if (found := follow_known_switch(one, facts, closed, rates)) is not None:
+                    return _leg_or_stop(leg, found, switch, run)
         found = switches.next_state(leg, switch.begun.time, switch.x, switch.index)
         switches.learn(leg, switch.index, found)
         run.prepared.memory.learn(found, leg, switch.index)
@@ -432,17 +430,6 @@ def _slip_stopped(leg: ModeLeg, facts: LawValues, run: ModeRun) -> NextState | N
     blow = slip_stopped(leg, facts)
     found = None if blow is None else run.switches.beyond(leg, facts, blow)
     return None if found is None or found.mode is None else found
-
-
-def _known_state(leg: ModeLeg, switch: Switch, run: ModeRun) -> NextState | None:
-    """Return how the run goes on where a switch was decided before and leads on in the same way."""
-    switches = run.prepared.memory.known(leg, switch.index)
-    if not switches:
-        return None
-    facts, closed = run.switches.closed_at(leg, switch.begun.time, switch.x, leg.switching(switch.index))
-    rates = None if switches[0].cause is None else leg.rates_at(facts)
-    ways = (follow_known_switch(one, facts, closed, rates) for one in switches)
-    return next((found for found in ways if found is not None), None)
 
 
 def _leg_or_stop(leg: ModeLeg, found: NextState, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLeg]:
@@ -541,7 +528,9 @@ def one_way_runs(
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
     begun = None if ready.laws else (ready.mechanism, ready.compiled)
     make = partial(_compile_mode, begun, ready.system.simulation, ready.formalism, code)
-    values = [ready.parameters[known[x.name]] if x.name in known else first_normal(x) for x in declared.parameters]
+    values = [  # parameters that the system has not are components of normals, before anything has met
+        ready.parameters[known[x.name]] if x.name in known else float(x.value is ONE) for x in declared.parameters
+    ]
     form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
     recalled = recall_laws(declared, form, code)
     laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))

@@ -502,8 +502,3 @@ def remembered_normals(at: LawValues, mode: Mode) -> tuple[float, ...]:
     held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.acts(x)]
     places = at.laws.mechanism.parameters.places
     return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
-
-
-def first_normal(entry: ParameterEntry) -> float:
-    """Return the value of a component of a normal before anything has met."""
-    return 1.0 if entry.value is ONE else 0.0
