@@ -1,4 +1,4 @@
-"""Whether what a mode leads to fulfils all laws, what to flip where it does not, and by which labels it is told."""
+"""Whether the solution of a mode fulfils all laws, what to flip where it does not, and its labels by motion."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def violations(problem: Scaled, trial: ModeSolution) -> Iterator[Violation]:
 
 
 def flip(problem: Scaled, trial: ModeSolution, found: Violation) -> ModeArrays:
-    """Return the mode with what does not hold turned into what then has to."""
+    """Return the mode in which the violated inequality gives way to its complement."""
     mode = trial.mode.copy()
     if found.kind in ("force", "gap"):
         mode.sides[found.place] = 1 - mode.sides[found.place]

@@ -199,7 +199,7 @@ def _by_motion(problem: Scaled, mu: Floats, modes: Enumerated, tried: _Tried) ->
 
 
 def _by_what_moves(problem: Scaled, mu: Floats, modes: Enumerated, a: Floats) -> Enumerated:
-    """Return the modes with all closed and stuck where a = 0."""
+    """Return the modes in which all is closed and sticks wherever a = 0."""
     sides, slips = modes.sides.copy(), modes.slips.copy()
     directions = modes.directions.copy()
     still = np.abs(a) <= STILL * (np.abs(a).max(axis=1, initial=0.0)[:, None] + np.abs(problem.r).max(initial=0.0))
@@ -236,7 +236,7 @@ class _Tried:
 
 
 def _try_modes(problem: Scaled, small: Reduced, mu: Floats, modes: Enumerated) -> _Tried:
-    """Return what solving all systems at once tells of modes."""
+    """Solve the systems of all modes at once, and return which modes may hold."""
     norms = [p for p in problem.parts if p.norm and mu[p.number]]
     turning = [p for p in problem.parts if p.in_space and p.rests and mu[p.number]]
     pressing = {p.number: np.zeros((len(modes), len(p.normals))) for p in norms}

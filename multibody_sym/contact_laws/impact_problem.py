@@ -1,4 +1,4 @@
-"""The problem that an impact poses, and what became of it: records only.
+"""The problem that an impact poses, its result, and its progress on the way.
 
 For m rows over n weighted coordinates (M = G^T G, x = G (u+ - u-), A = H G^-1) an impact obeys the laws of an instant
 (`contact_laws.problem`) with speeds in place of accelerations:
@@ -225,12 +225,12 @@ class ImpactProgress:
         return [k for k in self.unilateral if v[k] <= self.allowed[k]]
 
     def note(self, text: str) -> None:
-        """Tell something once."""
+        """Add a note once."""
         if text not in self.notes:
             self.notes.append(text)
 
     def copy(self) -> ImpactProgress:
-        """Return the account as it is now, to come back to."""
+        """Return a copy to come back to."""
         kept = replace(self)
         kept.restitution, kept.lost = self.restitution.copy(), self.lost.copy()
         kept.phases, kept.notes = list(self.phases), list(self.notes)
@@ -238,11 +238,11 @@ class ImpactProgress:
         return kept
 
     def back_to(self, kept: ImpactProgress) -> None:
-        """Take everything back to what was kept."""
+        """Go back to a copy."""
         self.__dict__.update(kept.copy().__dict__)
 
     def gains_since(self, kept: ImpactProgress) -> bool:
-        """Return whether there is more energy than at a kept account, beyond rounding of what the impact moves."""
+        """Return whether energy has grown since a copy, beyond rounding of the energies that the impact moves."""
         moved = float(np.abs(self.lost).sum() + self.x @ self.x / 2.0)
         return float((self.lost - kept.lost).sum()) < -GAIN * moved
 
@@ -294,8 +294,8 @@ class ImpactProgress:
         """The rows that exert another force than their own."""
         return np.flatnonzero(np.any(self.rows.exerted != self.rows.matrix, axis=1)).tolist()
 
-    def told(self) -> ImpactResult:
-        """Return what has happened."""
+    def result(self) -> ImpactResult:
+        """Return the impact as it is now."""
         return ImpactResult(
             self.x,
             self.z,

@@ -1,4 +1,7 @@
-"""What an impact does: the door."""
+"""Impacts of several contacts: one after the other, or all at once.
+
+In: an ImpactProblem (arrays). Out: the ImpactResult of `strike`. A single contact is followed by `routh_method`.
+"""
 
 from __future__ import annotations
 
@@ -115,7 +118,7 @@ class _Own:
 
 
 def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None:
-    """Let each contact take the impulses that its law wants beside all others."""
+    """Give each contact the impulses of its law beside all others."""
     for k in system.unilateral:
         i = small.place[k]
         if small.K[k, i] > 0.0:
@@ -579,4 +582,4 @@ def strike(problem: ImpactProblem) -> ImpactResult:
     else:
         one_by_one(account)
     account.unsure |= set(dependent_rows(problem.rows)) if account.phases else set()
-    return account.told()
+    return account.result()

@@ -1,4 +1,4 @@
-"""The problem that one-way laws pose at an instant, and what is found: records only.
+"""The problem that one-way laws pose at an instant, and its states: records only.
 
 For m rows over n weighted coordinates (M = G^T G, x = G (udot - udot_free), so that A = H G^-1):
 

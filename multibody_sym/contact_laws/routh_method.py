@@ -1,7 +1,7 @@
 """One contact through compression and restitution: Routh's integration over its normal impulse.
 
 While it slips one way, or sticks, all impulses and speeds are linear in p_n: exact, and changed where slip stops. In
-space the direction of slip turns (`in_space`).
+space the direction of slip turns (`follow_turning_slip`).
 """
 
 from __future__ import annotations
@@ -403,7 +403,7 @@ class _Slip:
         return there, e[:, 0]
 
     def normal(self, y: Floats) -> Normal:
-        """Return the normal state, or those of several nodes, in the units of the problem."""
+        """Return the normal state at one node or several, in the units of the problem."""
         begun, speed = self.begun, self.speed
         return Normal(y[VN] * speed, begun.p + y[P] / self.mass, begun.W + y[W] * speed / self.mass)
 

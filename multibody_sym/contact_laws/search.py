@@ -1,4 +1,7 @@
-"""The states in which all laws hold at an instant: none, one or several, with what was searched."""
+"""The states in which all laws hold at an instant: none, one or several.
+
+In: a LawProblem, perhaps a state or mode that is near. Out: LawStates of `find`, with the modes that were searched.
+"""
 
 from __future__ import annotations
 
@@ -422,7 +425,7 @@ def moves_alike(problem: Scaled, one: ModeSolution, other: ModeSolution, part: f
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What hangs together.
+# Groups of numbers that pairs connect.
 
 
 def connected_groups(near: NDArray[np.bool_]) -> list[list[int]]:
@@ -458,7 +461,7 @@ class Island:
         return LawMode(_at(self.rows, of.sides), _at(self.parts, of.slips), _at(self.parts, of.directions))
 
     def state(self, of: LawState) -> LawState:
-        """Return what is needed here of a state of the whole, to find it again: its mode and its rounds."""
+        """Return the mode and the rounds of a state of the whole, by which the search finds it again here."""
         rounds = tuple(map(self._round, of.rounds))
         return LawState(self.mode(of.mode), of.x, of.z[self.rows], of.a[self.rows], rounds=rounds)
 
@@ -619,7 +622,7 @@ def _of_all(
 ) -> LawStates:
     search = _Search(scaled(problem), every, drift, left or {}, most)
     ends = search.run(*_begin(search.problem, previous))
-    told = tuple(search.told(end) for end in ends)
+    told = tuple(search.state_of(end) for end in ends)
     free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
     verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
     return LawStates(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
@@ -728,7 +731,7 @@ class _Search:
         return _Labels(mode, limit.rows(self.problem), unsure, moving)
 
     def _left(self, limit: Ties, state: LawState) -> tuple[Floats, Floats] | None:
-        """Return what is left at limits, to the largest, and no rates; None where exact numbers tell nothing."""
+        """Return the distances from limits, over the largest, and no rates; None without exact numbers."""
         known = {k: self.left[k] * self.problem.sizes[k] for k in limit.rows(self.problem) if k in self.left}
         largest = max((abs(value) for value in known.values()), default=0.0)
         if not largest:
@@ -742,9 +745,9 @@ class _Search:
             return None
         return self.drift(state) / self.problem.lengths, np.zeros(self.problem.count)
 
-    # --- what is told -------------------------------------------------------------------------------------------------
+    # --- answers ------------------------------------------------------------------------------------------------------
 
-    def told(self, end: _End) -> LawState:
+    def state_of(self, end: _End) -> LawState:
         state = self._state(end.trial, end.labels.mode, end.kinetic)
         return LawState(
             state.mode,
@@ -760,14 +763,14 @@ class _Search:
     def _state(self, trial: ModeSolution, mode: ModeArrays, kinetic: frozenset[int]) -> LawState:
         """Return a state in the units of the problem."""
         return LawState(
-            self._told(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
+            self._law_mode(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
         )
 
     def _round(self, kinetic: frozenset[int], place: Near) -> Round:
         carrying = () if place.carrying is None else tuple(np.flatnonzero(place.carrying).tolist())
-        return Round(kinetic, self._told(place.mode), carrying)
+        return Round(kinetic, self._law_mode(place.mode), carrying)
 
-    def _told(self, mode: ModeArrays) -> LawMode:
+    def _law_mode(self, mode: ModeArrays) -> LawMode:
         ways = [mode.direction(part) for part in self.problem.parts]
         directions = tuple(tuple(way.tolist()) if way.any() else None for way in ways)
         return LawMode(tuple(int(k) for k in mode.sides), tuple(int(k) for k in mode.slips), directions)
@@ -787,7 +790,7 @@ class _Search:
 
 
 def _begin(problem: Scaled, previous: LawState | LawMode | None) -> tuple[list[Near], Rounds]:
-    """Return where to begin, and the modes that coefficients led to before."""
+    """Return the modes to begin with, and those to which coefficients led before."""
     if isinstance(previous, LawState):
         rounds = list[tuple[frozenset[int], Near]]()
         for known in previous.rounds:

@@ -1,4 +1,7 @@
-"""What happens at a switch: positions, impacts, speeds, and the state that follows, each by the laws of what holds."""
+"""The state that follows a switch of a run.
+
+Positions are put onto their rows, what closes strikes, speeds stop, and the laws decide which mode follows.
+"""
 
 from __future__ import annotations
 
@@ -135,9 +138,9 @@ class Before:
         return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
 
     def late(self, facts: LawValues, closing: Collection[LawElement]) -> dict[str, float]:
-        """Return how much longer (s) each element would strike that comes to rest now, or collapses with others.
+        """Return the time (s) for which each element would still bounce that rests from now on, or collapses.
 
-        What bounces by itself does not rest if another one strikes before.
+        An element that bounces by itself does not rest if another one strikes before.
         """
         left = {x.name: self.bounces.remaining(facts, x, self.udot) for x in closing}
         others = [x for x in facts.near if x not in closing and x.name not in self.resting]
@@ -231,7 +234,7 @@ def _after(
     held: Collection[str],
     most: int | None = None,
 ) -> _After:
-    """Return what follows once what touches has struck, without a rebound of what is `late`; what is `held` stays.
+    """Return the state after the impact: `late` elements do not rebound, `held` ones stay at rest.
 
     Raises NoSolutionError if the laws of the impact have no solution.
     """
@@ -257,7 +260,7 @@ def _after_impact(
     late: Mapping[str, float],
     held: Collection[str],
 ) -> _After:
-    """Return what holds once speeds have jumped: what still touches, speeds at rest to the last bit, and the states."""
+    """Return the contacts, speeds and possible states after a jump of speeds."""
     if blow is not None:
         facts = at_state(facts, u=facts.u + blow.jump)
         leaving = [x.name for x in facts.laws.named(touching) if facts.standing(x) == "leaving"]
@@ -269,7 +272,7 @@ def _after_impact(
 
 
 def _states_after(facts: LawValues, touching: list[str], before: Before | None, blow: ImpactOutcome | None) -> _After:
-    """Return the states that are possible once what touches has struck."""
+    """Return the possible states of elements that touch after an impact."""
     facts = at_state(facts, u=at_rest(facts, touching))
     problem = facts.posed(touching)
     found = _find_states(problem, None if before is None else before.guess or before.mode)
@@ -320,7 +323,7 @@ def _rest_unseen(
 
 
 def _still_seen(facts: LawValues, rest: _After, low: Collection[str], steps: float) -> set[str]:
-    """Return what might bounce, of what is `low`, higher than what is lost in steps.
+    """Return the `low` elements that might bounce higher than errors of steps.
 
     Where the rest has to hold together what rubs and separates, friction of no impulse would pull: then only that is
     lost which is about as low as a contact gets in before it closes. The fall through this depth makes such speeds, and
@@ -358,7 +361,7 @@ def _end_of_impacts(
 
 
 def _instant(before: Before, facts: LawValues, touching: list[str]) -> AfterImpact:
-    """Return what holds once what touches has struck with its own restitution."""
+    """Return the state after an impact with the elements' own restitution."""
     met = _after(facts, touching, before, {}, ())
     state = met.found.states[0] if met.found.states else None
     if state is None:
@@ -369,10 +372,10 @@ def _instant(before: Before, facts: LawValues, touching: list[str]) -> AfterImpa
 
 
 def _coming_back(after: _After, others: Collection[str]) -> set[str]:
-    """Return what leaves but comes back, in the state that follows, from no higher than what counts as touching.
+    """Return the elements that leave but fall back from no higher than counts as touching.
 
-    What rested as others struck did not fall before. It rises as they come to rest, and they as it does so later:
-    bodies that slide would rock on for ever, unseen.
+    An element at rest while others struck did not fall before. It rises as they come to rest, and they rise as it does
+    later: bodies that slide would rock on for ever, unseen.
     """
     facts, states = after.facts, after.found.states
     if after.blow is None:
@@ -410,7 +413,7 @@ def _at_limit(facts: LawValues, mode: Mode | None, before: Mode) -> bool:
 
 
 def _find_states(problem: PosedLaws, previous: Mode | None) -> LawStates:
-    """Return the states that are possible: all at the start of a run, later the one next to its mode."""
+    """Return the possible states: all at the start of a run, later the one next to its mode."""
     from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
 
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)

@@ -1,4 +1,4 @@
-"""What strikes in a run: the impact by its laws, and when what bounces comes to rest."""
+"""Impacts of a run by their laws, and when bounces come to rest."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _NO_WAY: Final = 1e-9
 
 
 def at_state(facts: LawValues, *, q: Floats | None = None, u: Floats | None = None) -> LawValues:
-    """Return what holds at other coordinates or speeds; the same where they are None."""
+    """Return the law values at other coordinates or speeds; the present ones where both are None."""
     if q is None and u is None:
         return facts
     there = facts.q if q is None else q, facts.u if u is None else u
@@ -54,12 +54,12 @@ def at_state(facts: LawValues, *, q: Floats | None = None, u: Floats | None = No
 
 
 def approaching(facts: LawValues, touching: Collection[str]) -> list[LawElement]:
-    """Return what closes with a speed."""
+    """Return the elements that touch and close with a speed."""
     return [x for x in facts.laws.named(touching) if facts.sense(x) < 0]
 
 
 def _places_of_rows(facts: LawValues, touching: Collection[str]) -> list[int]:
-    """Return the places of the rows that hold: constraints and the normals of what touches."""
+    """Return the places of constraints and of the normals of elements that touch."""
     mechanism = facts.laws.mechanism
     return [facts.place(row) for row in (*mechanism.rows, *(x.normals[0] for x in facts.laws.named(touching)))]
 
@@ -408,7 +408,7 @@ class ImpactRhythm:
         ends = [k for k, mode in enumerate(modes) if now.names <= names[k] and mode == own]
         ends = [*ends, len(hits)][::-1]
         spans = [slice(first, end) for end, first in pairwise(ends)]
-        within = [_Struck({*zip(names[span], modes[span], strict=True)}, {*names[span]}) for span in spans]
+        within = [_CycleImpacts({*zip(names[span], modes[span], strict=True)}, {*names[span]}) for span in spans]
         for size in range(1, min(_LONGEST, len(within) // 2) + 1):
             taking = frozenset[str]().union(*(each for part in within[:size] for each in part.names))
             fewer = [one.is_fewer(before) for one, before in zip(within, within[size:], strict=False)]
@@ -424,13 +424,13 @@ class ImpactRhythm:
 
 
 @dataclass(frozen=True)
-class _Struck:
+class _CycleImpacts:
     """What has struck in a cycle: `names`, and these by the modes in which they did."""
 
     by_modes: set[tuple[frozenset[str], object]]
     names: set[frozenset[str]]
 
-    def is_fewer(self, before: _Struck) -> bool:
+    def is_fewer(self, before: _CycleImpacts) -> bool:
         """Return whether the same has struck as in a cycle before, in the same modes or fewer of them."""
         return self.names == before.names and self.by_modes <= before.by_modes
 
@@ -561,7 +561,7 @@ class BounceMemory:
         return left if left < unseen or low_bounce(facts, element, falling, rebound) else None
 
     def rested(self, names: Collection[str]) -> None:
-        """Forget what rests or is apart for good."""
+        """Forget elements that rest or are apart for good."""
         for name in names:
             self.since.pop(name, None)
 

@@ -64,7 +64,7 @@ class Solved:
 
 
 def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitch | None:
-    """Return what a switch that was decided is remembered by; None where it is not."""
+    """Return the record that recognises a decided switch; None for impacts, several states and friction in space."""
     facts, mode, posed = found.facts, found.mode, found.posed
     if mode is None or posed is None or found.blow is not None or found.several or mode == before:
         return None
@@ -114,7 +114,7 @@ def _sign(facts: LawValues, part: FrictionPart) -> int:
 def _active_rows(
     laws: Laws, mode: Mode, touching: Sequence[LawElement], signs: Mapping[FrictionPart, int]
 ) -> ActiveRows | None:
-    """Return what acts in a mode; None if it does not go with the signs of what slides."""
+    """Return the rows that act in a mode; None if it contradicts the signs of slip."""
     active, slides, sticks = [laws.places[row.name] for row in laws.mechanism.rows], list[Rub](), list[Rub]()
     pressing, apart = list[int](), list[int]()
     for element in touching:
@@ -162,7 +162,7 @@ def follow_known_switch(
 def _holds_soon_after(
     switch: KnownSwitch, before: ActiveRows, cause: int, facts: LawValues, rates: tuple[Floats, Floats]
 ) -> Solved | None:
-    """Return what holds soon after, where forces have clearly left the limit of the mode before, which hold now."""
+    """Return the forces soon after, where those of the mode before, which hold now, clearly exceed their limit."""
     for part in (0.0, *SOON):
         soon = part * facts.scale.time
         later = facts.laws.at(facts.t + soon, facts.q + soon * rates[0], facts.u + soon * rates[1], facts.scale)

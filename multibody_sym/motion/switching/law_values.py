@@ -1,4 +1,4 @@
-"""What laws ask at an instant of a run, in numbers, and the problems that these pose."""
+"""The numbers of the laws at an instant of a run, and basic solutions of forces that are not unique."""
 
 from __future__ import annotations
 

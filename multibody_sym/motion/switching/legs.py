@@ -1,4 +1,4 @@
-"""The legs of a run, what each began with, and what the impacts within them did: what a finished run is asked is here.
+"""The legs of a run, the cause of each, and the impacts within them: a finished run is asked here.
 
 A leg is a part of a run in one mode. A run is its legs in the order of time, and the places at which one went on though
 its mode might have ended.
@@ -45,7 +45,7 @@ COLLAPSE: Final = "collapse"
 
 @dataclass(frozen=True)
 class Change:
-    """What a switch changed: at a time, the state of an element, or of a part of it.
+    """A change at a switch: at a time, the state of an element, or of a part of it.
 
     Of what was struck also its `impulse` (N s, or N m s), and the energy that was `lost` there (J). Where the laws
     leave several states of an element, `taken` is the one in which the run goes on.
@@ -59,8 +59,8 @@ class Change:
     taken: str = ""
 
     @property
-    def told(self) -> dict[str, Any]:
-        """The change as `Trajectory.events` tells it."""
+    def event(self) -> dict[str, Any]:
+        """The change as in `Trajectory.events`."""
         known = {"t": self.time, "kind": self.word, "element": self.element}
         known |= {"taken": self.taken} if self.taken else {}
         return known if self.impulse is None else known | {"impulse": self.impulse, "lost": self.lost}
@@ -68,7 +68,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class Cause:
-    """What happened at a `time` (s) where a leg begins, or within one: an impact, if there was one, and what rests.
+    """The cause at a `time` (s) at which a leg begins, or goes on: an impact, if any, and the elements that rest.
 
     Of what struck some has `collapsed`, or would still have bounced for `late` (s). Of elements of which the laws leave
     `several` states: the one that was taken.
@@ -170,8 +170,8 @@ class Legs:
 
     @cached_property
     def events(self) -> list[dict[str, Any]]:
-        """What switches changed, as `Trajectory.events` tells it, once the run is done."""
-        return [each.told for each in self.changes]
+        """The changes at switches as in `Trajectory.events`, once the run is done."""
+        return [each.event for each in self.changes]
 
     @cached_property
     def blows(self) -> list[ImpactOutcome]:

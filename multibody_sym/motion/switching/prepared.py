@@ -160,7 +160,7 @@ _FITS: Final = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Within:
-    """Where a mode goes on at a switch: the state `after` (nq + nu,), and the impact, if there was one, at `facts`.
+    """How a mode goes on at a switch: the state `after` (nq + nu,), and the impact, if there was one, at `facts`.
 
     `moved`: it was put onto its face.
     """
@@ -195,7 +195,7 @@ class Switches:
         return VertexContacts.of(self.laws.mechanism)
 
     def at(self, t: float, x: Floats) -> LawValues:
-        """Return what laws ask at a state (nq + nu,)."""
+        """Return the law values at a state (nq + nu,)."""
         nq = len(self.laws.mechanism.coordinates)
         return self.laws.at(t, x[:nq], x[nq:], self.scale)
 
@@ -367,7 +367,7 @@ class Switches:
         self.scale = replace(self.scale, speed=max(self.scale.speed, float(fastest.max(initial=0.0))))
 
     def seen(self, now: ModeLeg, t: float, x: Floats) -> LawValues:
-        """Return what laws ask at a state, with the normals of points that meet there."""
+        """Return the law values at a state, with the normals of points that meet there."""
         facts = self.at(t, x)
         self.laws = self.tips.meeting(facts, now.active)
         return facts if self.laws is facts.laws else self.at(t, x)

@@ -59,7 +59,7 @@ class ThinBar:
     sides: tuple[LawElement, LawElement]
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """What passes through what."""
         point, bar = sorted(self.sides[0].surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
         return f"{point.place.name} is a point and {bar.place.name} a bar without thickness"
@@ -85,7 +85,7 @@ class ThinBar:
         if {facts.standing(element) for element in self.sides} == {"closing", "leaving"}:
             with at(*self.sides[0].path):
                 raise ModelError(
-                    f"{self.told}: nothing tells which side of it the point starts from; {_CURE}", number="M114"
+                    f"{self.words}: nothing tells which side of it the point starts from; {_CURE}", number="M114"
                 )
 
 
@@ -165,7 +165,7 @@ def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[LawValues]) -> s
         for bar in bars:
             side = bar.side(facts)
             if side and last.get(bar, side) == -side:
-                return f"{bar.told}: it gets through before t = {facts.t:.6g} s; {_CURE}"
+                return f"{bar.words}: it gets through before t = {facts.t:.6g} s; {_CURE}"
             if side is not None:
                 last[bar] = side
     return ""
