@@ -110,7 +110,7 @@ def test_printed_equations_hold_for_all_examples(path: Path) -> None:
     verify(steps(mbs.load(path)))
 
 
-@pytest.mark.parametrize("path", sorted(PROBLEMS.glob("textbook_*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(PROBLEMS.glob("answers/textbook_*.yaml")), ids=lambda path: path.stem)
 def test_printed_equations_hold_for_problems(path: Path) -> None:
     worked = steps(mbs.loads(read_problem(path)[0]))
     verify(worked)
