@@ -284,7 +284,7 @@ def _compiled(system: mbs.System) -> list[Call]:
         Call("compiled inverse dynamics", forces.__call__, {**tree, "udot": [0.3]}),
         Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
         Call("function at a state", asked.__call__, {**tree, "out": None, "threads": 1}),
-        Call("derivative", asked.derivative, {"by": "q"}),
+        Call("Function", asked.derivative, {"by": "q"}),
         Call("vjp", partial(_vjp, asked), {"weights": [1.0]}),
         Call("ode", asked.ode().__call__, {"t": 0.0, "x": [0.1, 0.2]}),
         Call("jac", asked.ode().jac, {"t": 0.0, "x": [0.1, 0.2]}),
@@ -302,7 +302,7 @@ def _vjp(function: mbs.Function, weights: Any) -> Any:
 def _results(system: mbs.System) -> list[Call]:
     """Return the records that come back, made by hand, and what can be asked of them."""
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
-    records += [mbs.CanonicalEquations, mbs.FirstIntegral, mbs.Function]
+    records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     records += [mbs.Figure, mbs.Animation, mbs.Report]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
