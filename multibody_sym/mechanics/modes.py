@@ -380,8 +380,6 @@ def taut_ropes(mechanism: Mechanism) -> Iterator[tuple[int, RopeRow]]:
             yield k, row
 
 
-SEVERAL: Final = "several states"
-"""The word for the event of an element of which the laws leave several states."""
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
 
 

@@ -20,6 +20,9 @@ from multibody_sym.program.runtime_constants import (
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
+SEVERAL: Final = "several states"
+"""The word for the event of an element of which the laws leave several states."""
+
 # ----------------------------------------------------------------------------------------------------------------------
 # What the loop in C has to know to go on at switches that were decided before: records for `turns.h`.
 

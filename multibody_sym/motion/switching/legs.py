@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.mechanics.law_elements import FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.modes import SEVERAL
 from multibody_sym.model.states import StateCondition
 from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import chain
 from multibody_sym.motion.loop.chain import End, Switch
-from multibody_sym.motion.loop.problem import Event
+from multibody_sym.motion.loop.problem import SEVERAL, Event
 from multibody_sym.motion.prepare.records import LegSamples, leg_samples
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import FineLeg
