@@ -17,7 +17,7 @@ from typing import Any, get_args
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import _cancelled
+from multibody_sym.analysis.independent_checks import _cancellation
 from multibody_sym.mechanics.alignment import _in_axes
 from multibody_sym.mechanics.energy import stored_energy
 from multibody_sym.mechanics.load_records import JointForce, Load
@@ -142,7 +142,7 @@ class Push(Element):
 
 def test_a_spring_without_a_law_is_told() -> None:
     load = UnknownLoad("s", "J", ZERO, ZERO)
-    for function in (stored_energy, lambda load, motion: _cancelled(motion, load)):
+    for function in (stored_energy, lambda load, motion: _cancellation(motion, load)):
         with pytest.raises(TypeError, match=r"nothing says .*UnknownLoad"):
             function(load, None)
     assert stored_energy(JointForce("f", "J", ZERO, ZERO), None) == 0  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.analysis.hints import Hint, declared_hints, first_at_each_place
-from multibody_sym.analysis.independent_checks import agreement, beyond_rounding, short_run_misses
+from multibody_sym.analysis.independent_checks import beyond_rounding, compare_formalisms, short_run_misses
 from multibody_sym.contact_laws.problem import Verdict
 from multibody_sym.derivation.routes import FORMALISMS, MANY_SPEEDS, ROUTES, formalism_name
 from multibody_sym.dynamics.constraints.closing import ConstraintRows
@@ -171,7 +171,7 @@ def _with_dynamics(
     motion = motion_of(resolved, states[0])
     rank = redundancy(motion, formalism(resolved, states[0]))
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
-    ratios = agreement(resolved, states, compared)
+    ratios = compare_formalisms(resolved, states, compared)
     solved = [forward_dynamics(formalism(resolved, state)) for state in states]
     residuals = theorems(terms_at_states(resolved, states, solved)) | short_run_misses(resolved, formalism, states[-1])
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):

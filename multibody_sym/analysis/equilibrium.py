@@ -237,10 +237,10 @@ def _(spring: JointSpring, places: Positions, q: Floats) -> bool:
 
 @_is_passed.register
 def _(spring: PointSpring, places: Positions, q: Floats) -> bool:
-    return any(_crossed(places, spring, q, end.body) for end in spring.ends)
+    return any(_points_back(places, spring, q, end.body) for end in spring.ends)
 
 
-def _crossed(places: Positions, spring: PointSpring, q: Floats, body: int) -> bool:
+def _points_back(places: Positions, spring: PointSpring, q: Floats, body: int) -> bool:
     """Return whether a spring, seen from a body, points the other way than at the start.
 
     It lies on the same line there, and its ends move along this line only, whatever moves.

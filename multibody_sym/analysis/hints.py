@@ -85,7 +85,7 @@ def declared_hints(system: System) -> list[Hint]:
         hints.append(Hint(told, "gravity"))
     return [
         *hints,
-        *_unused(system),
+        *_unused_names(system),
         *_gravity(system, known),
         *_angles(system, known),
         *_degrees(system, known),
@@ -341,7 +341,7 @@ def _pulled_off(system: System, known: Values) -> Iterator[Hint]:
             )
 
 
-def _unused(system: System) -> Iterator[Hint]:
+def _unused_names(system: System) -> Iterator[Hint]:
     """Yield parameters, inputs and pulleys that nothing uses, and bodies without mass where one is needed."""
     named = {
         leaf.data

@@ -308,7 +308,7 @@ def _generalized_loads(motion: Motion, partials: Sequence[Partials]) -> tuple[Fl
         for marker in load.points:
             distance = hypot(*pose(motion.state, marker.pose)[1])
             levers[marker.body] = max(levers.get(marker.body, 0.0), distance)
-        acting.append((applied_forces(motion, [load], weight=False), _cancelled(motion, load), levers))
+        acting.append((applied_forces(motion, [load], weight=False), _cancellation(motion, load), levers))
     for forces, larger, levers in (*acting, (applied_forces(motion, []), 1.0, {})):
         drives = np.array(forces.of_speed, dtype=float)
         total, absolute = total + drives, absolute + larger * np.abs(drives)
@@ -321,7 +321,7 @@ def _generalized_loads(motion: Motion, partials: Sequence[Partials]) -> tuple[Fl
     return total, absolute
 
 
-def _cancelled(motion: Motion, load: Load) -> float:
+def _cancellation(motion: Motion, load: Load) -> float:
     """Return by which factor the terms of a spring's force are larger than the force, which is their difference."""
     if load.spring is None:
         return 1.0
@@ -361,7 +361,7 @@ LARGEST_WITH_ROWS: Final = 100.0
 """Ratios up to these are rounding; wrong equations give 1e10 and more."""
 
 
-def agreement(
+def compare_formalisms(
     mechanism: Mechanism, states: Iterable[State], formalisms: Mapping[str, Formalism]
 ) -> dict[str, float]:
     """Return each formalism's worst ratio over states with floats, measured with d'Alembert's principle."""
@@ -411,7 +411,7 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     forces += _row_norm(scale[:, None] * exerted.T) * _norm(multiplier)
     size = _norm(x / scale)
     inertia = _row_norm(scale[:, None] * matrix * scale) or 1.0  # without any mass rows alone resist, with 1 kg
-    ratios = [_quotient(_norm(scale * residual), inertia * size + forces)]
+    ratios = [_relative_size(_norm(scale * residual), inertia * size + forces)]
     sizes = np.abs(jacobian * scale).sum(axis=1)
     natural = np.maximum(reference.exerted * scale.max(initial=0.0), sizes.max(initial=0.0))
     sizes = np.where(sizes <= ROUNDING * natural, natural, sizes)
@@ -426,7 +426,7 @@ def ratio(reference: Reference, udot: Sequence[float] | Floats, multipliers: Seq
     defined = reference.coupling @ multiplier
     terms = terms + np.abs(reference.coupling) @ np.abs(multiplier)
     missed = np.abs(jacobian @ x + defined - reference.constraint_forcing)
-    ratios += map(_quotient, missed.tolist(), (sizes * least + terms).tolist())
+    ratios += map(_relative_size, missed.tolist(), (sizes * least + terms).tolist())
     return float(np.max(ratios)) / (EPSILON * max(len(x), 1))
 
 
@@ -438,5 +438,5 @@ def _row_norm(matrix: Floats) -> float:
     return _norm(np.abs(matrix).sum(axis=1))
 
 
-def _quotient(residual: float, size: float) -> float:
+def _relative_size(residual: float, size: float) -> float:
     return 0.0 if residual == 0.0 else residual / size if size else np.inf

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
-    answer, text = _guarded(words)
+    answer, text = _run_guarded(words)
     try:
         _print(answer, text)
     except BrokenPipeError:  # whoever read the output has seen enough
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return answer.exit_code
 
 
-def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
+def _run_guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
     """Return the answer of a command, with its object as text where that was asked for; whatever happens, an answer."""
     as_json = "--json" in words
     try:
@@ -63,7 +63,7 @@ def _guarded(words: Sequence[str]) -> tuple[Reply, str | None]:
     except MultibodyError as error:
         every = (error, *error.others)
         more = [f"and {len(every) - _MOST} more"] if len(every) > _MOST else []
-        text = "\n".join([*(_told(each.alone, each.number) for each in every[:_MOST]), *more])
+        text = "\n".join([*(_error_text(each.alone, each.number) for each in every[:_MOST]), *more])
         answer = Reply(error.as_json(), text, error.exit_code)
     except KeyboardInterrupt as interrupt:
         told = "; ".join(("interrupted", *filter(None, map(str, interrupt.args))))
@@ -102,11 +102,11 @@ def _run(words: Sequence[str]) -> Reply:
 def _failure(code: str, number: str, message: str, exit_code: int) -> Reply:
     where = {"file": None, "line": None, "column": None, "path": ""}
     error = {"code": code, "number": number, "message": message, "where": where}
-    text = message if code == "interrupted" else _told(message, number)
+    text = message if code == "interrupted" else _error_text(message, number)
     return Reply({"error": error, "errors": [error]}, text, exit_code)
 
 
-def _told(message: str, number: str) -> str:
+def _error_text(message: str, number: str) -> str:
     """Return an error as people read it: the number, which `explain` takes, ends the first line."""
     first, *rest = message.splitlines() or [""]
     return "\n".join((f"error: {first} [{number}]", *rest))

@@ -71,7 +71,7 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
             verify_apart(table, target, "a table of the model")
     try:
         asked = with_overrides(system, model_options(options))
-        options.told = partial(_told, options, system, places)
+        options.told = partial(_hint_text, options, system, places)
         options.hints = hints
         with numbers_of(asked):  # what is written of an answer is computed too
             yield system, places.tables
@@ -96,7 +96,7 @@ def _by_origin(
     return of_options, of_file
 
 
-def _told(options: argparse.Namespace, system: System, places: ModelPlaces, hint: str) -> str:
+def _hint_text(options: argparse.Namespace, system: System, places: ModelPlaces, hint: str) -> str:
     """Return a hint with its place in the file, or the option that it is about."""
     path = getattr(hint, "path", ())
     option = _option(path, options, system) if path else None

@@ -32,16 +32,16 @@ def asked_run(options: argparse.Namespace) -> Iterator[Run]:
     """Give the function that makes the run, told of its progress; errors name places as under `model`."""
     asked = _read_request(options)
     if asked is not None:
-        from multibody_sym.motion.runs.replay import recalled
+        from multibody_sym.motion.runs.replay import recall_run
         from multibody_sym.program.backend import Native
 
         anew = _Anew(options, asked.content)
-        begin = recalled(asked.key, asked.digest, anew, Native(options.native, options.backend))
+        begin = recall_run(asked.key, asked.digest, anew, Native(options.native, options.backend))
         if begin is not None:
             from multibody_sym.motion.runs.run import run
 
             options.hints = lambda: begin.hints
-            with _placed(options):
+            with _with_places(options):
                 yield partial(run, begin)
             return
     from multibody_sym.cli.model import open_model
@@ -114,7 +114,7 @@ class _Anew(NamedTuple):
 
 
 @contextmanager
-def _placed(options: argparse.Namespace) -> Iterator[None]:
+def _with_places(options: argparse.Namespace) -> Iterator[None]:
     """Name the places of errors, for which the model is read only now."""
     try:
         yield

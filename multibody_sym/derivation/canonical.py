@@ -108,8 +108,8 @@ def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> 
     constraints = tuple(row.phidot if row.phi is None else row.phi for row in parts.rows)
     equations = (*rates, *(Equation(x, sympy.S.Zero) for x in constraints if x != 0))
     steps = (
-        Step("Canonical momenta", _equated(momenta, parts.by_speeds), "by definition: p = dT/du"),
-        Step("Speeds by momenta", _equated(symbols.speeds, parts.speeds)),
+        Step("Canonical momenta", _paired_equations(momenta, parts.by_speeds), "by definition: p = dT/du"),
+        Step("Speeds by momenta", _paired_equations(symbols.speeds, parts.speeds)),
         *constants_step(mechanism, symbols, ready.naming.constants),
         Step(
             "Hamilton's function",
@@ -223,11 +223,11 @@ def routh(ready: DerivationInput, names: Subexpressions, given: Energies) -> Can
     definitions, parts, shown = _tidy(names, raw, given, symbols)
     notation = _momentum_notation(ready, definitions, every, names)
     speeds = dict(zip([symbols.speeds[k] for k in cyclic], parts.speeds, strict=True))
-    equations = (*_equated(parts.left, parts.right), *_equated(list(speeds), parts.speeds))
+    equations = (*_paired_equations(parts.left, parts.right), *_paired_equations(list(speeds), parts.speeds))
     steps = (
         Step(
             "Canonical momenta",
-            _equated(momenta, parts.by_speeds),
+            _paired_equations(momenta, parts.by_speeds),
             "constant: no energy depends on these coordinates, and no force acts along them",
         ),
         *constants_step(mechanism, symbols, ready.naming.constants),
@@ -369,7 +369,7 @@ def _momentum_notation(
     return replace(plain, spelling=spelling, places=places)
 
 
-def _equated(left: Sequence[Any], right: Sequence[Any]) -> tuple[Equation, ...]:
+def _paired_equations(left: Sequence[Any], right: Sequence[Any]) -> tuple[Equation, ...]:
     return tuple(Equation(a, b) for a, b in zip(left, right, strict=True))
 
 

@@ -18,9 +18,9 @@ from multibody_sym.derivation.lagrange import (
     Energies,
     LagrangeTerms,
     RowTerms,
+    force_factors,
     known_nodes,
     lagrange_terms,
-    pressing,
     rows_terms,
     totals,
     verify_free,
@@ -338,7 +338,7 @@ def _first_steps(
 def _equations(parts: EquationParts, symbols: Symbols) -> tuple[Equation, ...]:
     """Return each speed's equation: inertia, velocity terms and dV/dq on the left, forces and rows on the right."""
     found = []
-    multipliers = pressing(parts.rows, symbols)
+    multipliers = force_factors(parts.rows, symbols)
     for k, row in enumerate(parts.mass_matrix):
         inertia = [m * a for m, a in zip(row, symbols.accelerations, strict=True)]
         left = sympy.Add(*inertia, parts.velocity_terms[k], parts.potential_gradient[k])

@@ -49,7 +49,7 @@ def force_letters(
     One force of a kind has the letter alone. Several have numbers in the order of the model, friction that of its
     normal force. Where the model itself uses such a name, all of the kind have the letter with the element's name.
     """
-    lettered = [*_lettered(mechanism, symbols), *further]
+    lettered = [*_forces_with_letters(mechanism, symbols), *further]
     joints = {}  # A_x and M_A, also for the rows of cut joints
     for index, body in enumerate(mechanism.bodies):
         for k, component in enumerate(COMPONENTS):
@@ -100,7 +100,7 @@ def spell_forces(
 
 def describe_forces(mechanism: Mechanism, symbols: Symbols, unknown: Collection[Any]) -> dict[Any, str]:
     """Return what each multiplier, and each reaction among `unknown` ones, is in words."""
-    named = {each.symbol: f"{_WORDS[each.letter]} {each.element}" for each in _lettered(mechanism, symbols)}
+    named = {each.symbol: f"{_WORDS[each.letter]} {each.element}" for each in _forces_with_letters(mechanism, symbols)}
     rows = dict(zip(symbols.multipliers, mechanism.rows, strict=True))
     joints = [(body.joint_name, c) for body in mechanism.bodies for c in COMPONENTS]
     reactions = zip(symbols.reactions, joints, strict=True)
@@ -135,7 +135,7 @@ def _with_element(letter: str, element: str, axis: str = "") -> Label:
     return Label("_".join(part for part in (letter, plain, axis) if part), f"{letter}_{{{','.join(parts)}}}")
 
 
-def _lettered(mechanism: Mechanism, symbols: Symbols) -> Iterable[LetteredForce]:
+def _forces_with_letters(mechanism: Mechanism, symbols: Symbols) -> Iterable[LetteredForce]:
     """Yield the forces of rows that have a letter, and the normal forces of joints that slide in the plane."""
     elements = row_elements(mechanism)
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):

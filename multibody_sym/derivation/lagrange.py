@@ -37,12 +37,12 @@ from multibody_sym.scalars.vectors import S
 def lagrange(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state; raises ModelError where rows restrict the tree."""
     verify_free(mechanism)
-    return _lowered(mechanism).at(mechanism, state)
+    return _lower_equations(mechanism).at(mechanism, state)
 
 
 def multipliers(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     """Return the equations of motion at a state, with the rows' multipliers as further unknowns."""
-    return _lowered(mechanism).at(mechanism, state)
+    return _lower_equations(mechanism).at(mechanism, state)
 
 
 def verify_free(mechanism: Mechanism) -> None:
@@ -271,7 +271,7 @@ def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
 
 
 @once
-def _lowered(mechanism: Mechanism) -> Lowered:
+def _lower_equations(mechanism: Mechanism) -> Lowered:
     """Derive the equations by symbols that do not depend on any name, and lower them to Nodes."""
     symbols = numbered_symbols(mechanism)
     names = Subexpressions(symbols.free_prefix, Budget())
@@ -350,7 +350,7 @@ def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, n
     return found
 
 
-def pressing(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
+def force_factors(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
     """Return the factor of each row's force: its multiplier, and once the length of multipliers that make a vector."""
     factors = list(symbols.multipliers)
     for k, row in enumerate(rows):

@@ -186,11 +186,11 @@ def constants_step(mechanism: Mechanism, symbols: Symbols, values: Mapping[Any, 
         if symbol in values:
             value, unit = f"{values[symbol]:.10g}", measure.unit
             equations.append(Equation(symbol, Label(f"{value} {unit}", rf"{value}\,\mathrm{{{unit}}}")))
-    notes = [f"{symbol}: {_meaning(mechanism, measure)}" for symbol, measure in shown]
+    notes = [f"{symbol}: {_meaning_of(mechanism, measure)}" for symbol, measure in shown]
     return (Step("Constants of the start", tuple(equations), "\n".join(notes)),) if shown else ()
 
 
-def _meaning(mechanism: Mechanism, measure: Measure) -> str:
+def _meaning_of(mechanism: Mechanism, measure: Measure) -> str:
     if isinstance(measure, RopeLength):
         return f"how long {measure.row} is at the start" + (", less what turned wheels have wound" * measure.winds)
     if isinstance(measure, RopeSide):

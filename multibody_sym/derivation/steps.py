@@ -167,8 +167,8 @@ def lagrange_steps(
     return (
         Step("Momenta", tuple(momenta)),
         Step("Their rates", tuple(rates), _TURNING if any(b.quaternions for b in mechanism.bodies) else ""),
-        Step("Gradient of T", _gradient("T", mechanism, symbols, notation, terms.kinetic_gradient)),
-        Step("Gradient of V", _gradient("V", mechanism, symbols, notation, terms.potential_gradient)),
+        Step("Gradient of T", _energy_gradient("T", mechanism, symbols, notation, terms.kinetic_gradient)),
+        Step("Gradient of V", _energy_gradient("V", mechanism, symbols, notation, terms.potential_gradient)),
     )
 
 
@@ -176,7 +176,7 @@ def _partial(of: str, by: Any, notation: Notation) -> Label:
     return Label(f"d{of}/d{notation.text(by)}", rf"\frac{{\partial {of}}}{{\partial {notation.latex(by)}}}")
 
 
-def _gradient(
+def _energy_gradient(
     of: str, mechanism: Mechanism, symbols: Symbols, notation: Notation, values: Sequence[Any]
 ) -> tuple[Equation, ...]:
     """Return dT/dq of each speed, or the component of N^T dT/dq that belongs to an angular velocity."""

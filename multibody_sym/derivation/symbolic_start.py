@@ -223,12 +223,12 @@ def closed_forms(mechanism: Mechanism, given: SymbolicState) -> ClosedForms:
     rows = enumerate(row_motions(motion))
     vectors = [(k, *row.beside) for k, row in rows if row.beside and min(row.beside) > k]
     try:
-        return _solved(mechanism, given, Field(WORK), *equations, vectors)
+        return _solve_forms(mechanism, given, Field(WORK), *equations, vectors)
     except NoClosedFormError:
-        return _solved(mechanism, given, Field(WORK, expands=True), *equations, vectors)
+        return _solve_forms(mechanism, given, Field(WORK, expands=True), *equations, vectors)
 
 
-def _solved(
+def _solve_forms(
     mechanism: Mechanism,
     given: SymbolicState,
     field: Field,

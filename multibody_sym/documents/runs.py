@@ -217,10 +217,10 @@ def _events(run: Trajectory, units: Units) -> list[str]:
         depend = "in which constraints depend on each other"
         lines.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
-    return [*lines, *(_warning(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told)]
+    return [*lines, *(_warning_text(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told)]
 
 
-def _warning(kind: str, element: str, t: str) -> str:
+def _warning_text(kind: str, element: str, t: str) -> str:
     if kind.endswith("limit"):
         return f"warning: joint {element} passes its {kind} at t = {t}; nothing stops it there"
     said = {

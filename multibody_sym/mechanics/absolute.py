@@ -67,7 +67,7 @@ def has_formula(joint: Joint, *, plane: bool) -> bool:
     return across and all(step.is_measured(plane=plane) for step in joint.steps)
 
 
-def measured(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
+def relative_coordinates(references: References, bodies: Sequence[TreeBody], joints: Iterable[str]) -> dict[Node, Node]:
     """Return the expression of each coordinate and speed of joints, by its symbol; `bodies` are free, or a ground."""
     poses = [_Pose(body) if body.q else None for body in bodies]  # a ground that moves has no coordinates
     rates = {place: rate for pose in poses if pose for place, rate in pose.rates.items()}

@@ -71,7 +71,7 @@ class AlignedAxes:
         return Mass(declared.mass, self.point(declared.com), tuple(map(as_node, inertia)))
 
 
-def aligned(mechanism: Mechanism) -> Mechanism:
+def align_bodies(mechanism: Mechanism) -> Mechanism:
     """Return an equivalent mechanism whose bodies have axes and origins that suit their joints.
 
     Bodies whose joints' directions depend on parameters keep their declared axes.
@@ -93,7 +93,7 @@ def aligned(mechanism: Mechanism) -> Mechanism:
 
 def economical_motion(mechanism: Mechanism, state: State) -> Motion:
     """Return the motion at a state; over Nodes, which become code, that of the aligned mechanism."""
-    return motion_of(aligned(mechanism) if state.scalar is Node else mechanism, state)
+    return motion_of(align_bodies(mechanism) if state.scalar is Node else mechanism, state)
 
 
 def _align_body(body: TreeBody, on_parent: Pose) -> tuple[AlignedAxes, TreeBody]:

@@ -248,25 +248,25 @@ def _met(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> _Met:
     apart = subtract(position(motion, first.place), position(motion, second.place))
     apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
     if isinstance(first, Edge) and isinstance(second, Edge):
-        crossing = _crossing(first, second, motion, apart, apart_rate)
+        crossing = _closest_points(first, second, motion, apart, apart_rate)
         return _Met(apart, apart_rate, crossing.facing, crossing.arm, crossing.arm_rate)
-    facing = _facing(second, motion, apart, apart_rate, isinstance(first, RoundSurface) and first.inside)
+    facing = _face_centre(second, motion, apart, apart_rate, isinstance(first, RoundSurface) and first.inside)
     return _Met(apart, apart_rate, facing, *_arm(first, motion, facing.normal))
 
 
 @singledispatch
-def _facing(skin: ContactSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
+def _face_centre(skin: ContactSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Return how a surface faces a centre that is `apart` from its place; `hollow`: what is round that centre."""
     raise TypeError(f"nothing says how {type(skin).__name__} is touched")
 
 
-@_facing.register
+@_face_centre.register
 def _(skin: PlaneSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     n = direction(motion, skin.place, skin.normal)
     return _Facing(UnitVector(n, cross(angular_velocity(motion, skin.place.body), n)), dot(n, apart))
 
 
-@_facing.register
+@_face_centre.register
 def _(skin: RoundSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """If one is in the other, the normal leads from centre to centre the other way, along x where both are one place.
 
@@ -281,7 +281,7 @@ def _(skin: RoundSurface, motion: Motion, apart: Vec, apart_rate: Vec, hollow: b
     return _Facing(UnitVector(n, scale(sense / length, across)), sense * length - _radius(skin, motion))
 
 
-@_facing.register
+@_face_centre.register
 def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """The height F/|grad F| is the distance near the surface, and its rate along n there."""
     w = angular_velocity(motion, skin.place.body)
@@ -298,7 +298,7 @@ def _(skin: Level, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) ->
     return _Facing(UnitVector(normal, add(cross(w, normal), combination(axes, turning))), function / size)
 
 
-@_facing.register
+@_face_centre.register
 def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """From the foot on the segment's line to the centre; along x where that is on the line, as of balls."""
     along, _ = _course(skin, motion)
@@ -312,7 +312,7 @@ def _(skin: Edge, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> 
     return _Facing(UnitVector(n, scale(1 / length, subtract(away_rate, scale(dot(n, away_rate), n)))), length)
 
 
-@_facing.register
+@_face_centre.register
 def _(skin: Bent, motion: Motion, apart: Vec, apart_rate: Vec, hollow: bool) -> _Facing:
     """Where the foot is right below the centre, as its row says, the height over its tangent is the distance."""
     n = direction(motion, skin.foot, _LEFT if skin.left else _RIGHT)
@@ -378,7 +378,7 @@ class _Crossing:
     arm_rate: Vec
 
 
-def _crossing(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate: Vec) -> _Crossing:
+def _closest_points(first: Edge, second: Edge, motion: Motion, apart: Vec, apart_rate: Vec) -> _Crossing:
     """With c = d1 . d2 and w = `apart` the first is nearest at (c d2 . w - d1 . w) / (1 - c^2) along d1."""
     d1, d2 = _course(first, motion)[0], _course(second, motion)[0]
     c, c_rate = _product(d1, d2)
@@ -551,7 +551,7 @@ def _reach_along(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -
         return [way, length - way]
     apart = subtract(position(motion, first.place), position(motion, second.place))
     rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
-    crossing = _crossing(first, second, motion, apart, rate)
+    crossing = _closest_points(first, second, motion, apart, rate)
     found: list[S] = []
     for skin, way, sense in ((first, crossing.on_first, -1), (second, crossing.on_second, 1)):
         _, length = _course(skin, motion)

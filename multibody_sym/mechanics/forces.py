@@ -291,15 +291,15 @@ def _(element: Coulomb, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: SpringDamper, name: str, references: References) -> Load:
-    return _spring(element, name, references, element.stiffness, element.length)
+    return _spring_load(element, name, references, element.stiffness, element.length)
 
 
 @_load.register
 def _(element: Damper, name: str, references: References) -> Load:
-    return _spring(element, name, references, ZERO, ZERO)
+    return _spring_load(element, name, references, ZERO, ZERO)
 
 
-def _spring(
+def _spring_load(
     element: SpringDamper | Damper, name: str, references: References, stiffness: Node, rest: Node
 ) -> Load:
     if element.joint is None:

@@ -178,23 +178,23 @@ _UNITS: Final[tuple[Point, ...]] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO,
 
 
 @singledispatch
-def stepped(step: Step, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
+def after_step(step: Step, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     """Return the motion of M when a step has followed those `before`, at its coordinates q and speeds u."""
     raise TypeError(f"nothing says how {type(step).__name__} moves a body")
 
 
-@stepped.register
+@after_step.register
 def _(step: Translate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     return translated(before, state.vector(step.axis), q[0], u[0])
 
 
-@stepped.register
+@after_step.register
 def _(step: Rotate, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     axis = state.vector(step.axis)
     return rotated(before, rotation_about(axis, q[0]), (axis,), u)
 
 
-@stepped.register
+@after_step.register
 def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     """M turns by q about a unit axis and advances by lead q along it."""
     axis, lead = state.vector(step.axis), state.values([step.lead])[0]
@@ -207,12 +207,12 @@ def _(step: ScrewStep, before: JointMotion, q: Sequence[S], u: Sequence[S], stat
     )
 
 
-@stepped.register
+@after_step.register
 def _(step: Ball, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     return rotated(before, quaternion_rotation(q), UNIT_MATRIX, u)
 
 
-@stepped.register
+@after_step.register
 def _(step: Follow, before: JointMotion, q: Sequence[S], u: Sequence[S], state: State) -> JointMotion:
     """Derivatives are taken of the expressions, so that all scalars have the same exact ones."""
     at = {step.leaf: q[0]}
@@ -465,10 +465,10 @@ def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
     for step, given in zip(body.steps, body.given, strict=True):
         if given is None:
             free = next(free_steps)
-            joint = stepped(step, joint, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
+            joint = after_step(step, joint, [state.q[k] for k in free.q], [state.u[k] for k in free.u], state)
         else:
             q, rate, acceleration = state.values(given)
-            joint = prescribed(stepped(step, joint, [q], [rate], state), rate, acceleration)
+            joint = prescribed(after_step(step, joint, [q], [rate], state), rate, acceleration)
     R_PB = product(product(R_PF, joint.rotation), transpose(R_BM))
     p_PB = subtract(add(p_PF, apply(R_PF, joint.position)), apply(R_PB, p_BM))
     joint = seen_from(joint, R_BM, p_BM)  # the motion of B's origin, in B's axes, as the joint's own is in M's

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.absolute import Freed, freed_bodies, measured
+from multibody_sym.mechanics.absolute import Freed, freed_bodies, relative_coordinates
 from multibody_sym.mechanics.contacts import contacts, with_feet
 from multibody_sym.mechanics.declared_rows import (
     cut_joints,
@@ -214,7 +214,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     slots = _slots(system, coordinates, speeds)
     references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
     bodies = _tree_bodies(references, tree.carrying, doubled)
-    told = measured(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
+    told = relative_coordinates(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
     references = with_constants(replace(references, measured=told), bodies)
     declared, slack = declared_rows(references), _slack_ropes(references)
     loose = [row for row in declared if row.name.partition(".")[0] in slack]

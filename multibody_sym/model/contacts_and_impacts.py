@@ -48,7 +48,7 @@ class CoefficientField:
     unit: str = ""
 
     def accept(self, value: Any) -> Coefficient:
-        return ENOUGH if is_text(value, ENOUGH) else coefficient(value)
+        return ENOUGH if is_text(value, ENOUGH) else friction_coefficient(value)
 
     def tree(self, value: Coefficient) -> str:
         return value if isinstance(value, str) else text(value)
@@ -61,10 +61,10 @@ class KineticField(Scalar):
     def accept(self, value: Any) -> Node:
         if is_text(value, ENOUGH):
             raise ModelError("what slides rubs with a coefficient; what never slips is static: enough, without kinetic")
-        return coefficient(value)
+        return friction_coefficient(value)
 
 
-def coefficient(value: Any) -> Node:
+def friction_coefficient(value: Any) -> Node:
     """Return a coefficient of friction; raise ModelError for an angle of friction."""
     node = scalar(value, "")
     if isinstance(value, str) and isinstance(parse_scalar(value)[1], Turning):

@@ -115,7 +115,7 @@ class _MendedCopy:
     """A copy of a model's content that loses its mistakes one by one, and remembers which errors follow from that."""
 
     def __init__(self, content: Any) -> None:
-        self.content = _copied(content)
+        self.content = _copy(content)
         self.size = _parts(content)
         self._tried: dict[Path, int] = {}
         self._invented: set[Path] = set()
@@ -313,7 +313,7 @@ class _MendedCopy:
             if kinds[k] != part:
                 self._invented.add(path)
                 self._change(path)
-                return _copied(kinds[k])
+                return _copy(kinds[k])
         self._tried.setdefault(path, 0)
         return None
 
@@ -370,10 +370,10 @@ def _words_in(part: Any) -> list[str]:
     return _NAME.findall(str(part))
 
 
-def _copied(content: Any) -> Any:
+def _copy(content: Any) -> Any:
     if isinstance(content, dict):
-        return {key: _copied(x) for key, x in content.items()}
-    return list(map(_copied, content)) if isinstance(content, list) else content
+        return {key: _copy(x) for key, x in content.items()}
+    return list(map(_copy, content)) if isinstance(content, list) else content
 
 
 def _parts(content: Any) -> int:

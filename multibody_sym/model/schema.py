@@ -68,9 +68,9 @@ def element_schema(cls: type[Element], more: Mapping[str, Schema] = MappingProxy
         says, such, unit = f.metadata["says"], f.metadata["such"], unit_of(field)
         one = {**kind_of(field).schema, "description": f"{says} [{unit}]" if unit else says}
         if (default := default_of(f)) is not None:
-            one["default"] = typed(default)
+            one["default"] = with_types(default)
         if such:
-            one["examples"] = [typed(read_text(f"{f.name}: {such}\n", "example").data[f.name])]
+            one["examples"] = [with_types(read_text(f"{f.name}: {such}\n", "example").data[f.name])]
         properties[f.name] = one
     return {
         "type": "object",
@@ -94,12 +94,12 @@ _WHOLE_NUMBER: Final = re.compile(r"[-+]?[0-9]+")
 _PLAIN_NUMBER: Final = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 
 
-def typed(value: Any) -> Any:
+def with_types(value: Any) -> Any:
     """Return a file's content as editors have it: with numbers, true, false and null for texts that spell them."""
     if isinstance(value, dict):
-        return {key: typed(x) for key, x in value.items()}
+        return {key: with_types(x) for key, x in value.items()}
     if isinstance(value, list):
-        return [typed(x) for x in value]
+        return [with_types(x) for x in value]
     if value in _WORDS:
         return _WORDS[value]
     if not isinstance(value, str) or not _PLAIN_NUMBER.fullmatch(value):

@@ -277,7 +277,7 @@ def draw(
     named = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
     count = len(named) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
     room = float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if wanted.names else 1.0
-    projection = projection.scaled(extent(scene, placed), room, _largest_scale(scene))
+    projection = projection.scaled(points_of_bodies(scene, placed), room, _largest_scale(scene))
     title, words = scene.name, description(scene, placed, wanted)
     picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     for _ in range(_TRIES):
@@ -326,7 +326,7 @@ def _largest_scale(scene: Scene) -> float:
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
 
 
-def extent(scene: Scene, placed: Placed) -> Floats:
+def points_of_bodies(scene: Scene, placed: Placed) -> Floats:
     """Return points (n, 3) in the world that bound what has a size: bodies, places of joints, strands."""
     found = [np.zeros((0, 3))]
     for item in scene.items:

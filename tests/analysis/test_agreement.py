@@ -17,8 +17,8 @@ from random_loops import blocks
 from multibody_sym.analysis.independent_checks import (
     LARGEST_ON_TREES,
     LARGEST_WITH_ROWS,
-    agreement,
     beyond_rounding,
+    compare_formalisms,
     dalembert,
     ratio,
 )
@@ -39,7 +39,7 @@ def worst_ratio(case: Case, formalisms: Mapping[str, Formalism], *, compiled: bo
     """Return the worst ratio of a case's routes over floats and, of every other case, of the Program of one of them."""
     t, q, u = random_state(np.random.default_rng(case.seed), case)
     state = case.state(t, q, u)
-    worst = float(np.max(list(agreement(case.mechanism, [state], formalisms).values())))
+    worst = float(np.max(list(compare_formalisms(case.mechanism, [state], formalisms).values())))
     if case.seed % 2:
         return worst
     formalism = formalisms[sorted(formalisms)[case.seed // 2 % len(formalisms)]]
@@ -107,7 +107,7 @@ def test_measure_sees_a_part_in_a_million(rows: bool) -> None:
         return formalism
 
     for part in ("applied", "velocity_terms", *(["rows"] if rows else [])):
-        ratios = agreement(case.mechanism, [state], {part: wrong(part)})
+        ratios = compare_formalisms(case.mechanism, [state], {part: wrong(part)})
         assert ratios[part] > 1e4
         assert beyond_rounding(case.mechanism, ratios)
 
@@ -123,6 +123,6 @@ def test_ratio_of_nothing_is_zero_and_of_nan_is_nan() -> None:
     def nowhere(mechanism: Mechanism, state: State) -> TreeDynamics:
         return replace(FORMALISMS["composite_body"](mechanism, state), forcing=[float("nan")] * len(u))
 
-    ratios = agreement(case.mechanism, [case.state(t, q, u), case.state(t, q, u)], {"nowhere": nowhere})
+    ratios = compare_formalisms(case.mechanism, [case.state(t, q, u), case.state(t, q, u)], {"nowhere": nowhere})
     assert np.isnan(ratios["nowhere"])
     assert beyond_rounding(case.mechanism, ratios)

@@ -52,7 +52,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.chdir(tmp_path)
     Path("model.yaml").write_text(MODEL)
     found: list[str] = []
-    recall, made = replay.recalled, runs._Anew._made
+    recall, made = replay.recall_run, runs._Anew._made
 
     def recalled(*given: Any) -> Any:
         run = recall(*given)
@@ -63,7 +63,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         found.append("made")
         return made(*given)
 
-    monkeypatch.setattr(replay, "recalled", recalled)
+    monkeypatch.setattr(replay, "recall_run", recalled)
     monkeypatch.setattr(runs._Anew, "_made", begun)
     return found
 

@@ -37,14 +37,14 @@ def counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     monkeypatch.chdir(tmp_path)
     Path("model.yaml").write_text(PENDULUM)
     found: list[bool] = []
-    recall = replay.recalled
+    recall = replay.recall_run
 
     def told(*given: object) -> object:
         run = recall(*given)  # type: ignore[arg-type]
         found.append(run is not None)
         return run
 
-    monkeypatch.setattr(replay, "recalled", told)
+    monkeypatch.setattr(replay, "recall_run", told)
     return found
 
 

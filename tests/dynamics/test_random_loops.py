@@ -10,7 +10,7 @@ from mechanisms import Case
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, agreement, dalembert, ratio
+from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, compare_formalisms, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -38,7 +38,7 @@ def test_routes_agree_on_random_loops(block: int, extreme: bool) -> None:
     """Masses are 1e-3 to 1e3, extreme ones 1e-6 to 1e6, with links of none; 30 loops of either kind, 300 if long."""
     for seed in range(30 * block, 30 * block + 30):
         case, state = closed(seed, extreme=extreme)
-        found = agreement(case.mechanism, [state], NUMERIC)
+        found = compare_formalisms(case.mechanism, [state], NUMERIC)
         assert max(found.values()) <= LARGEST[extreme], f"seed {seed}: {found}"
 
 
@@ -90,7 +90,7 @@ def test_routes_agree_where_only_rows_hold_what_has_no_inertia(block: int) -> No
     singular = [found for found in cases if found is not None]
     assert singular
     for case, state in singular:
-        found = agreement(case.mechanism, [state], routes)
+        found = compare_formalisms(case.mechanism, [state], routes)
         assert max(found.values()) <= LARGEST_WITH_ROWS, f"seed {case.seed}: {found}"
 
 

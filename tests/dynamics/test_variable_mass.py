@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
+from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -61,7 +61,7 @@ def assert_agrees(seed: int, *, rows: bool, derived: bool = False) -> None:
     state = case.state(*random_state(np.random.default_rng(seed), case))
     routes = FORMALISMS if derived else NUMERIC
     routes = {name: route for name, route in routes.items() if not (rows and name == "lagrange")}
-    worst = max(agreement(case.mechanism, [state], routes).values())
+    worst = max(compare_formalisms(case.mechanism, [state], routes).values())
     assert worst <= (LARGEST_WITH_ROWS if rows else LARGEST_ON_TREES), f"seed {seed}"
     found = forward_dynamics(composite_body(case.mechanism, state))
     told = theorems([balance_terms(case.mechanism, rates_of(case.mechanism), state, found)])

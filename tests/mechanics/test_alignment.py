@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, agreement
+from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.mechanics.alignment import aligned
+from multibody_sym.mechanics.alignment import align_bodies
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import position, velocity
@@ -25,7 +25,7 @@ def test_points_and_energies_are_those_declared(seed: int) -> None:
     case = random_case(seed, bodies=(1, 6))
     state = case.state(*random_state(np.random.default_rng(seed), case))
     declared = motion_of(case.mechanism, state)
-    moved = motion_of(aligned(case.mechanism), state)
+    moved = motion_of(align_bodies(case.mechanism), state)
     for name, marker in case.mechanism.markers.items():
         same = moved.mechanism.markers[name]
         for of_point in (position, velocity):
@@ -42,13 +42,13 @@ def test_points_and_energies_are_those_declared(seed: int) -> None:
 @pytest.mark.parametrize("block", range(4))
 def test_accelerations_and_multipliers_are_those_declared(block: int, rows: bool) -> None:
     routes = {
-        name: lambda system, state, route=FORMALISMS[name]: route(aligned(system), state)
+        name: lambda system, state, route=FORMALISMS[name]: route(align_bodies(system), state)
         for name in ("composite_body", "block_ldl")
     }
     for seed in range(8 * block, 8 * block + 8):
         case = random_case(seed, rows=rows)
         state = case.state(*random_state(np.random.default_rng(seed), case))
-        worst = max(agreement(case.mechanism, [state], routes).values())
+        worst = max(compare_formalisms(case.mechanism, [state], routes).values())
         assert worst <= (LARGEST_WITH_ROWS if rows else LARGEST_ON_TREES), f"seed {seed}"
 
 
@@ -75,7 +75,7 @@ def arm(lift: float = 0.25) -> System:
 
 
 def test_axes_become_coordinate_axes_and_origins_lie_on_the_joints() -> None:
-    shoulder, elbow, weld, slide = aligned(mechanism(arm())).bodies
+    shoulder, elbow, weld, slide = align_bodies(mechanism(arm())).bodies
     unit = np.eye(3)
 
     def floats(nodes) -> np.ndarray:
@@ -94,7 +94,7 @@ def test_what_depends_on_parameters_is_kept() -> None:
     frames = {"foot": Frame([0, 0, 0], [Turn("x", "tilt")])}
     tilted = replace(system, parameters={"tilt": 0.3}, bodies={**system.bodies, "ground": Body(frames=frames)})
     resolved = mechanism(tilted)
-    kept = aligned(resolved).bodies[0]
+    kept = align_bodies(resolved).bodies[0]
     assert (kept.frame_on_parent, kept.frame_on_body, kept.mass) == (
         resolved.bodies[0].frame_on_parent,
         resolved.bodies[0].frame_on_body,

@@ -13,7 +13,7 @@ import multibody_sym as mbs
 from multibody_sym.mechanics.changes import with_settings
 from multibody_sym.model.constraints import Rope
 from multibody_sym.pictures.draw import scene_marks
-from multibody_sym.pictures.marks.sheet import extent
+from multibody_sym.pictures.marks.sheet import points_drawn
 from multibody_sym.pictures.marks.symbols import SYMBOLS
 from multibody_sym.pictures.page.picture import Projection, Wish
 from multibody_sym.pictures.scene.items import Symbol
@@ -50,7 +50,7 @@ def test_marks_of_an_example_are_finite_and_name_its_bodies(name: str) -> None:
     _, scene = drawn(name)
     placed = scene.at()
     assert np.all(np.isfinite(placed.poses))
-    seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(extent(scene, placed))
+    seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(points_drawn(scene, placed))
     marks = scene_marks(scene, placed, seen)
     for mark in marks:
         places = [getattr(mark, key) for key in ("points", "centre", "at", "a", "b", "about") if hasattr(mark, key)]

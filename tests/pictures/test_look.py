@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import item_marks, scene_marks
-from multibody_sym.pictures.marks.sheet import Sheet, extent
+from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
 from multibody_sym.pictures.marks.strands import zigzag
 from multibody_sym.pictures.page.picture import (
     MARKED,
@@ -35,7 +35,7 @@ def look(name: str) -> tuple[list[Mark], Projection]:
 def look_of(system: mbs.System) -> tuple[list[Mark], Projection]:
     scene = scene_of(system)
     placed = scene.at()
-    seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(extent(scene, placed))
+    seen = Projection(scene.view.right, scene.view.up, 1.0, scene.plane).scaled(points_drawn(scene, placed))
     return scene_marks(scene, placed, seen), seen
 
 

@@ -63,7 +63,7 @@ def test_the_programs_of_the_start_of_a_loop_are_rare(monkeypatch: pytest.Monkey
     monkeypatch.setattr(recall.loading, "load", load)
     monkeypatch.setattr(recall, "recall_programs", lambda *_given, **_options: None)
     with pytest.raises(RuntimeError, match="told"):
-        recall.compiled(mechanism(mbs.load(EXAMPLES / "four_bar.yaml")), "composite_body")
+        recall.compile_mechanism(mechanism(mbs.load(EXAMPLES / "four_bar.yaml")), "composite_body")
     assert {"state_derivative", "missed", "put_back", "energy", "outputs"} <= asked["often"]
     assert {"closing", "closing_places"} <= asked["rare"]
     assert not asked["often"] & asked["rare"]

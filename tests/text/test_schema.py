@@ -11,7 +11,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.model import system
-from multibody_sym.model.schema import kind_of, typed
+from multibody_sym.model.schema import kind_of, with_types
 from multibody_sym.text.yaml_tree import read_text
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -26,7 +26,7 @@ def content(text: str) -> Any:
 
 def is_valid(tree: Any) -> bool:
     """Return what the schema says of a file as our reader has it, and as an editor does: they must agree."""
-    found = [VALIDATOR.is_valid(tree), VALIDATOR.is_valid(typed(tree))]
+    found = [VALIDATOR.is_valid(tree), VALIDATOR.is_valid(with_types(tree))]
     assert found[0] == found[1]
     return found[0]
 
@@ -39,7 +39,7 @@ def test_it_is_a_schema() -> None:
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_example_is_valid(path: Path) -> None:
     tree = content(path.read_text(encoding="utf-8"))
-    for seen in (tree, typed(tree)):
+    for seen in (tree, with_types(tree)):
         assert [error.message[:200] for error in VALIDATOR.iter_errors(seen)] == []
 
 

@@ -89,13 +89,13 @@ class Energy:
         if ends[0] is None or ends[1] is None:
             return None
         middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
-        found = _converged(lambda s: 2 * half * math.cos(s) / math.sqrt(self.square(middle + half * math.sin(s))))
+        found = _integral(lambda s: 2 * half * math.cos(s) / math.sqrt(self.square(middle + half * math.sin(s))))
         return self._known(found, middle)
 
     def of_turn(self) -> tuple[float, float] | None:
         """Return the time in which an angle that goes around advances by 2 pi."""
         q0 = self.begin.q[0]
-        return self._known(_converged(lambda s: 2 / math.sqrt(self.square(q0 + 2 * s))), q0)
+        return self._known(_integral(lambda s: 2 / math.sqrt(self.square(q0 + 2 * s))), q0)
 
     def _known(self, found: tuple[float, float] | None, middle: float) -> tuple[float, float] | None:
         """Return what was found with what rounding makes of E - V in it; None where runs know it better."""
@@ -119,7 +119,7 @@ class Energy:
         return float(brentq(self.square, inside, outside, xtol=_ROUNDED * abs(near) or _ROUNDED, rtol=_ROUNDED))
 
 
-def _converged(f: Callable[[float], float]) -> tuple[float, float] | None:
+def _integral(f: Callable[[float], float]) -> tuple[float, float] | None:
     """Return the integral of a function over -pi/2 .. pi/2, of which it has the period pi, and how far it converged."""
     count, before = _FEWEST, math.inf
     best: tuple[float, float] | None = None

@@ -97,8 +97,8 @@ class Modes:
         names, terms, lines = [latex_name(name) for name in self.coordinates], [], []
         for rows, dots in ((self.mass, "ddot"), (self.rates, "dot"), (self.stiffness, "")):
             if any(x.value for row in rows for x in row):
-                matrix = _bracketed([" & ".join(value_latex(x) for x in row) for row in rows])
-                terms.append(f"{matrix} {_bracketed([dotted(name, dots) if dots else name for name in names])}")
+                matrix = _in_brackets([" & ".join(value_latex(x) for x in row) for row in rows])
+                terms.append(f"{matrix} {_in_brackets([dotted(name, dots) if dots else name for name in names])}")
         if self.mass:
             lines.append(f"{' + '.join(terms)} &= 0")
         pairs = list(zip(self.frequencies, self.periods, strict=True))
@@ -167,5 +167,5 @@ def node_latex(node: Node, labels: Mapping[str, str] | None = None) -> str:
     return script.shown(expression) if isinstance(expression, sympy.Basic) else str(expression)
 
 
-def _bracketed(lines: Sequence[str]) -> str:
+def _in_brackets(lines: Sequence[str]) -> str:
     return r"\begin{bmatrix}" + r" \\ ".join(lines) + r"\end{bmatrix}"

@@ -166,7 +166,7 @@ def _roots(powers: Sequence[Quotient], times: int) -> Iterator[Root]:
             value, quotient = PRECISE.mpf(evaluate_float([each], sample)[0]), None
         nearest = min(left, key=lambda x: abs(x - value))
         left.remove(nearest)
-        root = Root(value, _written(each), quotient, times)
+        root = Root(value, _root_node(each), quotient, times)
         yield root if len(powers) != _QUADRATIC + 1 else replace(root, **_forms_of_two(powers, value))
     if not found:
         yield from (Root(value, None, None, times) for value in values)
@@ -268,10 +268,10 @@ def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
 
 def root_of(x: Quotient) -> Root:
     """Return a quotient as a root."""
-    return Root(x.sample, _written(x), x, 1)
+    return Root(x.sample, _root_node(x), x, 1)
 
 
-def _written(root: Quotient | Node) -> Node | None:
+def _root_node(root: Quotient | Node) -> Node | None:
     if not isinstance(root, Quotient):
         return root
     try:

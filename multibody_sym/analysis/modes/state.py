@@ -211,7 +211,7 @@ def formulas_of(mechanism: Mechanism, begin: Start, *, found: bool, places: Sequ
     if not found:
         given = declared_state(mechanism, begin)
         pairs = list(zip(mechanism.coordinates, begin.q, strict=True))
-        rounded = {c.name: _round(x) for c, x in pairs if symbol(c.name) in given.letters}
+        rounded = {c.name: _quarter_turns(x) for c, x in pairs if symbol(c.name) in given.letters}
         kept = {name: node for name, node in rounded.items() if node is not None}
         if not kept:
             return given
@@ -234,7 +234,7 @@ def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
         replace(speed, initial=ZERO) if x == 0.0 else speed
         for speed, x in zip(mechanism.speeds, begin.u, strict=True)
     )
-    formulas = {c.name: _round(x) for c, x in zip(mechanism.coordinates, begin.q, strict=True)}
+    formulas = {c.name: _quarter_turns(x) for c, x in zip(mechanism.coordinates, begin.q, strict=True)}
     for places in (places for body in mechanism.bodies for places in body.quaternions):
         if max(abs(abs(begin.q[k]) - round(abs(begin.q[k]))) for k in places) <= _EXACTLY:
             formulas |= {mechanism.coordinates[k].name: as_node(round(begin.q[k])) for k in places}
@@ -242,7 +242,7 @@ def _at_rest(mechanism: Mechanism, begin: Start) -> Mechanism:
     return _with_initial(replace(mechanism, speeds=speeds), kept)
 
 
-def _round(x: float) -> Node | None:
+def _quarter_turns(x: float) -> Node | None:
     """Return zero, or a quarter of turns, where a number is nothing else."""
     quarters = round(2.0 * x / math.pi)
     if abs(quarters) > _TURNS or abs(x - quarters * math.pi / 2) > _EXACTLY:
@@ -267,7 +267,7 @@ class _Balance:
 
     def state(self) -> SymbolicState:
         """Return the state in symbols, coordinates near round numbers taken as these."""
-        pairs = ((x, _round(x)) for x in self.begin.q)
+        pairs = ((x, _quarter_turns(x)) for x in self.begin.q)
         q = tuple(x if node is None else round(2.0 * x / math.pi) * math.pi / 2 for x, node in pairs)
         assembled = self.begin.assembled if self.mechanism.rows else ()
         return declared_state(self.mechanism, replace(self.begin, q=q, assembled=assembled))

@@ -650,15 +650,15 @@ def _causes(statics: Statics, limits: Sequence[RestLimit], motion: Motion | None
         elif limit.of == "stop":
             yield f"{limit.group} leaves its stop"
         else:
-            yield from _opening(statics, limit, limits, motion)
+            yield from _lift_off(statics, limit, limits, motion)
 
 
-def _opening(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
+def _lift_off(statics: Statics, limit: RestLimit, limits: Sequence[RestLimit], motion: Motion | None) -> Iterator[str]:
     """Yield what happens where a contact opens: its body lifts off, or tips about the corners that stay.
 
     On three corners it stands, and something else gives way.
     """
-    corners = [] if motion is None else _touching(statics, motion)
+    corners = [] if motion is None else _touching_elements(statics, motion)
     corners = [x for x in corners if (x.group or x.name) == limit.group]
     opened = {other.part for other in limits if other.group == limit.group and other.kind == "force"}
     stay = [element for element in corners if element.name not in opened]
@@ -693,7 +693,7 @@ def _tipping_body(
     away, stay = parts
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     passed = {(limit.kind == "cone", limit.part) for limit in limits}
-    closed = {element.name for element in _touching(statics, motion)}
+    closed = {element.name for element in _touching_elements(statics, motion)}
     loose = set[int]()
     for element in statics.mechanism.one_way:
         if (False, element.name) in passed or (element.unilateral and element.name not in closed):
@@ -716,7 +716,7 @@ def _tipping_body(
     return next(k for k in bodies if turning[k] >= (1.0 - _CAUSES_LEVEL) * most)
 
 
-def _touching(statics: Statics, motion: Motion) -> list[LawElement]:
+def _touching_elements(statics: Statics, motion: Motion) -> list[LawElement]:
     """Return the unilateral elements that touch."""
     return [x for x, how in standings(statics, motion, row_motions(motion)) if how == "touching"]
 

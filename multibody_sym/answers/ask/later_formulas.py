@@ -344,7 +344,7 @@ class _Curve:
 # What is asked for, and what vanishes at a moment.
 
 
-def component(function: str, point: str, direction: tuple[Node, ...]) -> Node:
+def component_along(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     """Return the component of a quantity of a point along a direction of any length."""
     parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
     return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))

@@ -7,7 +7,7 @@ from typing import Final, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.later_formulas import MotionFormulas, component
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
 from multibody_sym.answers.ask.question import AskedMotion, RunNumbers, UniformQuestion
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.instant.instant import AGREEMENT
@@ -51,7 +51,7 @@ class PathQuestion(UniformQuestion):
     def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         if self.along is None:
             raise NoClosedFormError("a path has no formula")
-        place = course.along(component("position", self.of, self.along))
+        place = course.along(component_along("position", self.of, self.along))
         moved = subtract(place, put_in(place, {course.variable: ZERO}))
         return course.value(moved, course.place_after(self.after))
 

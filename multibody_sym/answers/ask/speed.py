@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import Quotient
-from multibody_sym.answers.ask.later_formulas import MotionFormulas, component
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
 from multibody_sym.answers.ask.question import AskedMotion, RunNumbers, UniformQuestion
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.instant.instant import AGREEMENT
@@ -55,7 +55,7 @@ class SpeedQuestion(UniformQuestion):
 
     def _expression(self) -> Node:
         if self.along is not None:
-            return component("velocity", self.of, self.along)
+            return component_along("velocity", self.of, self.along)
         parts = [quantity("velocity", (self.of, axis)) for axis in AXES]
         return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
 

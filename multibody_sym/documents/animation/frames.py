@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.errors import InputError
 from multibody_sym.motion.results.samples import Samples
-from multibody_sym.pictures.marks.sheet import extent
+from multibody_sym.pictures.marks.sheet import points_drawn
 from multibody_sym.pictures.page.picture import Projection, view_of
 from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, Symbol, vector
 from multibody_sym.pictures.scene.scene import Scene, scene_of
@@ -48,7 +48,7 @@ class Frames:
     @cached_property
     def extent(self) -> Floats:
         """Points (n, 3) that bound the motion."""
-        return np.vstack([extent(self.scene, placed) for placed in self.looked_at])
+        return np.vstack([points_drawn(self.scene, placed) for placed in self.looked_at])
 
     @cached_property
     def near(self) -> float:

@@ -15,7 +15,7 @@ from multibody_sym.documents.animation.frames import Frames, alike, side_by_side
 from multibody_sym.errors import OutputError
 from multibody_sym.pictures.draw import MOST_NAMED, item_marks
 from multibody_sym.pictures.marks.labels import label_marks
-from multibody_sym.pictures.marks.sheet import Sheet, extent
+from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
 from multibody_sym.pictures.marks.strands import strand_marks
 from multibody_sym.pictures.page.free_space import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
 from multibody_sym.pictures.page.picture import (
@@ -252,7 +252,7 @@ def _follow_scale(frames: Frames, projection: Projection) -> tuple[Projection, b
 def _margin(frames: Frames, projection: Projection) -> float:
     """Return what stays free around the motion (pt), in which bodies have room that show nothing but a face."""
     home = frames.placed[0]
-    corners, faces = projection.page(extent(frames.scene, home)), Sheet(frames.scene, home, home, projection)
+    corners, faces = projection.page(points_drawn(frames.scene, home)), Sheet(frames.scene, home, home, projection)
     found = [_MARGIN]
     for item in frames.scene.items:
         if item.form.endless and item.body >= 0:

@@ -147,7 +147,7 @@ class ModeValues:
 Named = dict[str, list[Node]]
 
 
-def pressing(kind: ContactKind, rows: RowValues) -> Named:
+def pressing_outputs(kind: ContactKind, rows: RowValues) -> Named:
     """Return `gamma` and `right` with Baumgarte's terms, and the elements of `exerted` and `carried` (`exerted_by`)."""
     own, (exerted, carried) = kind.leaves, exerted_by(kind, rows)
     given = zip(kind.mechanism.rows, own["phi"], own["phidot"], strict=True)
@@ -507,7 +507,7 @@ class _EveryMode:
         found = _ActingForces(list(given["gamma"]), list(given["right"]), now.exerting, [])
         known = self.known
         kinds = [exerted_by(*each) for each in zip(known.contacts.kinds, known.rows_of_kinds, strict=True)]
-        for k, values in enumerate(self._of_contacts(trace, pressing, given)):
+        for k, values in enumerate(self._of_contacts(trace, pressing_outputs, given)):
             rows, carried = kinds[known.contacts.chosen[k]]
             places = known.contacts.of("rows", k)
             own = self._spread(k, rows, values["exerted"])

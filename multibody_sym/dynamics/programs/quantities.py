@@ -180,7 +180,7 @@ def events(mechanism: Mechanism, sources: Sources) -> Program | None:
 # Quantities by family: each function takes the quantity's name and the words of its arguments.
 
 
-def _component(vector: Vec, axis: str) -> S:
+def _axis_component(vector: Vec, axis: str) -> S:
     return vector[AXES.index(axis)]
 
 
@@ -197,9 +197,9 @@ def _marker(instant: StateQuantities, name: str) -> Marker:
 def _motion_of_point(instant: StateQuantities, quantity: str, point: str, axis: str) -> S:
     marker = _marker(instant, point)
     if quantity == "acceleration":
-        return _component(points.acceleration(instant.motion, marker, instant.bodies), axis)
+        return _axis_component(points.acceleration(instant.motion, marker, instant.bodies), axis)
     motion_of_point = points.position if quantity == "position" else points.velocity
-    return _component(motion_of_point(instant.motion, marker), axis)
+    return _axis_component(motion_of_point(instant.motion, marker), axis)
 
 
 def _turning_of_body(instant: StateQuantities, quantity: str, body: str, axis: str) -> S:
@@ -207,7 +207,7 @@ def _turning_of_body(instant: StateQuantities, quantity: str, body: str, axis: s
     if index >= 0:
         is_velocity = quantity == "angular_velocity"
         local = instant.motion.bodies[index].w_WB if is_velocity else instant.bodies[index][1]
-    return _component(apply(instant.motion.rotation(index), local), axis)
+    return _axis_component(apply(instant.motion.rotation(index), local), axis)
 
 
 def _distance(instant: StateQuantities, _quantity: str, a: str, b: str) -> S:
@@ -226,7 +226,7 @@ def _span_of_load(instant: StateQuantities, quantity: str, name: str) -> S:
 def _place_of_load(instant: StateQuantities, _quantity: str, name: str, axis: str) -> S:
     loads = instant.motion.mechanism.loads
     load = next(load for load in loads if isinstance(load, PlacePotential) and load.name == name)
-    return _component(place(load, instant.motion), axis)
+    return _axis_component(place(load, instant.motion), axis)
 
 
 def _reaction(instant: StateQuantities, _quantity: str, element: str, component: str) -> S:
@@ -258,20 +258,20 @@ def _wrap(instant: StateQuantities, _quantity: str, name: str, pulley: str) -> S
 def _momentum(instant: StateQuantities, quantity: str, *asked: str) -> S:
     """Return a component of P or L of a body, or of all where the word for the system is no body's name."""
     if quantity == "center_of_mass":
-        return _component(centre_of_mass(instant.momenta), asked[-1])
+        return _axis_component(centre_of_mass(instant.momenta), asked[-1])
     whole = asked[0] if len(asked) > 1 else SYSTEM
     names = [body.name for body in instant.motion.mechanism.bodies]
     parts = instant.momenta
     if whole != SYSTEM or whole in names:
         parts = [part for name, part in zip(names, parts, strict=True) if name == whole]
     if quantity == "momentum":
-        return _component(momentum(parts), asked[-1])
+        return _axis_component(momentum(parts), asked[-1])
     about = ZERO_VECTOR
     if len(asked) > 2:
         is_own_centre = asked[1] == OWN_CENTRE and OWN_CENTRE not in instant.motion.mechanism.markers
         marker = None if is_own_centre else _marker(instant, asked[1])
         about = centre_of_mass(parts) if marker is None else points.position(instant.motion, marker)
-    return _component(angular_momentum(parts, about), asked[-1])
+    return _axis_component(angular_momentum(parts, about), asked[-1])
 
 
 def _of_speed(instant: StateQuantities, quantity: str, freedom: str) -> S:
@@ -320,7 +320,7 @@ def _force(instant: StateQuantities, _quantity: str, *asked: str) -> S:
         else:
             own = [w if name == whole else NO_WRENCH for name, w in zip(names, each.of_body, strict=True)]
         total = add(total, resultant(instant.motion, own)[0])
-    return _component(total, asked[-1])
+    return _axis_component(total, asked[-1])
 
 
 _QUANTITIES: Final[dict[str, Callable[..., S]]] = {

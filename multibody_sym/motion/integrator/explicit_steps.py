@@ -133,7 +133,7 @@ class AdamsStepper:
         self.last = trial
         if trial.stages:
             return self.starter.finish(trial, x_new)
-        return _finished(self.flow, trial, x_new, self.past.points[0])
+        return _finish_step(self.flow, trial, x_new, self.past.points[0])
 
     def advance(self, step: Step) -> None:
         """Let `step` be the newest of the past."""
@@ -162,7 +162,7 @@ class VerletStepper:
 
     def finish(self, trial: TrialStep, x_new: Floats) -> Step:
         """Return the step with the slope at its end."""
-        return _finished(self.flow, trial, x_new, None)
+        return _finish_step(self.flow, trial, x_new, None)
 
     def advance(self, step: Step) -> None:
         """Do nothing: a step knows nothing of those before."""
@@ -232,7 +232,7 @@ class StoermerStepper:
             self.displacement = pairing.displacement(trial.x[:nq], x_new[:nq], nu)
             return self.starter.finish(trial, x_new)
         self.displacement = trial.stages[0] + pairing.displacement(trial.x_new[:nq], x_new[:nq], nu)
-        return _finished(self.flow, trial, x_new, self.past.points[0])
+        return _finish_step(self.flow, trial, x_new, self.past.points[0])
 
     def advance(self, step: Step) -> None:
         """Let `step` be the newest of the past."""
@@ -240,7 +240,7 @@ class StoermerStepper:
         self.past.add(Point(step.x, self.last.slope, self.displacement), step.h)
 
 
-def _finished(flow: Flow, trial: TrialStep, x_new: Floats, before: Point | None) -> Step:
+def _finish_step(flow: Flow, trial: TrialStep, x_new: Floats, before: Point | None) -> Step:
     """Return the step with the slope at its end, between them the polynomial through both ends and `before`."""
     slope_new = flow.slope(trial.t_new, x_new)
 

@@ -65,7 +65,7 @@ class Pairing:
         for a, b in self.plain:
             new[a] = q[a] + displacement[b]
         for a, b in self.balls:
-            new[a : a + 4] = _turned(q[a : a + 4].tolist(), _vector(displacement, b))
+            new[a : a + 4] = _turn_quaternion(q[a : a + 4].tolist(), _vector(displacement, b))
         return new
 
     def displacement(self, q: Floats, other: Floats, nu: int) -> Floats:
@@ -113,7 +113,7 @@ def _dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _turned(q: list[float], phi: Vector) -> list[float]:
+def _turn_quaternion(q: list[float], phi: Vector) -> list[float]:
     """Return the quaternion q times that of the rotation vector phi."""
     angle = math.sqrt(_square(phi))
     c, s = math.cos(0.5 * angle), math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5

@@ -54,14 +54,14 @@ class StageMatrices:
         """Return the transformed changes (s, n) for the transformed residuals."""
         parts = []
         if self.scheme.gamma > 0.0:
-            parts.append(_substituted(self.single, rest[0]))
+            parts.append(_back_substitute(self.single, rest[0]))
         if self.scheme.beta > 0.0:
-            parts.append(_substituted(self.pairs, rest[-2:].ravel()))
+            parts.append(_back_substitute(self.pairs, rest[-2:].ravel()))
         return np.concatenate(parts).reshape(rest.shape)
 
     def filtered(self, right: Floats) -> Floats:
         """Return (filter E - h J)^-1 right (n,)."""
-        return _substituted(self.single, right)
+        return _back_substitute(self.single, right)
 
 
 _Factors = tuple[Floats, list[int]]
@@ -82,7 +82,7 @@ def _factors(matrix: Floats) -> _Factors:
     return a, rows
 
 
-def _substituted(factors: _Factors, right: Floats) -> Floats:
+def _back_substitute(factors: _Factors, right: Floats) -> Floats:
     a, rows = factors
     b = right.copy()
     for k, pivot in enumerate(rows):
@@ -260,19 +260,19 @@ class CollocationStepper:
         assert self.multipliers is not None
         scheme, n, y = self.scheme, self.size, np.concatenate([x, self.multipliers])
         rest = np.zeros_like(z)
-        rest[:, :n] = _transformed(scheme.W, z[:, :n])
+        rest[:, :n] = _transform_stages(scheme.W, z[:, :n])
         explicit = np.concatenate([slope, np.zeros_like(self.multipliers)])
         for i, (node, start) in enumerate(zip(scheme.c.tolist(), scheme.start.tolist(), strict=True)):
             values = self.equations.values(t + node * h, y + z[i])
             require_finite(values[:n], t + node * h)
             rest[i] = h * (start * explicit + values) - rest[i]
-        return _transformed(scheme.T_inverse, rest)
+        return _transform_stages(scheme.T_inverse, rest)
 
     def _change(self, rest: Floats) -> Floats:
         """Return the change of z."""
         change = np.zeros_like(rest)
         change[:, self.active] = self.matrices.solved(rest[:, self.active])
-        return _transformed(self.scheme.T, change)
+        return _transform_stages(self.scheme.T, change)
 
     def _change_size(self, x: Floats, z: Floats, change: Floats) -> tuple[float, int]:
         """Return the change in units of the tolerance, in the mean square, or for fixed steps its largest entry."""
@@ -329,7 +329,7 @@ class CollocationStepper:
         return self.matrices.filtered(right)[: self.size]
 
 
-def _transformed(matrix: Floats, stages: Floats) -> Floats:
+def _transform_stages(matrix: Floats, stages: Floats) -> Floats:
     result = np.zeros_like(stages)
     for i, row in enumerate(matrix.tolist()):
         for weight, stage in zip(row, stages, strict=True):

@@ -309,7 +309,7 @@ def _by_method(flow: Flow, t: float, x: Floats, most: float) -> _Solver:
     return _Ida(flow, t, x, most) if flow.method.name == IDA else _Cvode(flow, t, x, most)
 
 
-def _open(flow: Flow, t: float, x: Floats) -> _Solver:
+def _open_solver(flow: Flow, t: float, x: Floats) -> _Solver:
     most = math.inf
     if flow.events is not None and flow.events.margins:
         most = longest_in_modes(flow.lasts, flow.slope(t, x))
@@ -325,7 +325,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
     """
     crossing = _Crossing(flow, flow.start, flow.x0, flow.slope(flow.start, flow.x0))
     t, x, bound, again = flow.start, flow.x0, flow.t_end, 0
-    solver = _open(flow, t, x)
+    solver = _open_solver(flow, t, x)
     while t < flow.t_end:
         solver.advance()
         sides = crossing.sides
@@ -333,7 +333,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
         met = t_new < solver.t or event is not None
         if met and again < REPEATS and t_new - t > _AT_ONCE * abs(t) and bound - t_new > _AT_ONCE * (bound - t):
             crossing.sides, bound, again = sides, t_new, again + 1
-            solver = _open(replace(flow, t_end=bound), t, x)
+            solver = _open_solver(replace(flow, t_end=bound), t, x)
             continue
         t_new = solver.t if event is None else t_new
         x_new = solver.x if t_new == solver.t else solver.value(t_new)
@@ -343,7 +343,7 @@ def library_steps(flow: Flow) -> Iterator[Step]:
             return
         if event is not None or (t_new == bound and bound < flow.t_end):
             bound, again = flow.t_end, 0 if event is not None else again
-            solver = _open(flow, t_new, x_new)
+            solver = _open_solver(flow, t_new, x_new)
         t, x = t_new, x_new
 
 

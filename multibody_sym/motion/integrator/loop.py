@@ -98,11 +98,11 @@ def _fixed_steps(course: _Course, done: Step, step: float) -> Iterator[Step]:
             grid += 1
             t_new = grid_time(grid + 1)
         h = step if whole and t_new < flow.t_end else t_new - t
-        done = course.approach.passed(_taken(course, done, h, t_new))
+        done = course.approach.passed(_take_step(course, done, h, t_new))
         if done.t_new >= t_new:
             grid += 1
         yield done
-        if _stopped(flow, done):
+        if _is_terminal(flow, done):
             return
         done = _moved_on(course, done)
 
@@ -128,7 +128,7 @@ def _attempt(course: _Course, before: Step, h: float, t_new: float) -> TrialStep
     return trial
 
 
-def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
+def _take_step(course: _Course, before: Step, whole: float, t_end: float) -> Step:
     """Return the step over `whole`, or as far as the first event in it.
 
     Near a singular position it may be another part of a whole step: the rest of one may end too near to it.
@@ -153,15 +153,15 @@ def _taken(course: _Course, before: Step, whole: float, t_end: float) -> Step:
 def _stuck_or_taken(course: _Course, before: Step, h: float, t_new: float) -> Step:
     """Return the step over h, shortened to the first event in it; one that is stuck at a kink ends there."""
     try:
-        done, problem = _closed(course, _attempt(course, before, h, t_new)), None
+        done, problem = _close_step(course, _attempt(course, before, h, t_new)), None
     except StepError as met:
         if course.watch is None or not course.watch.stuck(met):
             raise
         done, problem = replace(before, t=before.t_new, x=before.x_new, h=h, t_new=t_new), met
-    return _ended(course, done, before, problem)
+    return _shorten_to_event(course, done, before, problem)
 
 
-def _ended(course: _Course, done: Step, before: Step, problem: StepError | None = None) -> Step:
+def _shorten_to_event(course: _Course, done: Step, before: Step, problem: StepError | None = None) -> Step:
     """Return a step shortened to the first event in it."""
     if course.watch is None:
         return done
@@ -169,12 +169,12 @@ def _ended(course: _Course, done: Step, before: Step, problem: StepError | None 
     def take(h: float, t_new: float) -> Step:
         trial = _attempt(course, before, h, t_new)
         error = LEAST_ERROR if trial.error is None else _error_norm(course, trial)[0]
-        return replace(_closed(course, trial), error=error)
+        return replace(_close_step(course, trial), error=error)
 
     return course.watch.ended(done, before.slope_new, take, problem)
 
 
-def _stopped(flow: Flow, done: Step) -> bool:
+def _is_terminal(flow: Flow, done: Step) -> bool:
     return done.event is not None and flow.events is not None and flow.events.terminal[done.event]
 
 
@@ -214,7 +214,7 @@ def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
     while done.t_new < course.flow.t_end:
         done = course.approach.passed(_accepted_step(course, done))
         yield done
-        if _stopped(course.flow, done):
+        if _is_terminal(course.flow, done):
             return
         done = _moved_on(course, done)
 
@@ -237,10 +237,10 @@ def _accepted_step(course: _Course, before: Step) -> Step:
             error, worst = _error_norm(course, trial)
             plain, _ = _error_beside(course, trial, 0.0)
             if error <= 1.0:
-                done = _closed(course, trial)
+                done = _close_step(course, trial)
                 far = moved_far(x, trial.x_new, done.x_new)
                 if far is None:
-                    done = _ended(course, done, before)
+                    done = _shorten_to_event(course, done, before)
                     h_next = _length_after(course, trial, (error, plain, before.error), rejected)
                     h_next = approach.wished(max(h_next, wished), plain)
                     return replace(done, h_next=h_next, error=max(error, LEAST_ERROR), rejected=rejected)
@@ -273,7 +273,7 @@ def _before_kink(course: _Course, before: Step, h: float, t_new: float) -> Step 
         return None
     trial = replace(before, t=before.t_new, x=before.x_new, h=h, t_new=t_new)
     try:
-        return _ended(course, trial, before, StepError(Status.NOT_CONVERGED, trial.t, 0))
+        return _shorten_to_event(course, trial, before, StepError(Status.NOT_CONVERGED, trial.t, 0))
     except StepError:
         return None
 
@@ -318,7 +318,7 @@ def _change(flow: Flow, error: float, remembered: float) -> float:
     return max(1.0 / GROWTH, min(SHRINKAGE, change))
 
 
-def _closed(course: _Course, trial: TrialStep) -> Step:
+def _close_step(course: _Course, trial: TrialStep) -> Step:
     settle, approach = course.flow.settle, course.approach
     x_new = trial.x_new if settle is None else settle(trial.t_new, trial.x_new)
     done = course.taking.finish(trial, approach.closed(trial.t_new, x_new))
@@ -377,7 +377,7 @@ def reaches(step: Step, time: float) -> bool:
     return time <= step.t_new or at_end(step, time)
 
 
-def sampled(step: Step, time: float) -> Floats:
+def interpolate_step(step: Step, time: float) -> Floats:
     """Return the state at `time` within `step` by the method's continuous extension; at the end the end itself."""
     return step.x_new if at_end(step, time) else step.value((time - step.t) / step.h)
 
@@ -400,7 +400,7 @@ def solution(
     states = [flow.x0]
     for done in steps(flow):
         while len(states) < samples and reaches(done, times[len(states)]):
-            states.append(sampled(done, times[len(states)]))
+            states.append(interpolate_step(done, times[len(states)]))
     return np.array(times), np.array(states)
 
 

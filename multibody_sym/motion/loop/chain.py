@@ -121,9 +121,9 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             latest = done
             for progress in run(problem, samples):
                 problem = legs[-1].of  # the loop may have gone on from mode to mode
-                latest = _joined(done, progress, problem)
+                latest = _join_progress(done, progress, problem)
                 legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
-                if _switched(progress, problem) is None and not _is_singular(latest, problem):
+                if _switch_number(progress, problem) is None and not _is_singular(latest, problem):
                     yield latest
             at, following = Begun(latest.time, latest.written), None
             if _is_singular(latest, problem):
@@ -132,7 +132,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
                     yield latest
                     return
                 latest = replace(latest, failure=None)
-            index = _switched(progress, problem)
+            index = _switch_number(progress, problem)
             if following is None and (index is None or latest.failure is not None):
                 return
             if problem.is_over(latest.time) or latest.written == len(samples):
@@ -141,7 +141,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             following = following or next_leg(legs[-1], Switch(at, latest.x, index or 0))
             assert following is not None  # a mode ends where another follows, or the run
             if isinstance(following, End):
-                yield _ended(latest, following, problem, samples, legs)
+                yield _end_progress(latest, following, problem, samples, legs)
                 return
             left = problem.max_steps - progress.statistics.steps
             problem, done = replace(following.of, max_steps=max(left, 1)), latest
@@ -155,7 +155,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
     return loop
 
 
-def _ended(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
+def _end_progress(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
     """Return the progress at the end of a run, a sample telling where it stops."""
     if end.leg is not None:
         legs[-1] = replace(legs[-1], until=end.leg.start)
@@ -163,7 +163,7 @@ def _ended(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, 
         return replace(latest, failure=end.failure)
     if end.leg is not None and end.behind:
         return _stopped_behind(latest, end.stop, end.leg, samples, legs)
-    latest = _told(latest, problem, samples)
+    latest = _sample_end(latest, problem, samples)
     legs[-1] = replace(legs[-1], end=latest.written)
     return replace(latest, events=(*latest.events, end.stop))
 
@@ -175,7 +175,7 @@ def _over(latest: Progress, x: Floats, samples: Floats, legs: list[LegT]) -> Pro
     return replace(latest, written=len(samples), x=x)
 
 
-def _told(latest: Progress, problem: Problem, samples: Floats) -> Progress:
+def _sample_end(latest: Progress, problem: Problem, samples: Floats) -> Progress:
     """Return the progress with a sample of where the run stops, if that is behind the last one."""
     last, following = problem.times()[latest.written - 1 :][:2] if latest.written < len(samples) else (0.0, np.inf)
     if latest.time - last <= _AT_SAMPLE * (following - last):
@@ -191,7 +191,7 @@ def _stopped_behind(latest: Progress, stop: Event, leg: LegT, samples: Floats, l
     for k, time in enumerate(passed, first):
         samples[k] = shortly(problem, time)
     x = shortly(problem, until)
-    told = _told(replace(latest, x=x, time=until, written=first + len(passed)), problem, samples)
+    told = _sample_end(replace(latest, x=x, time=until, written=first + len(passed)), problem, samples)
     first = min(first, told.written - 1)
     samples[told.written - 1] = x
     legs[-1] = replace(legs[-1], end=first)
@@ -202,10 +202,10 @@ def _stopped_behind(latest: Progress, stop: Event, leg: LegT, samples: Floats, l
 def shortly(problem: Problem, time: float) -> Floats:
     """Return the state (nq + nu,) of a run shortly after its start, or before it, by one step of order 4."""
     step = time - problem.start
-    return problem.x0 if step == 0.0 else stepped(problem.rates, problem.start, problem.x0, step)
+    return problem.x0 if step == 0.0 else runge_kutta_step(problem.rates, problem.start, problem.x0, step)
 
 
-def stepped(rates: Callable[[float, Floats], Floats], t: float, x: Floats, step: float) -> Floats:
+def runge_kutta_step(rates: Callable[[float, Floats], Floats], t: float, x: Floats, step: float) -> Floats:
     """Return the state (nq + nu,) a step (s) after a state x at time t, of order 4."""
     half, whole = t + 0.5 * step, t + step
     k1 = rates(t, x)
@@ -216,7 +216,7 @@ def stepped(rates: Callable[[float, Floats], Floats], t: float, x: Floats, step:
     return state
 
 
-def _switched(progress: Progress, problem: Problem) -> int | None:
+def _switch_number(progress: Progress, problem: Problem) -> int | None:
     """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
     last = progress.events[-1] if progress.events else None
     return last.index - problem.switches if last is not None and last.index >= problem.switches else None
@@ -229,7 +229,7 @@ def _is_singular(progress: Progress, problem: Problem) -> bool:
     return status is Status.SINGULAR or (short and not problem.crosses)
 
 
-def _joined(done: Progress, latest: Progress, problem: Problem) -> Progress:
+def _join_progress(done: Progress, latest: Progress, problem: Problem) -> Progress:
     """Return the progress of a run with a part that was done before."""
     events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < problem.switches)
     return replace(

@@ -45,7 +45,7 @@ class Integration:
         """DONE, STOPPED by an event, or the status of the failure."""
         if self.failure:
             return self.failure.status
-        return Status.STOPPED if _stopped(self.events) else Status.DONE
+        return Status.STOPPED if _ends_run(self.events) else Status.DONE
 
 
 _NOTHING: Final = Statistics()
@@ -66,7 +66,7 @@ def integrate(
         with np.errstate(all="ignore"):
             for latest in run(problem, samples):
                 before, progress = progress, latest
-                if _stopped(latest.events):
+                if _ends_run(latest.events):
                     times[latest.written - 1] = latest.time
                 if on_chunk is not None:
                     new = slice(before.written, latest.written)
@@ -88,7 +88,7 @@ def integrate(
     )
 
 
-def _stopped(events: tuple[Event, ...]) -> bool:
+def _ends_run(events: tuple[Event, ...]) -> bool:
     return bool(events) and events[-1].terminal
 
 

@@ -62,7 +62,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
                 now = course.now
             done = state.status != Status.RUNNING
             left = before + steps - state.steps
-            if state.event >= now.problem.switches and _jumped(problem.jump, now, state, work):
+            if state.event >= now.problem.switches and _jump_if_due(problem.jump, now, state, work):
                 done = False
             elif state.event >= 0:
                 events.append(Event(state.t, state.event, now.problem.terminal[state.event]))
@@ -84,7 +84,7 @@ def piece_of(problem: Problem) -> int:
     return max(_FIRST_PIECE, _SMALL // len(problem.x0))
 
 
-def _jumped(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Floats) -> bool:
+def _jump_if_due(jump: Jump | None, now: NativeProblem, state: StateStruct, work: Floats) -> bool:
     """Let a run that stands at a switch go on with the state after a jump, if there is one."""
     problem = now.problem
     index, size = state.event - problem.switches, len(problem.x0)

@@ -132,7 +132,7 @@ class NativeProblem:
         assert isinstance(derivative, NativeFunction)
         self.library = derivative.library
         if problem.like is None:
-            self._given, self._whole = _given(problem), _whole_numbers(problem)
+            self._given, self._whole = _given_arrays(problem), _whole_numbers(problem)
             self._method = method_struct(problem.method)
             self._system = _system(problem, self._given, self._whole)
             self.structure = _problem(problem, self._method, self._system)
@@ -173,7 +173,7 @@ def _whole_numbers(problem: Problem) -> dict[str, Integers]:
     return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
 
 
-def _given(problem: Problem) -> tuple[Floats, ...]:
+def _given_arrays(problem: Problem) -> tuple[Floats, ...]:
     """Return parameters, modes, margins and moments, which must live as long as the system for C."""
     given = (problem.parameters, problem.modes, problem.margins, problem.moments)
     return tuple(np.array(values, dtype=float) for values in given)

@@ -23,7 +23,7 @@ from multibody_sym.motion.integrator.flow import (
     StepError,
     ordinary,
 )
-from multibody_sym.motion.integrator.loop import at_end, reaches, sampled, steps
+from multibody_sym.motion.integrator.loop import at_end, interpolate_step, reaches, steps
 from multibody_sym.motion.integrator.singular import strays
 from multibody_sym.motion.loop.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
 from multibody_sym.program.runtime_constants import (
@@ -383,7 +383,7 @@ class _Run:
     def sample(self, done: Step, index: int) -> Floats:
         """Return sample `index`, settled if it lies between steps."""
         at = self.times[index]
-        x = sampled(done, at)
+        x = interpolate_step(done, at)
         if x is done.x_new:
             return x
         settled = self.settle_sample(at, x)

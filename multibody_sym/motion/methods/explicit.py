@@ -219,11 +219,11 @@ def _extension(b: Weights, d: tuple[Weights, ...]) -> tuple[Weights, ...]:
     for stage, high in enumerate(zip(*d, strict=True)):
         weight = b[stage] if stage <= end else zero
         first, last = (one if stage == place else zero for place in (0, end))
-        rows.append(_nested((weight, first - weight, 2 * weight - first - last, *high)))
+        rows.append(_nested_coefficients((weight, first - weight, 2 * weight - first - last, *high)))
     return tuple(rows)
 
 
-def _nested(F: Weights) -> Weights:
+def _nested_coefficients(F: Weights) -> Weights:
     """Return the coefficients of F0 + (1 - theta) (F1 + theta (F2 + (1 - theta) (F3 + ..)))."""
     inner = [F[-1]]
     for number in range(len(F) - 2, -1, -1):

@@ -53,7 +53,7 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
     earlier = _written_before(directory)
     written = {**earlier, **{name: _digest(content) for name, content in contents.items()}}
     written.pop(_TABLE, None)
-    contents[_TABLE] = _signed(table, written)
+    contents[_TABLE] = _with_digest(table, written)
     for name, content in contents.items():
         _verify_replaceable(directory / name, content, earlier.get(name))
     try:
@@ -66,13 +66,13 @@ def write_export(directory: Path, texts: Mapping[str, str], table: Mapping[str, 
     return [directory / name for name in contents]
 
 
-def _signed(table: Mapping[str, Any], written: Mapping[str, str]) -> bytes:
+def _with_digest(table: Mapping[str, Any], written: Mapping[str, str]) -> bytes:
     """Return the table as a file that tells what was written, and what it is itself."""
-    own = _digest(_printed({**table, _WRITTEN: written}))
-    return _printed({**table, _WRITTEN: {**written, _TABLE: own}})
+    own = _digest(_print_table({**table, _WRITTEN: written}))
+    return _print_table({**table, _WRITTEN: {**written, _TABLE: own}})
 
 
-def _printed(table: Mapping[str, Any]) -> bytes:
+def _print_table(table: Mapping[str, Any]) -> bytes:
     return (json.dumps(table, indent=2) + "\n").encode("utf-8")
 
 
@@ -86,7 +86,7 @@ def _written_before(directory: Path) -> dict[str, str]:
         table = json.loads(content)
         written = {str(name): str(digest) for name, digest in table.pop(_WRITTEN).items()}
         del written[_TABLE]
-        if content == _signed(table, written):
+        if content == _with_digest(table, written):
             written[_TABLE] = _digest(content)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}

@@ -244,15 +244,15 @@ class TreeFunction:
 def tree_function(question: TreeQuestion, code: Native) -> TreeFunction:
     """Return a question about a tree as a compiled function."""
     resolved = check_numbers(question.system)
-    compiled = _compiled(question, resolved, code)
+    compiled = _compile_question(question, resolved, code)
     (name,) = (name for name in compiled.functions if name != "inputs")
     return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)
 
 
-def _compiled(question: TreeQuestion, resolved: Mechanism, code: Native) -> Compiled:
+def _compile_question(question: TreeQuestion, resolved: Mechanism, code: Native) -> Compiled:
     program = question.program(resolved)
     made = load({"inputs": inputs_program(resolved), program.name: program}, code)
-    return replace(made, remake=partial(_compiled, question, resolved))
+    return replace(made, remake=partial(_compile_question, question, resolved))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

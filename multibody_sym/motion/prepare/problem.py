@@ -24,7 +24,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
-from multibody_sym.motion.prepare.programs import compiled, recall_laws, recall_programs
+from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws, recall_programs
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
 from multibody_sym.program.backend import PORTABLE, Native
@@ -95,7 +95,7 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
         + (True,) * len(margins),
         margins=margins,
         moments=tuple(sorted(knots)),
-        pairs=_pairing(ready.mechanism),
+        pairs=_pairing_of(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
         return problem
@@ -103,7 +103,7 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     return replace(problem, parameters=ready.stabilised_by(alpha, beta))
 
 
-def _pairing(mechanism: Mechanism) -> Pairing:
+def _pairing_of(mechanism: Mechanism) -> Pairing:
     plain: list[tuple[int, int]] = []
     balls: list[tuple[int, int]] = []
     for body in mechanism.bodies:
@@ -167,7 +167,7 @@ def prepare_system(
     verify_formalism(formalism)
     finding = _Programs(system, formalism, code)
     with stage("start"):
-        state, made = _started(system, finding)
+        state, made = _state_at_start(system, finding)
     state = with_numbers_as_data(state.before_a_run)
     laws = None
     if modes and state.declared.one_way:
@@ -196,7 +196,7 @@ class _Programs(NamedTuple):
 
     def made(self, mechanism: Mechanism) -> Made:
         name = formalism_name(self.formalism, mechanism)
-        return name, compiled(mechanism, name, self._form(mechanism), self.code)
+        return name, compile_mechanism(mechanism, name, self._form(mechanism), self.code)
 
     def of_all_modes(self, laws: LawMechanism) -> Made:
         assert laws.every is not None
@@ -215,7 +215,7 @@ class _Programs(NamedTuple):
         return form_of(self.system.simulation, constrained=rows, varies=mechanism.mode is not None)
 
 
-def _started(system: System, programs: _Programs) -> tuple[StartState, Made | None]:
+def _state_at_start(system: System, programs: _Programs) -> tuple[StartState, Made | None]:
     """Return the state at the start, and the Programs if loops were closed by them, which they are where that can be.
 
     Whatever is wrong is told as where it cannot; of few bodies, before anything is compiled.

@@ -33,7 +33,7 @@ _NUMBERS: Final[Mapping[type, frozenset[str]]] = {
 """What no Program follows from: a title, what is handed over as numbers and its unit, what is looked at after a run."""
 
 
-def compiled(
+def compile_mechanism(
     mechanism: Mechanism,
     formalism: str,
     form: Form = "explicit",
@@ -56,7 +56,7 @@ def compiled(
             derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
         made = loading.load(derived, code, rare=closing, multistep=form == "multistep")
     loading.remember(structure_key(mechanism, formalism, form), made, {})
-    return replace(made, remake=partial(compiled, mechanism, formalism, form))
+    return replace(made, remake=partial(compile_mechanism, mechanism, formalism, form))
 
 
 def recall_programs(
@@ -69,7 +69,7 @@ def recall_programs(
     recalled = loading.recall(structure_key(mechanism, formalism, form), code)
     if recalled is None:
         return None
-    again = partial(compiled, mechanism, formalism, form)
+    again = partial(compile_mechanism, mechanism, formalism, form)
     return replace(recalled.compiled, wanted=code, remake=again)
 
 

@@ -219,11 +219,11 @@ def labels_from_json(values: Any, resolved: Resolved) -> RunLabels:
     """Return what `as_json` wrote; raises KeyError or TypeError for anything else."""
     if set(values) != set(ALL):
         raise KeyError("not what is told of a mechanism")
-    return _Recalled(resolved, {name: frozen(values[name]) for name in ALL})
+    return _Recalled(resolved, {name: freeze(values[name]) for name in ALL})
 
 
-def frozen(value: Any) -> Any:
+def freeze(value: Any) -> Any:
     """Return a value as it was before it was JSON, which has no tuples."""
     if isinstance(value, list):
-        return tuple(map(frozen, value))
-    return {name: frozen(x) for name, x in value.items()} if isinstance(value, dict) else value
+        return tuple(map(freeze, value))
+    return {name: freeze(x) for name, x in value.items()} if isinstance(value, dict) else value

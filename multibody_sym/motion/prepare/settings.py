@@ -197,14 +197,14 @@ def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float])
     with at("constraints", "baumgarte"):
         wrong, alpha, beta = gathered(), None, None
         with wrong:
-            alpha = _coefficient(asked, "alpha", values)
+            alpha = _baumgarte_value(asked, "alpha", values)
         with wrong:
-            beta = _coefficient(asked, "beta", values)
+            beta = _baumgarte_value(asked, "beta", values)
         wrong.told()
         return Coefficients(alpha if alpha is not None else beta, beta if beta is not None else alpha)
 
 
-def _coefficient(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:
+def _baumgarte_value(asked: Baumgarte, name: str, values: Mapping[Node, float]) -> float | None:
     node: Node | None = getattr(asked, name)
     if node is None:
         return None

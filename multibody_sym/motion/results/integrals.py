@@ -187,7 +187,7 @@ class FineLeg:
 def integral(values: Floats, t: Floats) -> Floats:
     """Return the integrals (pieces + 1, ...) of values (4 pieces + 1, ...) from the first time to the end of pieces."""
     pieces = (len(t) - 1) // 4
-    weights = integrated(1.0)
+    weights = integral_weights(1.0)
     of_piece = sum(weights[k] * values[k : 4 * pieces + k : 4] for k in range(4)) if pieces else values[:0]
     of_piece = of_piece + weights[4] * values[4 : 4 * pieces + 1 : 4] if pieces else of_piece
     lengths = (t[4::4] - t[:-4:4]).reshape(-1, *(1,) * (values.ndim - 1))
@@ -195,7 +195,7 @@ def integral(values: Floats, t: Floats) -> Floats:
     return found
 
 
-def integrated(part: float) -> Floats:
+def integral_weights(part: float) -> Floats:
     """Return the weights (5) of a piece's values in the integral over its first part."""
     found: Floats = (part**_POWERS / _POWERS) @ _MONOMIALS
     return found
@@ -210,7 +210,7 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
         found[k] = whole[piece]
         if len(ends) > 1:
             length = ends[piece + 1] - ends[piece]
-            weights = integrated(float(np.clip((time - ends[piece]) / length, 0.0, 1.0))) * length
+            weights = integral_weights(float(np.clip((time - ends[piece]) / length, 0.0, 1.0))) * length
             found[k] += np.tensordot(weights, values[4 * piece : 4 * piece + 5], axes=1)
     return found
 
@@ -340,7 +340,7 @@ def impact_balance(mechanism: Mechanism, blow: ImpactOutcome) -> ImpactBalance:
     T0, T1 = (float(kinetic_energy(motion)) for motion in (before, after))
     prescribed = generalized_momenta(_motion(mechanism, blow, np.zeros_like(blow.u)))
     given = [float(b * du) for b, du in zip(prescribed, blow.jump.tolist(), strict=True)]
-    given += [-x * _driven(row, blow.u) for x, row in zip(z, rows, strict=True)]
+    given += [-x * _drive(row, blow.u) for x, row in zip(z, rows, strict=True)]
     lost = sum(blow.lost.values())
     energy = T0 + T1 + abs(lost) + sum(map(abs, given))
     return ImpactBalance(
@@ -351,7 +351,7 @@ def impact_balance(mechanism: Mechanism, blow: ImpactOutcome) -> ImpactBalance:
     )
 
 
-def added(mechanism: Mechanism, blow: ImpactOutcome, leaves: Sequence[Node]) -> Floats:
+def impact_integrals(mechanism: Mechanism, blow: ImpactOutcome, leaves: Sequence[Node]) -> Floats:
     """Return what an impact adds to work and impulses (leaves).
 
     Forces are linear in accelerations and multipliers: du and the impulses in their place give impulses, and work at
@@ -373,7 +373,7 @@ def _lost_in_turn(whole: Mechanism, mean: Motion, blow: ImpactOutcome, z: Sequen
     """Return by how much the work of what is declared, by name, differs from that at the mean of all speeds (J)."""
     rows = row_motions(mean)
     taken = {
-        row.name: x * (float(np.array(own.forces, dtype=float) @ mean.state.u) + _driven(own, np.array(mean.state.u)))
+        row.name: x * (float(np.array(own.forces, dtype=float) @ mean.state.u) + _drive(own, np.array(mean.state.u)))
         for row, own, x in zip(whole.rows, rows, z, strict=True)
         if x
     }
@@ -403,7 +403,7 @@ def _momenta(motion: Motion) -> tuple[Floats, Floats]:
     return np.array(values, dtype=float).reshape(-1, 6).sum(axis=0), sizes
 
 
-def _driven(row: RowMotion, u: Floats) -> float:
+def _drive(row: RowMotion, u: Floats) -> float:
     """Return the rate of a row that time alone gives it; none of friction in joints, all whose work counts as lost."""
     if row.exerts is not None or not row.kinematic:
         return 0.0
@@ -453,13 +453,13 @@ def theorem_misses(stretches: Sequence[FineLeg], jumps: Iterable[ImpactBalance] 
     `jumps` are the impacts of the run in the order of time, which come before the stretches that begin then.
     """
     worst = {name: Miss(0.0, 0.0) for name in (*THEOREMS, *INTEGRAL.values())}
-    for name, miss in _missed(stretches, iter(jumps)):
+    for name, miss in _misses(stretches, iter(jumps)):
         if not miss.relative <= worst[name].relative:
             worst[name] = miss
     return worst
 
 
-def _missed(stretches: Sequence[FineLeg], jumps: Iterator[ImpactBalance]) -> Iterator[tuple[str, Miss]]:
+def _misses(stretches: Sequence[FineLeg], jumps: Iterator[ImpactBalance]) -> Iterator[tuple[str, Miss]]:
     since, waiting = _Since(), next(jumps, None)
     for stretch, program in with_program(stretches, theorems_program):
         while waiting is not None and waiting.t <= stretch.problem.start:

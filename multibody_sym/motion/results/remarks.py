@@ -66,7 +66,7 @@ def growing_energy(run: Samples, accuracy: float) -> list[dict[str, Any]]:
         return []
     if not kept.all():
         kinetic, total = kinetic[kept], total[kept]
-    felt = accuracy * np.maximum(1.0, _accumulated(np.maximum, np.abs(total - kinetic)))
+    felt = accuracy * np.maximum(1.0, _accumulate(np.maximum, np.abs(total - kinetic)))
     if driven:
         half = (len(kinetic) + 1) // 2
         first = (kinetic + np.abs(total - kinetic))[:half]
@@ -74,9 +74,9 @@ def growing_energy(run: Samples, accuracy: float) -> list[dict[str, Any]]:
         grown[:half] = False
     else:
         rise = total.copy()
-        rise -= _accumulated(np.minimum, total.copy())
+        rise -= _accumulate(np.minimum, total.copy())
         enough = bool(rise.max() > _PART * kinetic.max() + felt[-1])
-        felt += _PART * _accumulated(np.maximum, kinetic.copy())
+        felt += _PART * _accumulate(np.maximum, kinetic.copy())
         grown = (rise > felt) & enough
     at = np.flatnonzero(kept)[grown]
     return [{"t": float(run.t[at[0]]), "kind": ENERGY, "element": "total energy"}] if len(at) else []
@@ -109,7 +109,7 @@ def _first(run: Samples, kind: str, held: Mapping[str, NDArray[np.bool_]]) -> li
     return [{"t": float(run.t[k[0]]), "kind": kind, "element": name} for name, k in at.items() if len(k)]
 
 
-def _accumulated(extreme: np.ufunc, values: Floats) -> Floats:
+def _accumulate(extreme: np.ufunc, values: Floats) -> Floats:
     """Return the extreme of values up to each, in their place: a run may have a million."""
     extreme.accumulate(values, out=values)
     return values

@@ -234,7 +234,7 @@ class Samples:
 
     def _of_all(self, of_part: Callable[[LegSamples], Floats]) -> Floats:
         """Return what the parts have, one after the other."""
-        return _joined([of_part(part) for part in self._parts])
+        return _concatenate([of_part(part) for part in self._parts])
 
     @cached_property
     def tensions(self) -> Mapping[str, Floats]:
@@ -246,7 +246,7 @@ class Samples:
         return {name: self.multipliers[name] for name in ropes}
 
     def _evaluated(self, name: str) -> tuple[Floats, ...]:
-        return tuple(map(_joined, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
+        return tuple(map(_concatenate, zip(*(part.evaluated(name) for part in self._parts), strict=True)))
 
 
 def last_part(samples: Samples) -> LegSamples:
@@ -258,6 +258,6 @@ def _unit(table: Table, name: str) -> dict[str, str]:
     return {"units": table.units[name]} if name in table.units else {}
 
 
-def _joined(values: Sequence[Floats]) -> Floats:
+def _concatenate(values: Sequence[Floats]) -> Floats:
     """Return arrays one after the other; one alone is not copied."""
     return values[0] if len(values) == 1 else np.concatenate(values)

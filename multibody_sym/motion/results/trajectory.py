@@ -15,7 +15,7 @@ from multibody_sym.dynamics.constraints.left_over import Redundancy
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.run_labels import frozen
+from multibody_sym.motion.prepare.run_labels import freeze
 from multibody_sym.motion.results.remarks import (
     accuracy_of,
     coordinates_too_far,
@@ -236,7 +236,7 @@ class Trajectory(Samples):
         if rank == len(told.rows):
             return Redundancy(rank - sum(told.doubles.values()), (), (), doubles=told.doubles)
         if self.ready.known is not None:
-            return Redundancy(**frozen(self.ready.known["redundancy"]))
+            return Redundancy(**freeze(self.ready.known["redundancy"]))
         from multibody_sym.dynamics.constraints.redundancy import redundancy  # which few runs need
         from multibody_sym.dynamics.formalisms.composite_body import composite_body
         from multibody_sym.mechanics.motion import motion_of

@@ -209,17 +209,17 @@ def _cause(run: Trajectory, time: float) -> str | None:
     rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
     first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
     return (
-        _met(_stretched(mechanism), first, last)
+        _met(_point_lines(mechanism), first, last)
         or _lies_flat(run, last)
-        or _locked(last)
+        or _gimbal_lock(last)
         or _in_line(first, last)
         or _about_nothing(first, last)
-        or _grown(run, time, last)
+        or _growing_speed(run, time, last)
         or _load_grown(run, time, last)
     )
 
 
-def _stretched(mechanism: Mechanism) -> list[tuple[str, tuple[Marker, Marker]]]:
+def _point_lines(mechanism: Mechanism) -> list[tuple[str, tuple[Marker, Marker]]]:
     """Return what acts along lines between points, by name."""
     lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
     active = (row for row in mechanism.rows if isinstance(row, RopeRow))
@@ -274,7 +274,7 @@ def _lies_flat(run: Trajectory, last: Motion) -> str | None:
     return told and f"{told}; {ON_POINTS}, or end the run before"
 
 
-def _locked(last: Motion) -> str | None:
+def _gimbal_lock(last: Motion) -> str | None:
     """Return that the first and the third angle of a body have one axis at the end of a run; None for nothing."""
     turned = (why_locked(last, place) for place in range(len(last.mechanism.bodies)))
     return next((told for told in turned if told), None)
@@ -288,7 +288,7 @@ def _in_line(first: Motion, last: Motion) -> str | None:
     if not massless:
         return None
     try:
-        begun, left = _resisting(first), _resisting(last)
+        begun, left = _resisting_shares(first), _resisting_shares(last)
     except ZeroDivisionError:  # what rows alone hold
         return None
     place = int(np.argmin(left))
@@ -316,7 +316,7 @@ def _about_nothing(first: Motion, last: Motion) -> str | None:
     )
 
 
-def _resisting(motion: Motion) -> Floats:
+def _resisting_shares(motion: Motion) -> Floats:
     """Return (nu) which part of the inertia along each speed is left while all speeds before it are free."""
     return np.asarray(_pivots(motion) / np.array([float(x) for x in mass_diagonal(motion)]), dtype=float)
 
@@ -327,7 +327,7 @@ def _pivots(motion: Motion) -> Floats:
     return np.array(pivots, dtype=float)
 
 
-def _grown(run: Trajectory, time: float, last: Motion) -> str | None:
+def _growing_speed(run: Trajectory, time: float, last: Motion) -> str | None:
     """Return which speed grows without bound at the end of a run, and which load drives it; None for none."""
     mechanism, begun, end = run.ready.mechanism, run.problem, run.integration
     last_problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else begun
@@ -498,7 +498,7 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
     if end.q_final is not None and end.u_final is not None:
         rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
         first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
-        found = _met(_stretched(mechanism), first, last) or _locked(last) or _about_nothing(first, last)
+        found = _met(_point_lines(mechanism), first, last) or _gimbal_lock(last) or _about_nothing(first, last)
         if told := found or _turns_fast(run, time, last):
             return told
     named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
@@ -552,7 +552,7 @@ def _singular(run: Trajectory, time: float) -> Reason:
     rows = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), time)
     motion = rows.motion(run.integration.q_final, run.integration.u_final)
     first = rows.motion(run.ready.q0, run.ready.u0)
-    if vanishing := _in_line(first, motion) or _grown(run, time, motion):
+    if vanishing := _in_line(first, motion) or _growing_speed(run, time, motion):
         return Reason(f"no step was found that leads on from t = {time:.6g} s: {vanishing}", ends=True)
     end = np.concatenate([run.integration.q_final, run.integration.u_final])
     generic = mechanism.parameters.independent_rows(parameters)
@@ -567,7 +567,7 @@ def _singular(run: Trajectory, time: float) -> Reason:
                 "move what they press (Painleve's paradox), and no change of their sign was found behind which the "
                 "motion goes on; lower the friction, or end the run before"
             )
-    if found.independence > _APART and (part := _feeding(run, time)):
+    if found.independence > _APART and (part := _self_pressing_part(run, time)):
         return Reason(
             f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass "
             "take no more of it; give them a mass, lower the friction, or end the run before"
@@ -586,7 +586,7 @@ def _singular(run: Trajectory, time: float) -> Reason:
     )
 
 
-def _feeding(run: Trajectory, time: float) -> str | None:
+def _self_pressing_part(run: Trajectory, time: float) -> str | None:
     """Return the name of a part whose friction makes what presses it at a time near the end of a run, or None."""
     from multibody_sym.motion.switching.jams import feeds_itself
     from multibody_sym.motion.switching.mode_run import ModeRun  # brings what runs without modes do without
@@ -619,11 +619,11 @@ def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -
     """Return a run, as failed at the first sample at which it had left its constraints if it did."""
     rows = ConstraintRows(mechanism, problem.parameters.tolist(), range(len(mechanism.rows))).holonomic()
     places = np.unique(np.linspace(0, len(done.t) - 1, _SIZED).astype(int))
-    seen = [missed.sizes for missed in (_missed(rows, done, int(k)) for k in places) if missed is not None]
+    seen = [missed.sizes for missed in (_row_residual(rows, done, int(k)) for k in places) if missed is not None]
     largest = np.max(seen, axis=0, initial=0.0)
     allowed = _LEFT * np.where(largest > 0.0, largest, np.inf)
     for k in range(len(done.t)):
-        missed = _missed(rows, done, k)
+        missed = _row_residual(rows, done, k)
         left = np.zeros(0) if missed is None else np.flatnonzero(np.abs(missed.residuals) > allowed)
         if len(left):
             t, q, u = done.t[: k + 1], done.q[: k + 1], done.u[: k + 1]
@@ -632,5 +632,5 @@ def until_departure(mechanism: Mechanism, problem: Problem, done: Integration) -
     return done
 
 
-def _missed(rows: ConstraintRows, done: Integration, k: int) -> Residual | None:
+def _row_residual(rows: ConstraintRows, done: Integration, k: int) -> Residual | None:
     return replace(rows, t=float(done.t[k])).missed(done.q[k])

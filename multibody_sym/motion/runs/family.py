@@ -33,7 +33,7 @@ from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import problem_of, settings_of
-from multibody_sym.motion.prepare.programs import compiled
+from multibody_sym.motion.prepare.programs import compile_mechanism
 from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.prepare.settings import form_of, stabilises
@@ -404,7 +404,7 @@ class VariedSystem:
     def _layout(self) -> Layout:
         resolved = self._mechanism
         name, form = formalism_name(self.formalism, resolved), form_of(self.system.simulation, constrained=self._closes)
-        programs = compiled(resolved, name, form, self.code)
+        programs = compile_mechanism(resolved, name, form, self.code)
         looked = {"quick_look": quick_look(self._changed, resolved)}
         look = loading.load(looked, self.code)
         return Layout(resolved, name, programs, look, self.parameters, self.initial)

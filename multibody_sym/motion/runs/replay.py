@@ -86,7 +86,7 @@ class _Libraries:
         return all(compiled.backend == "c" and compiled.notice is None for compiled in self.known.values())
 
 
-def recalled(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
+def recall_run(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
     """Return the run that was remembered last under a key, if it is the one asked for; else None."""
     if code.backend == "python":
         return None
@@ -95,7 +95,7 @@ def recalled(key: str, asked: str, anew: Anew, code: Native) -> RunStart | None:
         compiled, metadata = found.library(0)
         kept = json.loads(metadata["run"])
         others = [found.library(number)[0] for number in range(1, kept["libraries"])]
-        return _made([compiled, *others], kept, anew)
+        return _make_start([compiled, *others], kept, anew)
     except _WRONG:
         return None
 
@@ -120,7 +120,7 @@ def _key(key: str, number: int) -> str:
     return f"run {key} {number}" if number else f"run {key}"
 
 
-def _made(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> RunStart:
+def _make_start(compiled: list[Compiled], kept: Mapping[str, Any], anew: Anew) -> RunStart:
     numbers = Numbers(*(np.array(values, dtype=float) for values in kept["numbers"]))
     known = {name: kept[name] for name in ("told", "start", "wheels", "redundancy")}
     ready = PreparedSystem(kept["formalism"], compiled[0], numbers, lambda: anew.ready().begin(), None, known)

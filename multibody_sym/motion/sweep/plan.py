@@ -58,16 +58,16 @@ class VariedAxis:
         if self.values:
             found: Floats = np.array(self.values, dtype=float)[whole]
             return found
-        return _between(self.low, self.high, whole / max(self.count - 1, 1))
+        return _point_between(self.low, self.high, whole / max(self.count - 1, 1))
 
     def drawn(self, part: Floats) -> Floats:
         """Return the values that parts (n,) of 1 stand for: in the range, or the one of the values that holds it."""
         if self.size:
             return self.value((part * self.size).clip(0, self.size - 1))
-        return _between(self.low, self.high, part)
+        return _point_between(self.low, self.high, part)
 
 
-def _between(low: float, high: float, part: Floats) -> Floats:
+def _point_between(low: float, high: float, part: Floats) -> Floats:
     """Return the place between both ends, which are met exactly."""
     found: Floats = low * (1.0 - part) + high * part
     return found

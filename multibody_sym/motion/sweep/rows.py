@@ -74,7 +74,7 @@ Span = tuple[int, int]
 """The first number of some runs, and that after the last."""
 
 
-def missing(done: Sequence[Span], total: int) -> Iterator[Span]:
+def missing_spans(done: Sequence[Span], total: int) -> Iterator[Span]:
     """Yield what is left of the numbers from 0 to `total`; `done` spans do not overlap."""
     begin = 0
     for first, end in sorted(done):
@@ -136,7 +136,7 @@ class Journal:
 
     def left(self, total: int) -> Iterator[Span]:
         """Yield the numbers below `total` of runs that are not in it."""
-        return missing(self.spans, total)
+        return missing_spans(self.spans, total)
 
     def add(self, rows: Rows) -> None:
         """Append rows. Raises OutputError; what was there before is kept then, and nothing half written."""
@@ -170,14 +170,14 @@ class Journal:
         *part, checksum = found
         _, count, names, numbers = part
         if [*map(type, part)] != [int, int, str, bytes] or checksum != _checksum(tuple(part), texts):
-            raise _damaged(self.name)
+            raise _damage_error(self.name)
         columns = tuple(names.splitlines())
         if len(numbers) != 8 * count * len(columns) or any(type(x) is not str for _, *text in texts for x in text):
-            raise _damaged(self.name)
+            raise _damage_error(self.name)
         told = {kind: [""] * count for kind in TEXTS}
         for run, kind, text in texts:
             if kind not in told:
-                raise _damaged(self.name)
+                raise _damage_error(self.name)
             told[kind][run - first] = text
         return Rows(first, columns, np.frombuffer(numbers, "<f8").reshape(count, len(columns)).astype(float), told)
 
@@ -270,10 +270,10 @@ def _spans(database: sqlite3.Connection, name: str, tables: set[str], key: str, 
         )
     found = database.execute("SELECT first, count FROM parts ORDER BY first").fetchall()
     if any(type(count) is not int or count < 1 for _, count in found):
-        raise _damaged(name)
+        raise _damage_error(name)
     spans = [(first, first + count) for first, count in found]
     if any(after[0] < before[1] for before, after in pairwise([(0, 0), *spans, (total, total)])):
-        raise _damaged(name)
+        raise _damage_error(name)
     return spans
 
 
@@ -292,10 +292,10 @@ def _errors(name: str) -> Iterator[None]:
         if code in _UNWRITABLE:
             message = f"the file cannot be written: {error}"
             raise OutputError(message, where=Where(file=name), number="O102") from error
-        raise (_none(name) if code == sqlite3.SQLITE_NOTADB else _damaged(name)) from None
+        raise (_none(name) if code == sqlite3.SQLITE_NOTADB else _damage_error(name)) from None
 
 
-def _damaged(name: str) -> InputError:
+def _damage_error(name: str) -> InputError:
     return InputError(f"this journal is damaged; {_AGAIN}", where=Where(file=name))
 
 
@@ -374,18 +374,18 @@ def _write_csv(content: Content, file: BinaryIO) -> None:
     text = io.StringIO()
     for key, value in content.about.items():
         text.write(f"{_REMARK}{key}: {json.dumps(value)}\n")
-    text.write(",".join(map(_quoted, (*content.numbers, *TEXTS))) + "\n")
+    text.write(",".join(map(_quote, (*content.numbers, *TEXTS))) + "\n")
     for numbers, rows in content.parts():
         written = b"".join(csv_lines(numbers[:, 1:])).decode().splitlines()
         texts = (rows.texts[name] for name in TEXTS)
         for run, row, *words in zip(numbers[:, 0].astype(int).tolist(), written, *texts, strict=True):
-            text.write(",".join((str(run), row, *map(_quoted, words))) + "\n")
+            text.write(",".join((str(run), row, *map(_quote, words))) + "\n")
         file.write(text.getvalue().encode())
         text.seek(0)
         text.truncate()
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text of a CSV, between quotation marks where it would be taken apart, or for a remark."""
     return '"' + text.replace('"', '""') + '"' if _QUOTED.search(text) else text
 
@@ -478,7 +478,7 @@ def read(path: str) -> tuple[dict[str, Column], dict[str, Any]]:
         return _READERS[table_format(path)](file)
 
 
-def gathered(content: Content) -> dict[str, Column]:
+def gather_columns(content: Content) -> dict[str, Column]:
     """Return the columns of a table that is in no file, by name."""
     parts = list(content.parts())
     numbers = np.concatenate([part for part, _ in parts]) if parts else np.empty((0, len(content.numbers)))

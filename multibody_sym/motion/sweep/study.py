@@ -386,13 +386,13 @@ def _done(
     """Do the runs that are not in the journal, and return the study."""
     journal = _journal(output, task, key)
     try:
-        computed = _computed(task, journal, workers, executor, on_progress)
+        computed = _compute_runs(task, journal, workers, executor, on_progress)
         about = {**task.about, "units": task.units}
         content = tables.Content(task.plan, journal, about)
         if output is None:
-            return Study(task.plan, None, about, computed, tables.gathered(content))
+            return Study(task.plan, None, about, computed, tables.gather_columns(content))
         path = tables.write(content, path_name(output))
-        found = tables.gathered(content) if is_special(path) else None  # what went into a pipe is not read again
+        found = tables.gather_columns(content) if is_special(path) else None  # what went into a pipe is not read again
         journal.discard()
         return Study(task.plan, path, about, computed, found)
     except _WrongReduceError as wrong:
@@ -407,7 +407,7 @@ def _done(
         journal.close()
 
 
-def _computed(
+def _compute_runs(
     task: Task, journal: Journal, workers: int, executor: Executor | None, on_progress: Counted | None
 ) -> int:
     """Do the runs that are not in the journal, keep them there, and return their number."""

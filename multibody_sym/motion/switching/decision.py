@@ -21,7 +21,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS
 from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, LawElement, Mode
 from multibody_sym.mechanics.modes import mode_words
-from multibody_sym.motion.loop.chain import stepped
+from multibody_sym.motion.loop.chain import runge_kutta_step
 from multibody_sym.motion.loop.problem import Reason
 from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.flights import AfterImpact, Fall, rest_of
@@ -456,7 +456,7 @@ def _state_soon_after(
     now = np.concatenate([facts.q, facts.u])
     rates = rates_of(facts.t, now)
     for soon in (part * facts.scale.time for part in SOON):
-        for x in (stepped(rates_of, facts.t, now, soon), now + soon * rates):
+        for x in (runge_kutta_step(rates_of, facts.t, now, soon), now + soon * rates):
             q, u = np.split(x, [len(facts.q)])
             there = facts.laws.at(facts.t + soon, q, u, facts.scale).posed(touching)
             found = _find_states(there, before)

@@ -18,7 +18,7 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.motion.loop.chain import stepped
+from multibody_sym.motion.loop.chain import runge_kutta_step
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.motion.switching.legs import ModeLeg
@@ -245,7 +245,7 @@ class _Way:
                 straight += [way[: ny + len(names)]] if way[0] <= faded else []
             if not math.isfinite(step):
                 return None
-            ahead = partial(stepped, onward, 0.0, z)
+            ahead = partial(runge_kutta_step, onward, 0.0, z)
             if least(ahead(step)) <= 0.0:
                 step = brentq(lambda part, ahead=ahead: least(ahead(part)), 0.0, step, xtol=_ROUNDED * step)
                 after, pushed, took = np.split(ahead(step), [ny, ny + len(names)])
@@ -273,4 +273,4 @@ class _Way:
 
     def step(self, y: Floats, s: float) -> Floats:
         """Return y a step on, of order 4."""
-        return stepped(lambda _, at: self.slope(at)[0], 0.0, y, s)
+        return runge_kutta_step(lambda _, at: self.slope(at)[0], 0.0, y, s)

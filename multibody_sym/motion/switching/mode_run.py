@@ -22,15 +22,15 @@ from multibody_sym.model.settings import Settings
 from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import own_coefficient
-from multibody_sym.motion.prepare.programs import compiled, recall_laws
+from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of
 from multibody_sym.motion.results.integrals import (
     PIECES,
     FineLeg,
     ImpactBalance,
-    added,
     impact_balance,
+    impact_integrals,
     integral,
     with_program,
 )
@@ -338,7 +338,7 @@ class ModeRun(Legs):
 
     def added(self, leaves: Sequence[Node]) -> list[tuple[float, Floats]]:
         """Return the time of each impact, and what it adds to work and impulses (leaves)."""
-        return [(blow.t, added(self.mechanism, blow, leaves)) for blow in self.blows]
+        return [(blow.t, impact_integrals(self.mechanism, blow, leaves)) for blow in self.blows]
 
     def passed_through(self, t: Floats, q: Floats, u: Floats) -> str:
         """Return which point got through a bar without thickness between samples, empty where none did."""
@@ -565,4 +565,4 @@ def _compile_mode(
         return begun[1]
     if form == "index_2" and len(entered.held) == len(entered.speeds):
         form = "implicit"  # nothing moves: no rows have to be kept
-    return compiled(entered, formalism, form, code)
+    return compile_mechanism(entered, formalism, form, code)

@@ -15,7 +15,7 @@ from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.law_elements import LawElement, Mode
-from multibody_sym.motion.loop.chain import stepped
+from multibody_sym.motion.loop.chain import runge_kutta_step
 from multibody_sym.motion.loop.problem import ActiveRows, Course, CourseMode, KnownTurn, Passage, Problem, Reason
 from multibody_sym.motion.loop.python_loop import put_back
 from multibody_sym.motion.methods.table import LibraryMethod
@@ -296,7 +296,7 @@ class Switches:
     def _later(now: ModeLeg, facts: LawValues, part: float) -> LawValues:
         """Return what holds a part of the model's time later, as the mode has it."""
         soon, x = part * facts.scale.time, np.concatenate([facts.q, facts.u])
-        q, u = np.split(stepped(now.of.rates, facts.t, x, soon), [len(facts.q)])
+        q, u = np.split(runge_kutta_step(now.of.rates, facts.t, x, soon), [len(facts.q)])
         return facts.laws.at(facts.t + soon, q, u, facts.scale)
 
     def within(self, now: ModeLeg, t: float, x: Floats, index: int) -> Within | None:
@@ -332,7 +332,7 @@ class Switches:
                 return None
         after = np.concatenate([facts.q, u])
         if facts.t != t:
-            after = stepped(now.of.rates, facts.t, after, t - facts.t)
+            after = runge_kutta_step(now.of.rates, facts.t, after, t - facts.t)
         return Within(after, facts=facts, cause=Cause(blow.t, blow, late, collapsed))
 
     @staticmethod
@@ -401,7 +401,7 @@ class Switches:
         since = max(self.bounces.rhythm.last, now.start)
         if not (_PROMPT * abs(facts.t) < abs(ago) and ago < facts.t - since):
             return facts
-        before = stepped(now.of.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
+        before = runge_kutta_step(now.of.rates, facts.t, np.concatenate([facts.q, facts.u]), -ago)
         q, u = np.split(before, [len(facts.q)])
         return facts.laws.at(facts.t - ago, q, u, facts.scale)
 

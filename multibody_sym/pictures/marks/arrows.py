@@ -65,16 +65,16 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
         elif item.role == "motion":
             yield from _ground_motion(sheet, item, vector, named, corner)
         elif item.role in ("torque", "couple"):
-            pen = _pen(item, REACTION if item.role == "couple" else FORCE)
+            pen = _arrow_pen(item, REACTION if item.role == "couple" else FORCE)
             yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
-            pen = _pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
+            pen = _arrow_pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
             at = at + taken.aside(at, sheet.projection.page(vector))
             declared = item.role == "force" and item.path[0] == "forces"
             yield from _force(sheet, at, vector, item.label, named, pen, lines if declared else None)
 
 
-def _pen(item: ArrowItem, pen: Pen) -> Pen:
+def _arrow_pen(item: ArrowItem, pen: Pen) -> Pen:
     """Return the pen of an arrow, dashed for what is not unique."""
     return replace(pen, dash=_OPEN) if item.open else pen
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import WHEEL
-from multibody_sym.pictures.marks.sheet import Sheet, extent, left, unit2
+from multibody_sym.pictures.marks.sheet import Sheet, left, points_drawn, unit2
 from multibody_sym.pictures.marks.supports import wheels_on
 from multibody_sym.pictures.page.picture import (
     BODY,
@@ -291,7 +291,7 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     e2 = np.cross(normal, e1)
     pose = sheet.home.poses[item.body]
     base = np.array(form.through)
-    points = (extent(sheet.scene, sheet.home) - pose[:, 3]) @ pose[:, :3] - base
+    points = (points_drawn(sheet.scene, sheet.home) - pose[:, 3]) @ pose[:, :3] - base
     half = max(0.15 * sheet.scene.size, sheet.metres(_SHEET))
     lows = [min(float((points @ e).min()), 0.0) - half for e in (e1, e2)]
     highs = [max(float((points @ e).max()), 0.0) + half for e in (e1, e2)]

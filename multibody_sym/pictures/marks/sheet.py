@@ -99,7 +99,8 @@ class Sheet:
     @cached_property
     def span(self) -> Floats:
         """The lowest and highest places on the page of all that has ends (2, 2), now, at the start and on the way."""
-        points = [self.projection.page(extent(self.scene, each)) for each in (self.placed, self.home, *self.others)]
+        places = self.placed, self.home, *self.others
+        points = [self.projection.page(points_drawn(self.scene, each)) for each in places]
         every = np.vstack(points)
         return np.array([every.min(axis=0), every.max(axis=0)])
 
@@ -119,7 +120,7 @@ class Sheet:
         return found
 
 
-def extent(scene: Scene, placed: Placed) -> Floats:
+def points_drawn(scene: Scene, placed: Placed) -> Floats:
     """Return the points (n, 3) in the world between which a scene is drawn: all that has an end."""
     points = [np.zeros((0, 3))]
     for item in scene.items:

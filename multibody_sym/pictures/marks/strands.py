@@ -103,7 +103,7 @@ def zigzag(a: Floats, b: Floats) -> Floats:
     return np.vstack([a, turns, b])
 
 
-def _spring(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+def _spring_marks(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     yield Stroke(zigzag(*pieces[0]), sheet.pen(placed.strand, SPRING), **named)
 
 
@@ -210,7 +210,7 @@ def _tie(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, An
 
 
 STRANDS: Final[Mapping[str, Look]] = {
-    "spring": _spring,
+    "spring": _spring_marks,
     "damper": _damper,
     "spring_damper": _both,
     "rope": _rope,

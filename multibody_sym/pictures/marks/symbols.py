@@ -169,7 +169,7 @@ def _ball_pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield from _ball(sheet, item, symbol)
 
 
-def _bearing(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+def _bush_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a hinge on ground in space: a bush about its axis on a stem."""
     if sheet.flat:
         yield from _pivot(sheet, item, symbol)
@@ -392,7 +392,7 @@ def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 SYMBOLS: Final[Mapping[str, Look]] = {
     "pin": _pin,
-    "pivot": _bearing,
+    "pivot": _bush_marks,
     "ball_joint": _ball,
     "ball_pivot": _ball_pivot,
     "cardan": _cardan,

@@ -395,17 +395,17 @@ def _with_heads(mark: Arrow) -> list[Simple]:
     found: list[Simple] = []
     for end in (-1, 0) if mark.both else (-1,):
         tip = points[end].copy()
-        away = tip - _shortened(points, end, size)[end]
+        away = tip - _shorten_end(points, end, size)[end]
         away = away / (np.hypot(*away) or 1.0)
         across = np.array([-away[1], away[0]]) * size * 0.32
         foot = tip - size * away
         head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
         found.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
-        points = _shortened(points, end, size * 0.7)
+        points = _shorten_end(points, end, size * 0.7)
     return [Stroke(points, mark.pen, **named), *found]
 
 
-def _shortened(points: Floats, end: int, size: float) -> Floats:
+def _shorten_end(points: Floats, end: int, size: float) -> Floats:
     """Return a polyline shorter by `size` at one of its ends."""
     ordered = points if end == -1 else points[::-1]
     kept, left = [np.asarray(p) for p in ordered], size

@@ -24,7 +24,7 @@ def figure_content(figure: Any, ending: str) -> bytes:
     import matplotlib as mpl
 
     found, dated = io.BytesIO(), {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with plain_style(), mpl.rc_context({"svg.hashsalt": "multibody_sym"}), _arranged(figure):
+    with plain_style(), mpl.rc_context({"svg.hashsalt": "multibody_sym"}), _fixed_layout(figure):
         try:
             figure.savefig(found, format=ending, metadata=dated.get(ending))
         except ValueError as problem:
@@ -33,7 +33,7 @@ def figure_content(figure: Any, ending: str) -> bytes:
 
 
 @contextlib.contextmanager
-def _arranged(figure: Any) -> Iterator[None]:
+def _fixed_layout(figure: Any) -> Iterator[None]:
     """Lay a figure out now: one whose layout is asked for while it is written is drawn twice."""
     engine = figure.get_layout_engine()
     if engine is None:

@@ -329,7 +329,7 @@ def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
     yield _bead(stage, name, element.point)
 
 
-def _rolling(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
+def _rolling_items(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
     yield _touch(stage, name, ("constraints", name), (element.body, element.on))
 
 
@@ -339,7 +339,7 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
     PointOnLine: _on_line,
     PointInPlane: _in_plane,
     OnCurve: _on_curve,
-    Rolling: _rolling,
+    Rolling: _rolling_items,
     Expression: _tie,
     VelocityConstraint: _skate,
 }
@@ -375,7 +375,7 @@ def force_items(stage: Stage) -> Iterator[Item]:
     for name, element in stage.system.forces.items():
         kind, joint = _IN_JOINTS.get(type(element)), getattr(element, "joint", None)
         if joint is None or kind is None:
-            yield from _field(stage, name, element)
+            yield from _field_signs(stage, name, element)
             continue
         each = placed_joint(stage, joint)
         if kind in ("torsion_spring", "torsion_damper") and not each.turns:
@@ -385,7 +385,7 @@ def force_items(stage: Stage) -> Iterator[Item]:
         yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
 
 
-def _field(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+def _field_signs(stage: Stage, name: str, element: Any) -> Iterator[Item]:
     """Yield a sign without ink for a potential at a body or in joints, which has no form of its own."""
     if not isinstance(element, Potential) or element.between is not None:
         return

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.mechanics.motion import JointMotion, stepped
+from multibody_sym.mechanics.motion import JointMotion, after_step
 from multibody_sym.mechanics.spanning_tree import coordinate_names
 from multibody_sym.model.bodies import GROUND, SHAPES
 from multibody_sym.model.constraints import Distance
@@ -246,7 +246,7 @@ def _form(
 ) -> Stop | TurnStop | None:
     """Return where a stop stands: across the way on which the joint goes there, or beside the rod that turns."""
     (free,) = made.joint.free_steps
-    moved = stepped(free.step, JointMotion(), [value], [0.0], made.stage.motion.state)
+    moved = after_step(free.step, JointMotion(), [value], [0.0], made.stage.motion.state)
     rotation = np.array(moved.rotation, dtype=float)
     way = rotation @ np.array(moved.linear[0], dtype=float)
     axis = rotation @ np.array(moved.angular[0], dtype=float)

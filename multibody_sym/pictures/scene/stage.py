@@ -409,7 +409,7 @@ def _plane(stage: Stage, body: Body, surface: Surface) -> Form:
     return Face(stage.vector(surface.plane), unit(stage.vector(surface.normal)), ends)
 
 
-def _segment(stage: Stage, body: Body, surface: Surface) -> Form:
+def _segment_form(stage: Stage, body: Body, surface: Surface) -> Form:
     assert surface.segment is not None
     return Polyline(_ends(stage, body, surface.segment))
 
@@ -454,7 +454,7 @@ _FORMS: Final[Mapping[str, Callable[[Stage, Body, Surface], Form]]] = {
     "disc": _disc,
     "sphere": _sphere,
     "plane": _plane,
-    "segment": _segment,
+    "segment": _segment_form,
     "point": _point,
     "revolution": _revolution,
     "curve": _guide,

@@ -42,7 +42,7 @@ def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
                 yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose)
 
 
-def _spring(stage: Stage, element: Any) -> str:
+def _spring_kind(stage: Stage, element: Any) -> str:
     stiff, damped = element.stiffness.shadow != 0, element.damping.shadow != 0
     return "spring_damper" if stiff and damped else "spring" if stiff else "damper"
 
@@ -52,7 +52,7 @@ def _potential(stage: Stage, element: Any) -> str | None:
 
 
 _STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
-    SpringDamper: _spring,
+    SpringDamper: _spring_kind,
     Damper: lambda stage, element: "damper",
     Pull: lambda stage, element: "pull",
     Potential: _potential,

@@ -7,11 +7,11 @@ import pytest
 from mechanisms import random_case, random_state
 
 from multibody_sym.dynamics.formalisms.inertia import about_origin, split_at_joint
-from multibody_sym.mechanics.alignment import aligned
+from multibody_sym.mechanics.alignment import align_bodies
 from multibody_sym.mechanics.motion import motion_of
 
 
-@pytest.mark.parametrize("described", [aligned, lambda declared: declared], ids=["aligned", "declared"])
+@pytest.mark.parametrize("described", [align_bodies, lambda declared: declared], ids=["aligned", "declared"])
 @pytest.mark.parametrize("seed", range(40))
 def test_the_parent_and_the_kept_part_move_as_the_body_does(seed: int, described) -> None:
     """Twice the kinetic energy of body and parent, at random velocities of the parent and of the joint."""
