@@ -14,16 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.contact_laws.problem import (
-    IN_SPACE,
-    STICKS,
-    Flags,
-    LawLimits,
-    ModeArrays,
-    Places,
-    Scaled,
-    limits_of,
-)
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Flags, LawLimits, ModeArrays, Places, Scaled, limits_of
 from multibody_sym.contact_laws.solve_mode import Reduced, may_hold
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats

@@ -28,14 +28,7 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.law_elements import LawElement
-from multibody_sym.mechanics.mechanism import (
-    Coordinate,
-    Mechanism,
-    RopeSide,
-    Speed,
-    TangentAngle,
-    WrapAngle,
-)
+from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, RopeSide, Speed, TangentAngle, WrapAngle
 from multibody_sym.mechanics.modes import with_coefficients
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import tangent_angle

@@ -71,7 +71,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """What is told of `name` on a `subject`, in the letters of a `notation`.
+    """Sections on a `subject` called `name`, in the letters of a `notation`.
 
     `advice` ends the text; without sections it is all there is. With `run_in` LaTeX sets titles into their paragraphs.
     """

@@ -40,22 +40,12 @@ from multibody_sym.mechanics.row_records import (
     RoundSurface,
     Row,
 )
-from multibody_sym.model.bodies import (
-    IDENTITY,
-)
+from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.model.joints import Follow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.functions import (
-    absolute,
-    is_exactly,
-    maximum,
-    minimum,
-    sign,
-    sqrt,
-    where,
-)
+from multibody_sym.scalars.functions import absolute, is_exactly, maximum, minimum, sign, sqrt, where
 from multibody_sym.scalars.functions import apply as operation
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 from multibody_sym.scalars.vectors import S, Vec, add, apply, combination, cross, dot, scale, subtract, symmetric

@@ -16,14 +16,7 @@ from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.mechanics.contact_solids import Solid, sample_value, solid_of
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import TangentAngle
-from multibody_sym.mechanics.references import (
-    BARE,
-    References,
-    in_plane,
-    moves_in_plane,
-    no_part,
-    surface_tangents,
-)
+from multibody_sym.mechanics.references import BARE, References, in_plane, moves_in_plane, no_part, surface_tangents
 from multibody_sym.mechanics.row_records import (
     AngleRow,
     Bent,

@@ -18,14 +18,7 @@ from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawEle
 from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, spread
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, as_point, direction, generalized_forces
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
-from multibody_sym.mechanics.row_records import (
-    NOWHERE,
-    BrakingRow,
-    ExpressionRow,
-    ReactionRow,
-    Row,
-    RubbingRow,
-)
+from multibody_sym.mechanics.row_records import NOWHERE, BrakingRow, ExpressionRow, ReactionRow, Row, RubbingRow
 from multibody_sym.mechanics.spanning_tree import normals_of
 from multibody_sym.model.bodies import ORIGIN, unit_vector
 from multibody_sym.model.fields import Point

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field, fields, replace
 from functools import cache, cached_property
 from itertools import accumulate, pairwise
 from typing import Any, Final, cast, get_args
@@ -57,8 +57,6 @@ _BY_FORCES: Final = frozenset(
 """Functions that depend on what acts in contacts, stops and the like."""
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
-_VERIFIED: Final = 100
-"""Vectors of parameters in a batch whose masses and inertias are verified: the first ones."""
 
 
 def function(
@@ -75,8 +73,9 @@ def function(
     """Return what a system answers at a state as a compiled Function f(t, q, u).
 
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
-    bias, gravity, energies, momentum, centroidal_momentum, constraints, reactions, outputs, frame or jacobian (of
-    `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `native` and `backend` as for `simulate`.
+    bias, gravity, coriolis_matrix, energies, momentum, centroidal_momentum, constraints, reactions, regressor, outputs,
+    frame or jacobian (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `native` and
+    `backend` as for `simulate`.
 
     Raises InputError for unknown names, and ModelError where the model has no such function.
     """
@@ -103,7 +102,7 @@ def _verify_options(what: object, chosen: Mapping[str, Any]) -> None:
     if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
         raise ArgumentError(f"frame is a name, not {short_repr(chosen['frame'])}")
     has = OPTIONS.get(what, ()) if isinstance(what, str) else ()
-    usual = {"given": (), "frame": None, "axes": "world"}
+    usual = {option.name: option.default for option in fields(FunctionOptions)}
     for name, value in chosen.items():
         if value != usual[name] and name not in has:
             raise InputError(f"{what if isinstance(what, str) else 'an expression'} has no option {name}")
@@ -133,7 +132,8 @@ class _Question:
                 "compile(state_derivative(system)) for that of the start, or leave them out",
                 number="M110",
             )
-        if not resolved.rows and not (by_forces and massless_speeds(resolved)):
+        measured = any(entry.source is Source.MEASURED for entry in resolved.parameters)
+        if not measured and not (by_forces and (resolved.rows or massless_speeds(resolved))):
             return resolved, np.array(parameter_values(resolved, {}))
         ready = prepare_system(system, self.formalism)
         asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
@@ -336,9 +336,10 @@ class Function:
             door = self._doors.pop()
         except IndexError:  # the first call, or one beside another in a thread
             door = Door.of(cast(NativeFunction, self._function), self._question.parameters)
-        door.t[0], door.q[:], door.u[:] = t, q, u
+        arrays = door.arrays
+        arrays["t"][0], arrays["q"][:], arrays["u"][:] = t, q, u
         if udot is not None:
-            door.udot[:] = udot
+            arrays["udot"][:] = udot
         door.run(door.given, door.results)
         whole = door.outputs.copy()
         self._doors.append(door)
@@ -386,7 +387,7 @@ class Function:
         every = self._question.parameters
         whole = np.broadcast_to(every, (*declared.shape[:-1], len(every))).copy()
         whole[..., self._declared_places] = declared
-        for row in whole.reshape(-1, whole.shape[-1])[:_VERIFIED]:
+        for row in np.unique(whole.reshape(-1, whole.shape[-1]), axis=0):
             self._arguments._judge(row)
         return whole
 
@@ -510,6 +511,7 @@ class Function:
             raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
         return replace(self, _program=program, _total=total, _by=(*self._by, by), _derivatives={})
 
+    # --- for optimisers and solvers -----------------------------------------------------------------------------------
 
     def jvp(self, *state: ArrayLike, rates: Mapping[Variable, ArrayLike], **options: Any) -> Any:
         """Return the rates of the results while variables move: f.jvp(t, q, u, rates={"q": dq, "parameters": dp}).
@@ -617,6 +619,7 @@ class OrdinaryEquations:
 @cache
 def _result_type(name: str, names: tuple[str, ...]) -> Callable[..., Any]:
     """Return the type of results with these names, which pickles by them."""
+
     def reduced(self: Any) -> tuple[Any, ...]:
         return _result, (name, names, tuple(self))
 

@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
 from itertools import accumulate, pairwise
 from threading import Event
 from typing import Any, Final
@@ -44,26 +43,6 @@ class Door:
         given = (ctypes.c_void_p * len(arrays))(*[array.ctypes.data for array in arrays.values()])
         results = (ctypes.c_void_p * len(sizes))(*[outputs.ctypes.data + 8 * k for k in starts])
         return Door(arrays, outputs, given, results, function._function)
-
-    @cached_property
-    def t(self) -> Floats:
-        """Where t stands."""
-        return self.arrays["t"]
-
-    @cached_property
-    def q(self) -> Floats:
-        """Where q stands."""
-        return self.arrays["q"]
-
-    @cached_property
-    def u(self) -> Floats:
-        """Where u stands."""
-        return self.arrays["u"]
-
-    @cached_property
-    def udot(self) -> Floats:
-        """Where accelerations stand."""
-        return self.arrays["udot"]
 
 
 def run_many(function: Any, inputs: list[Floats], outputs: list[Floats], count: int | None, threads: int) -> None:

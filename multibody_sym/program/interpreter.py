@@ -6,17 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
-from multibody_sym.program.statements import (
-    Assign,
-    Call,
-    Callee,
-    Record,
-    Scan,
-    ShapeError,
-    Solve,
-    Statement,
-    targets,
-)
+from multibody_sym.program.statements import Assign, Call, Callee, Record, Scan, ShapeError, Solve, Statement, targets
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.least_norm import solve_lists, solve_some
 from multibody_sym.scalars.node import Node

@@ -18,15 +18,7 @@ from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import conditions_left, exact, exact_solve, register_angles, sqrt
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import roots
-from multibody_sym.analysis.rest.statics import (
-    Balance,
-    Direction,
-    Position,
-    RestEnd,
-    RestLimit,
-    out_of_touch,
-    statics,
-)
+from multibody_sym.analysis.rest.statics import Balance, Direction, Position, RestEnd, RestLimit, out_of_touch, statics
 from multibody_sym.derivation.symbolic_start import SymbolicState, declared_state
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, MultibodyError

@@ -28,14 +28,7 @@ from multibody_sym.mechanics.motion import Motion, accelerations, pose
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, Wrenches, add_pair
 from multibody_sym.mechanics.ropes import pull, segments, wheel_at
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, friction_factors, row_motion, row_motions
-from multibody_sym.mechanics.row_records import (
-    MeanTensionRow,
-    ReactionRow,
-    RopeRow,
-    RopeSlipRow,
-    Row,
-    Sliding,
-)
+from multibody_sym.mechanics.row_records import MeanTensionRow, ReactionRow, RopeRow, RopeSlipRow, Row, Sliding
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import tension_ratio
 from multibody_sym.scalars.vectors import (

@@ -35,16 +35,7 @@ from multibody_sym.pictures.page.picture import (
     simple,
 )
 from multibody_sym.pictures.page.svg import escaped_xml, number, svg_elements
-from multibody_sym.pictures.scene.items import (
-    Anchor,
-    Axes,
-    Disc,
-    Item,
-    PlacedStrand,
-    Polyline,
-    TurnStop,
-    across,
-)
+from multibody_sym.pictures.scene.items import Anchor, Axes, Disc, Item, PlacedStrand, Polyline, TurnStop, across
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
 

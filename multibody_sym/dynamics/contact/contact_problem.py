@@ -35,9 +35,7 @@ from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import State, state_of
-from multibody_sym.program.runtime_constants import (
-    TOUCHING,
-)
+from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.limits import creep_coefficient

@@ -13,6 +13,7 @@ from typing import Final, Literal, get_args
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.programs.law_programs import column
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, centre_of_mass, momentum
 from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
 from multibody_sym.dynamics.programs.reactions import reactions
@@ -88,10 +89,6 @@ def _at_state(name: str, outputs: Callable[[Motion], Outputs], mechanism: Mechan
     return Trace(name, arrays(mechanism)).finish(outputs(motion_of(mechanism, slot_state(mechanism))))
 
 
-def _vector(values: Sequence[S]) -> tuple[tuple[int, ...], list[Node]]:
-    return (len(values),), [as_node(x) for x in values]
-
-
 def _matrix(rows: Sequence[Sequence[S]], columns: int) -> tuple[tuple[int, ...], list[Node]]:
     return (len(rows), columns), [as_node(x) for row in rows for x in row]
 
@@ -102,7 +99,7 @@ def _state_derivative(mechanism: Mechanism, options: FunctionOptions) -> Program
     trace = Trace("state_derivative", arrays(mechanism))
     names = [output.name for output in whole.outputs][:3]
     found = trace.call(whole, [trace[array.name] for array in whole.inputs])
-    return trace.finish({name: _vector(values) for name, values in zip(names, found, strict=False)})
+    return trace.finish({name: column(values) for name, values in zip(names, found, strict=False)})
 
 
 def _bias(mechanism: Mechanism, _: FunctionOptions) -> Program:
@@ -110,14 +107,14 @@ def _bias(mechanism: Mechanism, _: FunctionOptions) -> Program:
 
     def outputs(motion: Motion) -> Outputs:
         of_velocities = inverse_dynamics(motion, [0] * len(motion.state.u))
-        return {"bias": _vector([a + b for a, b in zip(of_velocities, _weight(motion), strict=True)])}
+        return {"bias": column([a + b for a, b in zip(of_velocities, _weight(motion), strict=True)])}
 
     return _at_state("bias", outputs, mechanism)
 
 
 def _gravity(mechanism: Mechanism, _: FunctionOptions) -> Program:
     """Return -> gravity (nu): the part of c that the weight has."""
-    return _at_state("gravity", lambda motion: {"gravity": _vector(_weight(motion))}, mechanism)
+    return _at_state("gravity", lambda motion: {"gravity": column(_weight(motion))}, mechanism)
 
 
 def _weight(motion: Motion) -> list[S]:
@@ -129,7 +126,7 @@ def _momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
 
     def outputs(motion: Motion) -> Outputs:
         parts = body_momenta(motion)
-        return {"linear": _vector(momentum(parts)), "angular": _vector(angular_momentum(parts))}
+        return {"linear": column(momentum(parts)), "angular": column(angular_momentum(parts))}
 
     return _at_state("momentum", outputs, mechanism)
 
@@ -141,7 +138,7 @@ def _centroidal_momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
         parts = body_momenta(motion)
         centre = centre_of_mass(parts)
         both = [*momentum(parts), *angular_momentum(parts, centre)]
-        return {"momentum": _vector(both), "centre_of_mass": _vector(centre)}
+        return {"momentum": column(both), "centre_of_mass": column(centre)}
 
     return _at_state("centroidal_momentum", outputs, mechanism)
 
@@ -196,7 +193,7 @@ def _regressor(mechanism: Mechanism, _: FunctionOptions) -> Program:
         moments = (mass.inertia[i][j] + mass.mass * (square * int(i == j) - c[i] * c[j]) for i, j in _INERTIA)
         theta += [mass.mass, *(mass.mass * x for x in c), *moments]
     rows = [[column[k] for column in columns] for k in range(len(mechanism.speeds))]
-    return trace.finish({"regressor": _matrix(rows, len(columns)), "theta": _vector(theta)})
+    return trace.finish({"regressor": _matrix(rows, len(columns)), "theta": column(theta)})
 
 
 _INERTIA: Final = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
@@ -221,9 +218,9 @@ def _constraints(mechanism: Mechanism, _: FunctionOptions) -> Program:
     def outputs(motion: Motion) -> Outputs:
         rows = row_motions(motion)
         return {
-            "phi": _vector([row.phi if row.holonomic else 0 for row in rows]),
-            "phidot": _vector([row.phidot for row in rows]),
-            "gamma": _vector([row.gamma for row in rows]),
+            "phi": column([row.phi if row.holonomic else 0 for row in rows]),
+            "phidot": column([row.phidot for row in rows]),
+            "gamma": column([row.gamma for row in rows]),
             "jacobian": _matrix([row.jacobian for row in rows], len(mechanism.speeds)),
         }
 
@@ -250,7 +247,7 @@ def _outputs(mechanism: Mechanism, options: FunctionOptions) -> Program:
 def expressions_program(mechanism: Mechanism, options: FunctionOptions) -> Program:
     """Return -> values (k) of the outputs of a mechanism, in their order."""
     trace, values = _answers(mechanism, options)
-    return trace.finish({"values": _vector(values)})
+    return trace.finish({"values": column(values)})
 
 
 def _answers(mechanism: Mechanism, options: FunctionOptions) -> tuple[Trace, list[Node]]:
@@ -271,10 +268,10 @@ def _frame(mechanism: Mechanism, options: FunctionOptions) -> Program:
     def outputs(motion: Motion) -> Outputs:
         moved = _Moved.of(motion, marker)
         return {
-            "position": _vector(moved.position),
+            "position": column(moved.position),
             "rotation": _matrix(moved.rotation, 3),
-            "velocity": _vector(moved.velocity_in(options.axes)),
-            "drift": _vector(moved.drift_in(options.axes)),
+            "velocity": column(moved.velocity_in(options.axes)),
+            "drift": column(moved.drift_in(options.axes)),
         }
 
     return _at_state("frame", outputs, mechanism)
@@ -285,7 +282,7 @@ def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
     marker = _marker(mechanism, options)
 
     def velocities(motion: Motion) -> Outputs:
-        return {"jacobian": _vector(_Moved.of(motion, marker).velocity_in(options.axes))}
+        return {"jacobian": column(_Moved.of(motion, marker).velocity_in(options.axes))}
 
     jacobian = jacobian_along(_at_state("twist", velocities, mechanism), _directions(mechanism, "u"), name="columns")
     state = slot_state(mechanism)
@@ -452,7 +449,7 @@ def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Vari
 
 def _coordinate_rates(mechanism: Mechanism, whole: Program) -> Program:
     trace = Trace("coordinate_rates", whole.inputs)
-    return trace.finish({"qdot": _vector(coordinate_rates(mechanism, trace["q"], trace["u"]))})
+    return trace.finish({"qdot": column(coordinate_rates(mechanism, trace["q"], trace["u"]))})
 
 
 def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:

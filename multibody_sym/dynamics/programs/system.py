@@ -69,8 +69,8 @@ def index_2_programs(
 class _Rows:
     """The rows of a mechanism by their part in equations of index 2, with its state `derivative`.
 
-    Rows whose forces follow from the state are no equations: those that define a force, and those that hold speeds at
-    zero, unless they bear on others too.
+    Rows that define a force are no equations, nor are rows that hold speeds at zero and bear on no others: their forces
+    follow from the state.
     """
 
     mechanism: Mechanism

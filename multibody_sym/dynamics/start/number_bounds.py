@@ -16,12 +16,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated_inertia
 from multibody_sym.dynamics.programs.closing import closes_by_programs
-from multibody_sym.dynamics.programs.repeated_bodies import (
-    BodyKind,
-    pack_inertia,
-    unpack_inertia,
-    worth_scanning,
-)
+from multibody_sym.dynamics.programs.repeated_bodies import BodyKind, pack_inertia, unpack_inertia, worth_scanning
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import body_mass, body_motion, motion_of, moving_parent
 from multibody_sym.mechanics.state import arrays, slot_state

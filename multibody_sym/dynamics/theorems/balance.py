@@ -18,13 +18,7 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, joint_wrenches
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
-from multibody_sym.dynamics.programs.momenta import (
-    Momentum,
-    angular_momentum,
-    body_momenta,
-    exertions,
-    resultant,
-)
+from multibody_sym.dynamics.programs.momenta import Momentum, angular_momentum, body_momenta, exertions, resultant
 from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.theorems.conserved import rates_of_state

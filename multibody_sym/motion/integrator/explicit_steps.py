@@ -9,11 +9,7 @@ import numpy as np
 from multibody_sym.motion.integrator.flow import Flow, Step, TrialStep, combination, hermite, require_finite
 from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
 from multibody_sym.motion.methods.runge_kutta import Tableau
-from multibody_sym.program.runtime_constants import (
-    FARTHEST_TURN,
-    SAME_LENGTH,
-    SHORTEST_STEP,
-)
+from multibody_sym.program.runtime_constants import FARTHEST_TURN, SAME_LENGTH, SHORTEST_STEP
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from multibody_sym.motion.integrator.flow import Pairing, sample_times
 from multibody_sym.motion.methods.table import Method
 from multibody_sym.program.loading import Compiled
-from multibody_sym.program.runtime_constants import (
-    LEAST_LEFT,
-    Status,
-)
+from multibody_sym.program.runtime_constants import LEAST_LEFT, Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

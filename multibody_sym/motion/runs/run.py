@@ -42,7 +42,7 @@ class MotionEndsError(FailedRunError):
 # ----------------------------------------------------------------------------------------------------------------------
 
 Progressed = Callable[[Samples, float], None] | None
-"""What is told of the samples that are new, and of the part of the time that is done."""
+"""Called with the new samples and the part of the time that is done."""
 
 
 def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:

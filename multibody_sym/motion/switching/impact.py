@@ -18,13 +18,7 @@ from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.switching.law_values import LawValues
-from multibody_sym.program.runtime_constants import (
-    INDEPENDENT,
-    MOST_PUT_BACK,
-    NOT_PUT_BACK,
-    ROUNDED_GAP,
-    SLIGHT,
-)
+from multibody_sym.program.runtime_constants import INDEPENDENT, MOST_PUT_BACK, NOT_PUT_BACK, ROUNDED_GAP, SLIGHT
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.least_norm import solve_lists

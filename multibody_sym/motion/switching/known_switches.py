@@ -22,12 +22,7 @@ from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.decision import SOON, NextState
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.motion.switching.rare_contacts import is_tip
-from multibody_sym.program.runtime_constants import (
-    CLEAR_BY,
-    CLEAR_MOTION,
-    MOST_ACTIVE,
-    WITHIN,
-)
+from multibody_sym.program.runtime_constants import CLEAR_BY, CLEAR_MOTION, MOST_ACTIVE, WITHIN
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import most, room

@@ -24,11 +24,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.loading import Compiled
-from multibody_sym.program.runtime_constants import (
-    BETWEEN_POWERS,
-    ROUNDED_GAP,
-    TOUCHING,
-)
+from multibody_sym.program.runtime_constants import BETWEEN_POWERS, ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.rank import SWITCHED, null_space, rank, row_space

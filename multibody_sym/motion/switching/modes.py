@@ -28,12 +28,7 @@ from multibody_sym.motion.switching.impact import held_speeds
 from multibody_sym.motion.switching.law_values import LawValues, has_sliding_friction, rounded_up
 from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.program.loading import Compiled
-from multibody_sym.program.runtime_constants import (
-    FORCE_MARGIN,
-    MOST_TIME_MARGIN,
-    SPEED_MARGIN,
-    TIME_MARGIN,
-)
+from multibody_sym.program.runtime_constants import FORCE_MARGIN, MOST_TIME_MARGIN, SPEED_MARGIN, TIME_MARGIN
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.rank import ROUNDED, rank

@@ -28,17 +28,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     words,
 )
-from multibody_sym.pictures.scene.items import (
-    AngleMark,
-    Axes,
-    Disc,
-    Item,
-    NamedLength,
-    Rail,
-    Stop,
-    Symbol,
-    TurnStop,
-)
+from multibody_sym.pictures.scene.items import AngleMark, Axes, Disc, Item, NamedLength, Rail, Stop, Symbol, TurnStop
 from multibody_sym.scalars.arrays import Floats
 
 _SHORTEST: Final = 9.0

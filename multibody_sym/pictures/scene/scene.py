@@ -38,14 +38,7 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.joints import joint_items
 from multibody_sym.pictures.scene.marks import angles, dimensions, stop_items, ways
-from multibody_sym.pictures.scene.stage import (
-    Stage,
-    drawn_start,
-    natural_view,
-    places,
-    poses_of,
-    surface_items,
-)
+from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
 from multibody_sym.pictures.scene.strands import Runs, placed_rope, ropes_of, strands
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
