@@ -167,9 +167,15 @@ def test_a_run_that_comes_elsewhere_is_made_from_its_model(
     ids=["one library", "one for each mode"],
 )
 def test_what_is_damaged_is_made_again(
-    words: tuple[str, ...], names: list[str], told: list[str], run: Callable[..., Any]
+    words: tuple[str, ...],
+    names: list[str],
+    told: list[str],
+    run: Callable[..., Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """All files of the run; those of its modes but the first."""
+    """All files of the run; those of its modes but the first: in a cache that no other test has."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     right = run(*words)
     for name in names:
         kept = [path for path in cache.folder().glob("*.json") if name.encode() in path.read_bytes()]

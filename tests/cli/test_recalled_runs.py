@@ -118,7 +118,11 @@ def test_every_option_and_every_byte_of_the_model_counts(
     assert run(capsys, "--set", "l=2") not in told
 
 
-def test_what_is_damaged_is_made_again(counted: list[bool], capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_damaged_is_made_again(
+    counted: list[bool], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a cache of its own: in the shared one, tests beside it would meet the damage, and may take files away."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     right = run(capsys)
     kept = [path for path in cache.folder().glob("*.json") if b'"asked"' in path.read_bytes()]
     assert kept
