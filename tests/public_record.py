@@ -92,10 +92,10 @@ def _plain(signature: inspect.Signature) -> str:
 
 def _returned() -> list[type[Any]]:
     """Return the classes of what public functions return that have no public name and are called or read by users."""
-    from multibody_sym.motion.prepare.functions import RightSide, TreeFunction
+    from multibody_sym.motion.prepare.functions import RightSide
     from multibody_sym.motion.runs.run import FailedRunError, MotionEndsError
 
-    return [FailedRunError, MotionEndsError, RightSide, TreeFunction]
+    return [FailedRunError, MotionEndsError, RightSide]
 
 
 def _commands() -> Iterator[tuple[str, str]]:

@@ -38,7 +38,7 @@ from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
-from multibody_sym.motion.prepare.functions import Arguments, Values
+from multibody_sym.motion.prepare.arguments import Arguments, Values
 from multibody_sym.motion.prepare.problem import prepare_system
 from multibody_sym.motion.prepare.settings import run_settings
 from multibody_sym.program.backend import Backend, Native
@@ -55,6 +55,8 @@ _BY_FORCES: Final = frozenset(
     ["state_derivative", "inverse_dynamics", "hybrid_dynamics", "constraints", "reactions", "outputs"]
 )
 """Functions that depend on what acts in contacts, stops and the like."""
+_OF_ACCELERATIONS: Final = frozenset(["inverse_dynamics", "hybrid_dynamics"])
+"""Functions of given accelerations, in which a freedom may be massless."""
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
 
@@ -133,7 +135,8 @@ class _Question:
                 number="M110",
             )
         measured = any(entry.source is Source.MEASURED for entry in resolved.parameters)
-        if not measured and not (by_forces and (resolved.rows or massless_speeds(resolved))):
+        massless = self.name not in _OF_ACCELERATIONS and massless_speeds(resolved)
+        if not measured and not (by_forces and (resolved.rows or massless)):
             return resolved, np.array(parameter_values(resolved, {}))
         ready = prepare_system(system, self.formalism)
         asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
-from multibody_sym.motion.prepare import functions
+from multibody_sym.motion.prepare import arguments
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRIVEN = (
@@ -122,7 +122,7 @@ def test_absolute_coordinates_name_a_hole_which_is_no_body_by_itself() -> None:
 def test_values_that_were_judged_are_not_judged_again(monkeypatch: pytest.MonkeyPatch) -> None:
     rhs = mbs.compile(mbs.state_derivative(mbs.loads(LADEN.replace("HOLE", "0"))), backend="python")
     judged = []
-    monkeypatch.setattr(functions, "verify_bodies", lambda _mechanism, values: judged.append(values[0]))
+    monkeypatch.setattr(arguments, "verify_bodies", lambda _mechanism, values: judged.append(values[0]))
     for mass in (2.0, 3.0, 3.0, 3.0, 4.0):
         rhs(0.0, rhs.x0, parameters={"m": mass})
     rhs(0.0, rhs.x0)

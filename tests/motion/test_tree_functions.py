@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mechanisms import random_case, random_state
@@ -46,7 +48,7 @@ def test_held_cart_leaves_a_pendulum(backend) -> None:
     needed = 2.5 * 1.5 + 0.4 * (turning * np.cos(0.7) - 0.4**2 * np.sin(0.7))
     np.testing.assert_allclose(udot, [1.5, turning], rtol=1e-13)
     np.testing.assert_allclose(forces, [needed - 6.0, 0.0], rtol=1e-13)
-    assert hybrid(2.0, Q, U, [1.5, 0.0], inputs={"F": 0})[1, 0] == pytest.approx(needed)
+    assert hybrid(2.0, Q, U, [1.5, 0.0], inputs={"F": 0}).forces[0] == pytest.approx(needed)
 
 
 def test_inverse_dynamics_undoes_the_state_derivative() -> None:
@@ -89,3 +91,16 @@ def test_constraints_and_missing_mass() -> None:
         mbs.compile(mbs.hybrid_dynamics(light, given=["slide"]))
     hybrid = mbs.compile(mbs.hybrid_dynamics(light, given=["hinge"]), backend="python")
     assert hybrid(0.0, Q, U, [0.0, 1.0])[0] == pytest.approx([0.0, 1.0])
+
+
+def test_compile_and_function_are_one_face() -> None:
+    """What acts in contacts and by friction is part of Q: no question leaves it out."""
+    compiled = mbs.compile(mbs.inverse_dynamics(cart_pole()), backend="python")
+    asked = mbs.function(cart_pole(), "inverse_dynamics", backend="python")
+    assert type(compiled) is mbs.Function
+    np.testing.assert_array_equal(compiled(0.1, Q, U, U), asked(0.1, Q, U, U))
+    rubs = cart_pole()
+    rubs = replace(rubs, forces={**rubs.forces, "rub": mbs.Friction(joint="slide", static=0.2, kinetic=0.1)})
+    for question in (mbs.inverse_dynamics(rubs), mbs.hybrid_dynamics(rubs, "slide")):
+        with pytest.raises(mbs.ModelError, match="rub may hold or let go"):
+            mbs.compile(question)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import field, replace
 from functools import partial
-from typing import Final, get_args, overload
+from typing import Any, Final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,23 +15,19 @@ from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.contact.contact_problem import accelerations_of
 from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program
+from multibody_sym.dynamics.programs.state_functions import Name
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.programs.tree_functions import (
-    canonical_programs,
-    hybrid_dynamics_program,
-    inverse_dynamics_program,
-    mass_matrix_program,
-)
+from multibody_sym.dynamics.programs.tree_functions import canonical_programs
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficients_of, outcome, posed_impact
-from multibody_sym.dynamics.start.number_checks import check_numbers, verify_bodies
-from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, short_repr
-from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
+from multibody_sym.motion.function import Function, function
+from multibody_sym.motion.prepare.arguments import Arguments, Values
 from multibody_sym.motion.prepare.problem import prepare_system
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import run_settings
@@ -41,163 +37,40 @@ from multibody_sym.program.program import Program
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import slot
-from multibody_sym.scalars.numbers import floats, number, vector
+from multibody_sym.scalars.numbers import vector
 from multibody_sym.text.printer import COMPONENTS
 
 # ----------------------------------------------------------------------------------------------------------------------
-# What a user hands to a compiled function, completed to what its Program takes.
-
-
-Values = Mapping[str, float] | ArrayLike | None
-"""Values by name in place of the system's, all of them as a vector, or None for the system's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Arguments:
-    """The mechanism, its compiled Programs (`inputs` among them) and the parameter vector (np,) used by default."""
-
-    mechanism: Mechanism
-    compiled: Compiled
-    parameters: Floats
-    _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
-
-    def __repr__(self) -> str:
-        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
-
-    def complete(
-        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
-    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
-        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
-
-        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
-        radii that no body has.
-        """
-        t, values = number("t", t), self._parameter_vector(parameters)
-        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
-        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
-
-    def _parameter_vector(self, given: Values) -> Floats:
-        if given is None:
-            return self.parameters
-        values = self._changed(given)
-        self._judge(values)
-        return values
-
-    def _judge(self, values: Floats) -> None:
-        """Raise ModelError where no body has the masses or inertias; values are judged anew when they change."""
-        key = values.tobytes()
-        if key in self._judged or not np.isfinite(values).all():
-            return
-        base = self.mechanism.relative or self.mechanism
-        by_name = {p.name: x for p, x in zip(self.mechanism.parameters, values.tolist(), strict=True)}
-        verify_bodies(self.mechanism, [by_name.get(p.name, 0.0) for p in base.parameters])
-        self._judged[:] = [key]
-
-    def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
-        if not isinstance(given, Mapping):
-            return self._whole_vector(given)
-        real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
-        values = np.array(parameter_values(self.mechanism, real))
-        undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
-        values[undeclared] = self.parameters[undeclared]
-        return values
-
-    def _whole_vector(self, given: ArrayLike) -> Floats:
-        """Return all parameters from those that have names, or from these with the constant part behind them."""
-        entries = self.mechanism.parameters
-        names = [p.name for p in entries if p.source is not Source.LITERAL]
-        if len(names) == len(entries) or np.shape(given) == (len(entries),):
-            return _whole("parameters", [p.name for p in entries], given)
-        return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
-
-    def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
-        names = list(self.mechanism.inputs)
-        if given is not None and not isinstance(given, Mapping):
-            self._verify_free(names)
-            return _whole("inputs", names, given)
-        self._verify_free(given or ())
-        (values,) = self.compiled["inputs"](*state)
-        for name, value in (given or {}).items():
-            if name not in names:
-                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
-            values[names.index(name)] = number(f"inputs[{name!r}]", value)
-        return values
-
-    def _verify_free(self, names: Iterable[str]) -> None:
-        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
-        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
-        if driving is not None:
-            raise InputError(
-                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
-            )
-
-
-def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
-    values = floats(kind, given)
-    if values.shape != (len(names),):
-        raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
-    return values
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Mass matrix, inverse and hybrid dynamics as compiled functions of the state.
+# Mass matrix, inverse and hybrid dynamics: Functions.
 
 
 @dataclass(frozen=True)
-class MassMatrix:
-    """What is to be compiled: the mass matrix of a system."""
+class FunctionQuestion:
+    """What is to be compiled: a Function of a system, by its name and options."""
 
     system: System
-
-    def program(self, resolved: Mechanism) -> Program:
-        """Return the Program."""
-        return mass_matrix_program(resolved)
+    what: Name
+    options: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class InverseDynamics:
-    """What is to be compiled: the forces that given accelerations of all joints need."""
-
-    system: System
-
-    def program(self, resolved: Mechanism) -> Program:
-        """Return the Program."""
-        return inverse_dynamics_program(resolved)
-
-
-@dataclass(frozen=True)
-class HybridDynamics:
-    """What is to be compiled: accelerations of free joints, and forces of joints with `given` accelerations."""
-
-    system: System
-    given: tuple[str, ...]
-
-    def program(self, resolved: Mechanism) -> Program:
-        """Return the Program."""
-        return hybrid_dynamics_program(resolved, self.given)
-
-
-TreeQuestion = MassMatrix | InverseDynamics | HybridDynamics
-
-
-def mass_matrix(system: System) -> MassMatrix:
+def mass_matrix(system: System) -> FunctionQuestion:
     """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu)."""
     verify_system(system)
-    return MassMatrix(system)
+    return FunctionQuestion(system, "mass_matrix")
 
 
-def inverse_dynamics(system: System) -> InverseDynamics:
+def inverse_dynamics(system: System) -> FunctionQuestion:
     """Return the inverse dynamics of a tree, for `compile`: forces = f(t, q, u, udot) (nu).
 
     forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
-    speed. `compile` raises ModelError where constraints restrict the tree.
+    speed. `compile` raises ModelError where constraints restrict the tree, or contacts or friction act on it.
     """
     verify_system(system)
-    return InverseDynamics(system)
+    return FunctionQuestion(system, "inverse_dynamics")
 
 
-def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamics:
-    """Return the hybrid dynamics of a tree, for `compile`: udot, forces = f(t, q, u, udot) (2, nu).
+def hybrid_dynamics(system: System, given: Iterable[str] | str) -> FunctionQuestion:
+    """Return the hybrid dynamics of a tree, for `compile`: udot (nu), forces (nu) = f(t, q, u, udot).
 
     The joints named in `given` have the accelerations udot; the others move freely under the declared forces, and what
     stands in udot for them is not read. `forces` hold the given ones, zero elsewhere. Raises InputError for a name that
@@ -208,51 +81,7 @@ def hybrid_dynamics(system: System, given: Iterable[str] | str) -> HybridDynamic
     for name in names:
         if name not in system.joints:
             raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=system.joints)
-    return HybridDynamics(system, names)
-
-
-@dataclass(frozen=True, eq=False)
-class TreeFunction:
-    """A compiled `program` of the state and, where it takes them, accelerations."""
-
-    arguments: Arguments
-    program: str
-
-    def __call__(
-        self,
-        t: float,
-        q: ArrayLike,
-        u: ArrayLike,
-        udot: ArrayLike | None = None,
-        *,
-        parameters: Values = None,
-        inputs: Values = None,
-    ) -> Floats:
-        """Return the Program's value, several outputs stacked; parameters and inputs as for a state derivative.
-
-        Raises InputError for an unknown name, a wrong length, or accelerations missing or not wanted.
-        """
-        given = self.arguments.complete(t, q, u, parameters, inputs)
-        takes_udot = self.program != "mass_matrix"
-        if takes_udot != (udot is not None):
-            raise InputError(f"{self.program} {'needs' if takes_udot else 'takes no'} udot")
-        accelerations = () if udot is None else (vector("udot", udot, len(self.arguments.mechanism.speeds)),)
-        outputs = self.arguments.compiled[self.program](*given, *accelerations)
-        return np.stack(outputs) if len(outputs) > 1 else outputs[0]
-
-
-def tree_function(question: TreeQuestion, code: Native) -> TreeFunction:
-    """Return a question about a tree as a compiled function."""
-    resolved = check_numbers(question.system)
-    compiled = _compile_question(question, resolved, code)
-    (name,) = (name for name in compiled.functions if name != "inputs")
-    return TreeFunction(Arguments(resolved, compiled, np.array(parameter_values(resolved, {}))), name)
-
-
-def _compile_question(question: TreeQuestion, resolved: Mechanism, code: Native) -> Compiled:
-    program = question.program(resolved)
-    made = load({"inputs": inputs_program(resolved), program.name: program}, code)
-    return replace(made, remake=partial(_compile_question, question, resolved))
+    return FunctionQuestion(system, "hybrid_dynamics", {"given": names})
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -569,15 +398,15 @@ def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | 
 
 
 @overload
-def compile(wanted: TreeQuestion, *, native: bool = False, backend: Backend | None = None) -> TreeFunction: ...
+def compile(wanted: FunctionQuestion, *, native: bool = False, backend: Backend | None = None) -> Function: ...
 
 
 def compile(
-    wanted: StateDerivative | CanonicalQuestion | TreeQuestion | ImpactQuestion,
+    wanted: StateDerivative | CanonicalQuestion | FunctionQuestion | ImpactQuestion,
     *,
     native: bool = False,
     backend: Backend | None = None,
-) -> RightSide | CanonicalFunction | TreeFunction | ImpactFunction:
+) -> RightSide | CanonicalFunction | Function | ImpactFunction:
     """Return a state derivative, Hamilton's equations, inverse or hybrid dynamics, M or an impact, as a function.
 
     `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
@@ -590,11 +419,11 @@ def compile(
         return impact_function(wanted, code)
     if isinstance(wanted, CanonicalQuestion):
         return canonical_function(wanted, code)
-    if not isinstance(wanted, (StateDerivative, *get_args(TreeQuestion))):
+    if isinstance(wanted, FunctionQuestion):
+        return function(wanted.system, wanted.what, **wanted.options, native=native, backend=backend)
+    if not isinstance(wanted, StateDerivative):
         got = short_repr(wanted)
         raise ArgumentError(f"expected state_derivative(system), mass_matrix(system) or the like, got {got}")
-    if not isinstance(wanted, StateDerivative):
-        return tree_function(wanted, code)
     ready = prepare_system(wanted.system, wanted.formalism, code)
     asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
     values = ready.parameters

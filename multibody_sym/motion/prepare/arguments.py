@@ -1,0 +1,108 @@
+"""What a user hands to a compiled function of a system, completed to what its Programs take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.dynamics.start.number_checks import verify_bodies
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.errors import InputError
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.program.loading import Compiled
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import floats, number, vector
+
+Values = Mapping[str, float] | ArrayLike | None
+"""Values by name in place of the system's, all of them as a vector, or None for the system's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arguments:
+    """The mechanism, its compiled Programs (`inputs` among them) and the parameter vector (np,) used by default."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+    parameters: Floats
+    _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
+
+    def __repr__(self) -> str:
+        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
+
+    def complete(
+        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
+    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
+        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
+
+        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
+        radii that no body has.
+        """
+        t, values = number("t", t), self._parameter_vector(parameters)
+        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
+        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
+
+    def _parameter_vector(self, given: Values) -> Floats:
+        if given is None:
+            return self.parameters
+        values = self._changed(given)
+        self._judge(values)
+        return values
+
+    def _judge(self, values: Floats) -> None:
+        """Raise ModelError where no body has the masses or inertias; values are judged anew when they change."""
+        key = values.tobytes()
+        if key in self._judged or not np.isfinite(values).all():
+            return
+        base = self.mechanism.relative or self.mechanism
+        by_name = {p.name: x for p, x in zip(self.mechanism.parameters, values.tolist(), strict=True)}
+        verify_bodies(self.mechanism, [by_name.get(p.name, 0.0) for p in base.parameters])
+        self._judged[:] = [key]
+
+    def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
+        if not isinstance(given, Mapping):
+            return self._whole_vector(given)
+        real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
+        values = np.array(parameter_values(self.mechanism, real))
+        undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
+        values[undeclared] = self.parameters[undeclared]
+        return values
+
+    def _whole_vector(self, given: ArrayLike) -> Floats:
+        """Return all parameters from those that have names, or from these with the constant part behind them."""
+        entries = self.mechanism.parameters
+        names = [p.name for p in entries if p.source is not Source.LITERAL]
+        if len(names) == len(entries) or np.shape(given) == (len(entries),):
+            return _whole("parameters", [p.name for p in entries], given)
+        return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
+
+    def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
+        names = list(self.mechanism.inputs)
+        if given is not None and not isinstance(given, Mapping):
+            self._verify_free(names)
+            return _whole("inputs", names, given)
+        self._verify_free(given or ())
+        (values,) = self.compiled["inputs"](*state)
+        for name, value in (given or {}).items():
+            if name not in names:
+                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
+            values[names.index(name)] = number(f"inputs[{name!r}]", value)
+        return values
+
+    def _verify_free(self, names: Iterable[str]) -> None:
+        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
+        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
+        if driving is not None:
+            raise InputError(
+                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
+            )
+
+
+def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
+    values = floats(kind, given)
+    if values.shape != (len(names),):
+        raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
+    return values
