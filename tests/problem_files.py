@@ -11,8 +11,8 @@ PROBLEMS = Path(__file__).parent / "problems"
 COMMANDS = ("solve", "check", "equilibrium", "simulate", "derive", "modes", "draw", "linearize")
 MODEL_KEYS = ("about", "replace", "everywhere", "append", "long")
 ANSWER_KEYS = (
-    "value", "rel", "abs", "where", "formula", "equal", "at", "exactly", "holds_for", "says", "silent", "error", "line",
-    "column",
+    "value", "rel", "abs", "where", "formula", "equal", "at", "exactly", "holds_for", "says", "silent",
+    "error", "wrong", "line", "column",
 )
 
 

@@ -23,13 +23,15 @@ What is expected, where PATH leads into the object that `--json` prints (`answer
 
 - `value: {PATH: NUMBER}` within `rel` (1e-9) and `abs` (1e-12): a number, null for none, or an expression in the
   model's parameters and functions of Python's `math`; `where: {NAME: EXPRESSION}` gives intermediate results names.
+  A list stands for a list of as many, such as `rest: [[0, null]]`.
 - `formula: {PATH: TEXT}`: the formula is printed so; null: there is none.
 - `equal: {PATH: EXPRESSION}`: the formula has that value at the model's parameters, at others nearby, and at those of
   `at: {NAME: NUMBER}`.
 - `exactly: {PATH: VALUE}`: what stands there, such as `states.c: stick` or `conditions: []`.
 - `holds_for: {NAME: NUMBER}`: solved again with these parameters, every number is that of the formula printed before.
 - `says`, `silent`: a text, or a list of them, that the print has, and that it has not.
-- `error`: the number of the error, with which alone a command may fail. `line` and `column`: where in the file the line
+- `error`: the number of the first error, with which alone a command may fail. `wrong: [PLACE, ..]`: where in the model
+  all errors are, in their order, as `joints.j.axis` or the end of that. `line` and `column`: where in the file the line
   points that has all of `says`; below it that line of the file is shown.
 """
 
@@ -137,13 +139,17 @@ def options_of(case: Mapping[str, Any]) -> Mapping[str, Any]:
 def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
     """Compare numbers."""
     tolerance = {"rel": float(case.get("rel", 1e-9)), "abs": float(case.get("abs", 1e-12))}
-    for path, expected in case.get("value", {}).items():
-        there = at_path(found, path)
+    known = with_results(letters, case)
+    pairs = [(path, at_path(found, path), expected) for path, expected in case.get("value", {}).items()]
+    for path, there, expected in pairs:
         value = there["value"] if isinstance(there, dict) else there
-        if expected is None:
+        if isinstance(expected, list):
+            assert len(value) == len(expected), (path, value)
+            pairs += [(f"{path}.{k}", *both) for k, both in enumerate(zip(value, expected, strict=True))]
+        elif expected is None:
             assert value is None, path
         else:
-            assert value == pytest.approx(calculate(expected, with_results(letters, case)), **tolerance), path
+            assert value == pytest.approx(calculate(expected, known), **tolerance), path
 
 
 def verify_formulas(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
@@ -178,6 +184,17 @@ def verify_print(printed: str, case: Mapping[str, Any]) -> None:
         assert word not in printed
 
 
+def verify_errors(found: Any, code: int, case: Mapping[str, Any], printed: str) -> None:
+    """Compare the number of the first error, and the places of all."""
+    assert code != 0
+    assert found["error"]["number"] == case["error"], printed
+    if "wrong" in case:
+        places = [error["where"]["path"] for error in found["errors"]]
+        assert len(places) == len(case["wrong"]), places
+        for place, end in zip(places, case["wrong"], strict=True):
+            assert f".{place}".endswith(f".{end}"), places
+
+
 def quantities(found: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield all quantities with a value, below their paths."""
     if isinstance(found, dict) and isinstance(found.get("value"), float) and "expression" in found:
@@ -210,8 +227,7 @@ def test_a_command_answers_as_expected(
     found = json.loads(printed.out)
     verify_print(printed.err, case)
     if "error" in case:
-        assert code != 0
-        assert found["error"]["number"] == case["error"], printed.err
+        verify_errors(found, code, case, printed.err)
         return
     assert "error" not in found, printed.err
     letters = letters_of(text, options_of(case).get("set", {})) if case.keys() & {"value", "equal"} else {}
