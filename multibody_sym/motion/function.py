@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cache, cached_property
 from itertools import accumulate, pairwise
-from typing import Any, Final, cast, get_args
+from typing import Any, Final, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,16 +30,21 @@ from multibody_sym.dynamics.programs.state_functions import (
     with_declared_inputs,
 )
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.programs.tree_functions import verify_drives
+from multibody_sym.dynamics.start.given_mode import given_mode
+from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.dynamics.start.start import Start
+from multibody_sym.dynamics.start.state import state_at, with_numbers_as_data
 from multibody_sym.errors import ArgumentError, InputError, ModelError, short_repr
-from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
+from multibody_sym.mechanics.modes import mode_words
+from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.prepare.arguments import Arguments, Values
-from multibody_sym.motion.prepare.problem import prepare_system
 from multibody_sym.motion.prepare.settings import run_settings
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.batches import Door, run_many
@@ -48,7 +53,7 @@ from multibody_sym.program.native import NativeFunction
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.numbers import floats, number
 
 _BY_FORCES: Final = frozenset(
@@ -66,6 +71,8 @@ def function(
     what: Name | Sequence[str],
     *,
     given: Sequence[str] | str = (),
+    drives: Sequence[str] | str = (),
+    mode: Literal["found"] | Mapping[str, str] | None = None,
     frame: str | None = None,
     axes: Axes = "world",
     formalism: str | None = None,
@@ -76,14 +83,18 @@ def function(
 
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
     bias, gravity, coriolis_matrix, energies, momentum, centroidal_momentum, constraints, reactions, regressor, outputs,
-    frame or jacobian (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `native` and
-    `backend` as for `simulate`.
+    frame or jacobian (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `drives`: the
+    joints whose forces inverse dynamics finds where constraints act; of more than need be those of least norm.
+    `mode`: which contacts, stops and friction act in functions of forces: "found", as the laws have it at the start, or
+    words by name such as {"floor": "stick"}; others are open. `native` and `backend` as for `simulate`.
 
-    Raises InputError for unknown names, and ModelError where the model has no such function.
+    Raises InputError for unknown names, ModelError where the model has no such function, and NoSolutionError where
+    fewer joints are driven than freedoms need, or no start or mode satisfies the constraints and laws.
     """
     verify_system(system)
     verify_formalism(formalism)
-    chosen = {"given": listed_names("given", given), "frame": frame, "axes": axes}
+    named = {"given": listed_names("given", given), "drives": listed_names("drives", drives)}
+    chosen: dict[str, Any] = {**named, "frame": frame, "axes": axes, "mode": mode}
     _verify_options(what, chosen)
     made = _Question(system, what if isinstance(what, str) else tuple(what), formalism, chosen)
     program = made.program
@@ -103,8 +114,12 @@ def _verify_options(what: object, chosen: Mapping[str, Any]) -> None:
         raise InputError(f"there are no axes {short_repr(chosen['axes'])}; known: {known}")
     if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
         raise ArgumentError(f"frame is a name, not {short_repr(chosen['frame'])}")
-    has = OPTIONS.get(what, ()) if isinstance(what, str) else ()
-    usual = {option.name: option.default for option in fields(FunctionOptions)}
+    mode = chosen["mode"]
+    words = isinstance(mode, Mapping) and all(isinstance(x, str) for pair in mode.items() for x in pair)
+    if not (mode is None or mode == "found" or words):
+        raise ArgumentError(f'mode is "found" or a map from names to words, not {short_repr(mode)}')
+    has = OPTIONS.get(what, ()) if isinstance(what, str) else ("mode",)
+    usual = {"mode": None, **{option.name: option.default for option in fields(FunctionOptions)}}
     for name, value in chosen.items():
         if value != usual[name] and name not in has:
             raise InputError(f"{what if isinstance(what, str) else 'an expression'} has no option {name}")
@@ -120,29 +135,26 @@ class _Question:
     options: Mapping[str, Any]
 
     @cached_property
-    def _numbers(self) -> tuple[Mechanism, Floats]:
-        """The mechanism, and its parameters."""
+    def _numbers(self) -> tuple[Mechanism, Floats, Start | None]:
+        """The mechanism in its mode, its parameters, and its start where the function needs one."""
         system = self.system
         if not isinstance(self.what, str):
             system = replace(system, outputs={f"y{k}": cast(Any, text) for k, text in enumerate(self.what)})
-        resolved = check_numbers(system)
-        by_forces = self.name in _BY_FORCES
-        if by_forces and resolved.one_way:
-            names = ", ".join(element.name for element in resolved.one_way[:3])
-            raise ModelError(
-                f"{names} may hold or let go, and a function of forces has one state of them; use "
-                "compile(state_derivative(system)) for that of the start, or leave them out",
-                number="M110",
-            )
-        measured = any(entry.source is Source.MEASURED for entry in resolved.parameters)
-        massless = self.name not in _OF_ACCELERATIONS and massless_speeds(resolved)
-        if not measured and not (by_forces and (resolved.rows or massless)):
-            return resolved, np.array(parameter_values(resolved, {}))
-        ready = prepare_system(system, self.formalism)
-        asked = run_settings(ready.system.simulation, ready.parameter_values).baumgarte
-        if asked is None:
-            return ready.mechanism, ready.parameters
-        return ready.mechanism, ready.stabilised_by(asked.alpha or 0.0, asked.beta or 0.0)
+        with numbers_of(system):
+            declared = check_numbers(system)
+            mode, by_forces = self.options["mode"], self.name in _BY_FORCES
+            if by_forces and declared.one_way and mode is None:
+                raise _without_mode(self.name, declared)
+            measured = any(entry.source is Source.MEASURED for entry in declared.parameters)
+            massless = self.name not in _OF_ACCELERATIONS and massless_speeds(declared)
+            if not measured and not (by_forces and (declared.rows or massless or declared.one_way)):
+                return declared, np.array(parameter_values(declared, {})), None
+            state = with_numbers_as_data(state_at(declared, project=system.simulation.project))
+            if isinstance(mode, Mapping):
+                state = replace(state, modes=(given_mode(state.declared, state.begin, mode),))
+            if not by_forces:
+                return state.declared, np.array(state.begin.parameters, dtype=float), state.begin
+            return state.mechanism, _stabilised(system, state.mechanism, state.start.parameters), state.start
 
     @property
     def mechanism(self) -> Mechanism:
@@ -154,6 +166,16 @@ class _Question:
         """The parameter vector (np)."""
         return self._numbers[1]
 
+    @cached_property
+    def least_norm(self) -> bool:
+        """Whether more joints are driven than need be. Raises NoSolutionError where fewer are."""
+        begin, drives = self._numbers[2], self.options["drives"]
+        if not drives:
+            return False
+        mechanism, count = self.mechanism, len(self.mechanism.speeds)
+        q, u = (begin.q, begin.u) if begin is not None else ([0.0] * len(mechanism.coordinates), [0.0] * count)
+        return verify_drives(mechanism, state_of(mechanism, float, 0.0, q, u, self.parameters.tolist()), drives)
+
     @property
     def name(self) -> str:
         """The name of the function."""
@@ -163,7 +185,7 @@ class _Question:
     def program(self) -> Program:
         """The Program whose inputs are given."""
         formalism = FORMALISMS[formalism_name(self.formalism, self.mechanism)]
-        options = FunctionOptions(formalism, **self.options)
+        options = FunctionOptions(formalism, **{name: x for name, x in self.options.items() if name != "mode"})
         for name in options.given:
             if name not in self.system.joints:
                 raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=self.system.joints)
@@ -171,6 +193,7 @@ class _Question:
                 raise InputError(f"joint {name!r} has no speed whose rate could be given")
         if not isinstance(self.what, str):
             return expressions_program(self.mechanism, options)
+        assert self.least_norm in (True, False)  # verified before anything is derived
         if self.what == "outputs" and not self.mechanism.outputs:
             raise ModelError("the system declares no outputs; ask for a list of expressions", number="M110")
         return STATE_FUNCTIONS[self.what](self.mechanism, options)
@@ -198,6 +221,26 @@ class _Question:
         return found.get(output)
 
 
+def _stabilised(system: System, resolved: Mechanism, values: Sequence[float]) -> Floats:
+    """Return the parameters with Baumgarte's coefficients, where the settings of a system state them."""
+    entries = zip(resolved.parameters, values, strict=True)
+    known = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
+    asked = run_settings(system.simulation, known).baumgarte
+    if asked is not None:
+        values = resolved.parameters.changed(values, {ALPHA: asked.alpha or 0.0, BETA: asked.beta or 0.0})
+    return np.array(values, dtype=float)
+
+
+def _without_mode(name: str, declared: Mechanism) -> ModelError:
+    """Return the error that elements of a mechanism may hold or let go, and the function has no mode."""
+    names = ", ".join(element.name for element in declared.one_way[:3])
+    advice = "leave them out"
+    if name != "hybrid_dynamics":
+        advice = f'say mode="found" for that of the start, mode={{"{declared.one_way[0].name}": ..}}, or {advice}'
+    message = f"{names} may hold or let go, and a function of forces has one state of them; {advice}"
+    return ModelError(message, number="M110")
+
+
 @dataclass(frozen=True, eq=False)
 class Function:
     """A function of the state of a system: f(t, q, u), or f(t, q, u, udot), for one state or for n of them.
@@ -215,7 +258,9 @@ class Function:
 
     def __repr__(self) -> str:
         shapes = ", ".join(f"{name} {shape}" for name, shape in self.shapes.items())
-        return f"<Function {self.name} of {self._question.mechanism.name}: ({', '.join(self.arguments)}) -> {shapes}>"
+        least = " of least norm" if self.least_norm else ""
+        name = self._question.mechanism.name
+        return f"<Function {self.name} of {name}: ({', '.join(self.arguments)}) -> {shapes}{least}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         question = self._question
@@ -259,6 +304,17 @@ class Function:
     def units(self) -> dict[str, Any]:
         """The units of each result, nested as its axes; None for derivatives and what depends on declared outputs."""
         return {name: None if self._by else self._question.units(name) for name in self.names}
+
+    @property
+    def mode(self) -> dict[str, str]:
+        """The states of contacts, stops, ropes and friction, in words by name: `stick`, `slide+`, `open` .."""
+        mechanism = self._question.mechanism
+        return {} if mechanism.mode is None else mode_words(mechanism.one_way, mechanism.mode)
+
+    @property
+    def least_norm(self) -> bool:
+        """Whether more joints are driven than the freedoms need, so that forces are those of least norm."""
+        return self._question.least_norm
 
     @property
     def sparsity(self) -> dict[str, tuple[np.ndarray[Any, np.dtype[np.intp]], ...]]:

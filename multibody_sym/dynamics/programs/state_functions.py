@@ -19,6 +19,7 @@ from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, state_derivative
 from multibody_sym.dynamics.programs.tree_functions import (
+    driven_dynamics_program,
     hybrid_dynamics_program,
     inverse_dynamics_program,
     mass_matrix_program,
@@ -73,10 +74,11 @@ Outputs = dict[str, tuple[tuple[int, ...], list[Node]]]
 
 @dataclass(frozen=True)
 class FunctionOptions:
-    """What a function may ask beside its name: joints with `given` accelerations, a `frame` and its `axes`."""
+    """Options of functions: joints with `given` accelerations, joints as `drives`, a `frame` and its `axes`."""
 
     formalism: Formalism
     given: tuple[str, ...] = ()
+    drives: tuple[str, ...] = ()
     frame: str | None = None
     axes: Axes = "world"
 
@@ -100,6 +102,19 @@ def _state_derivative(mechanism: Mechanism, options: FunctionOptions) -> Program
     names = [output.name for output in whole.outputs][:3]
     found = trace.call(whole, [trace[array.name] for array in whole.inputs])
     return trace.finish({name: column(values) for name, values in zip(names, found, strict=False)})
+
+
+def _inverse_dynamics(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return (.., udot) -> forces (nu): of all joints, or of the `drives`.
+
+    Where rows only define forces, as of friction in joints, all joints are driven.
+    """
+    drives = options.drives
+    if mechanism.rows and not drives and not any(row.restricts for row in mechanism.rows):
+        drives = tuple(body.joint_name for body in mechanism.bodies if body.u)
+    if mechanism.rows and drives:
+        return driven_dynamics_program(mechanism, drives)
+    return inverse_dynamics_program(mechanism)
 
 
 def _bias(mechanism: Mechanism, _: FunctionOptions) -> Program:
@@ -371,7 +386,7 @@ Name = Literal[
 STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Program]]] = {
     "state_derivative": _state_derivative,
     "mass_matrix": lambda mechanism, _: mass_matrix_program(mechanism),
-    "inverse_dynamics": lambda mechanism, _: inverse_dynamics_program(mechanism),
+    "inverse_dynamics": _inverse_dynamics,
     "hybrid_dynamics": lambda mechanism, options: hybrid_dynamics_program(mechanism, options.given),
     "bias": _bias,
     "gravity": _gravity,
@@ -388,10 +403,12 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
 }
 OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "hybrid_dynamics": ("given",),
+    "inverse_dynamics": ("drives", "mode"),
+    **dict.fromkeys(("state_derivative", "constraints", "reactions", "outputs"), ("mode",)),
     "frame": ("frame", "axes"),
     "jacobian": ("frame", "axes"),
 }
-"""The options of FunctionOptions that a function has; others have none."""
+"""The options that a function has; others have none."""
 
 
 def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:

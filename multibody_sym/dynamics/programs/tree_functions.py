@@ -7,19 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
+import numpy as np
+
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, hybrid_dynamics, tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches, mass_matrix
+from multibody_sym.dynamics.formalisms.constrained import PASSES
 from multibody_sym.dynamics.formalisms.equations import massless_speeds, verify_massive
 from multibody_sym.dynamics.programs.momenta import generalized_momenta
 from multibody_sym.dynamics.programs.system import constrained_motion, inputs_program
-from multibody_sym.errors import ModelError, NoSolutionError, at
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, at
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.joint_friction import along_reactions
+from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
 from multibody_sym.mechanics.points import joint_projection
-from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.row_kinematics import acting_rows, row_motions
 from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.program.program import Program
@@ -28,7 +32,9 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import gradient
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real, slot
+from multibody_sym.scalars.rank import ROUNDED, null_space, rank
+from multibody_sym.scalars.vectors import S
 
 
 def mass_matrix_program(mechanism: Mechanism) -> Program:
@@ -43,13 +49,88 @@ def inverse_dynamics_program(mechanism: Mechanism) -> Program:
 
     Raises ModelError where rows restrict the tree, whose forces are not determined.
     """
-    _verify_tree(mechanism)
+    _verify_tree(mechanism, "say which joints are driven (function(.., drives=[..])), ")
     trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
-    motion = motion_of(mechanism, slot_state(mechanism))
-    loads = applied_forces(motion)
-    transmitted = joint_projection(motion, joint_wrenches(motion, trace["udot"], loads.of_body))
-    forces = [x - drive for x, drive in zip(transmitted, loads.of_speed, strict=True)]
+    forces = _needed_forces(motion_of(mechanism, slot_state(mechanism)), trace["udot"])
     return trace.finish({"forces": ((len(forces),), forces)})
+
+
+def _needed_forces(motion: Motion, udot: Sequence[S]) -> list[S]:
+    """Return M udot + c - Q (nu)."""
+    loads = applied_forces(motion)
+    transmitted = joint_projection(motion, joint_wrenches(motion, udot, loads.of_body))
+    return [x - drive for x, drive in zip(transmitted, loads.of_speed, strict=True)]
+
+
+def driven_dynamics_program(mechanism: Mechanism, drives: Collection[str]) -> Program:
+    """Return (.., udot) -> forces (nu): those of the joints named `drives`, zero elsewhere, of least norm.
+
+    With the rows' forces C^T lambda, of which some define others by D lambda = gamma - H udot,
+
+        M udot + c - Q = S^T S mu + C^T lambda,   C mu + D^T eta = 0,   D lambda = d
+
+    are the conditions of the least S mu, the forces of the drives that S picks. They are unique however many rows
+    depend on each other. Accelerations are taken as given: they should satisfy H udot = gamma.
+    """
+    count, driven = len(mechanism.speeds), driven_speeds(mechanism, drives)
+    trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (count,))))
+    motion, udot = motion_of(mechanism, slot_state(mechanism)), trace["udot"]
+    every = row_motions(motion)
+    rows = [every[k] for k in acting_rows(every)]
+    defining = [row for row in rows if not row.kinematic]
+    coupling = [[as_node(row.coupling.get(k, ZERO)) for k in acting_rows(every)] for row in defining]
+    wanted = [row.gamma - sum((h * a for h, a in zip(row.jacobian, udot, strict=True)), ZERO) for row in defining]
+    needed = [as_node(x) for x in _needed_forces(motion, udot)]
+    exerts = [list(map(as_node, row.forces)) for row in rows]
+    beside = {k: tuple(map(acting_rows(every).index, row.beside)) for k, row in enumerate(rows) if row.beside}
+    most = mechanism.parameters.slot(INDEPENDENT) + (count + len(defining)) if rows else real(count)
+
+    def solve(forces: Sequence[Sequence[Node]]) -> list[Node]:
+        matrix = [
+            [*(ONE if i == k and k in driven else ZERO for i in range(count)), *(f[k] for f in forces)]
+            + [ZERO] * len(defining)
+            for k in range(count)
+        ]
+        columns = zip(*coupling, strict=True) if defining else ([] for _ in rows)
+        matrix += [[*f, *[ZERO] * len(rows), *d] for f, d in zip(forces, columns, strict=True)]
+        matrix += [[*[ZERO] * count, *d, *[ZERO] * len(defining)] for d in coupling]
+        right = [*needed, *[ZERO] * len(rows), *wanted]
+        return list(trace.solve(matrix, right, len(right), most).solution)
+
+    found = solve([[ZERO] * count if k in beside else row for k, row in enumerate(exerts)] if beside else exerts)
+    for _ in range(PASSES if beside else 0):
+        found = solve(along_reactions(exerts, beside, found[count : count + len(rows)]))
+    return trace.finish({"forces": ((count,), [found[k] if k in driven else ZERO for k in range(count)])})
+
+
+def driven_speeds(mechanism: Mechanism, drives: Collection[str]) -> list[int]:
+    """Return the speeds of the joints named `drives`. Raises InputError for a joint without speeds."""
+    speeds = {body.joint_name: body.u for body in mechanism.bodies if body.u}
+    for name in drives:
+        if name not in speeds:
+            message = f"no joint {name!r} has a speed that a drive could move"
+            raise InputError(message, number="M106", word=name, known=speeds)
+    return [k for name in drives for k in speeds[name]]
+
+
+def verify_drives(mechanism: Mechanism, state: State, drives: Collection[str]) -> bool:
+    """Return whether more joints are driven than the freedoms of a state over floats need.
+
+    Raises NoSolutionError where a speed is left that no drive moves.
+    """
+    driven, count = driven_speeds(mechanism, drives), len(mechanism.speeds)
+    rows = [row.jacobian for row in row_motions(motion_of(mechanism, state)) if row.kinematic]
+    restricted = rank(np.array(rows, dtype=float).reshape(len(rows), count), ROUNDED)
+    both = np.array([*rows, *np.eye(count)[driven]], dtype=float).reshape(len(rows) + len(driven), count)
+    left = null_space(both, ROUNDED)
+    if left.size:
+        free = mechanism.speeds[int(np.abs(left).max(axis=1).argmax())]
+        raise NoSolutionError(
+            f"{count - restricted} degrees of freedom need as many drives, and with {', '.join(drives) or 'none'} the "
+            f"speed {free.name} is free at the start: name joint {free.joint!r} among drives, too",
+            number="N102",
+        )
+    return len(driven) > count - restricted
 
 
 def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Program:
@@ -71,15 +152,15 @@ def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Pro
     return trace.finish({"udot": ((len(udot),), udot), "forces": ((len(forces),), forces)})
 
 
-def _verify_tree(mechanism: Mechanism) -> None:
+def _verify_tree(mechanism: Mechanism, advice: str = "") -> None:
     if mechanism.rows:
         section, name = mechanism.row_path(0)
         what = f"joint {name!r} closes a loop," if section == "joints" else f"{name!r} restricts the joints,"
         with at(section, name):
             raise ModelError(
                 f"{what} and its force shares in the work: given accelerations determine the forces of joints only "
-                "where nothing else holds them; leave it out (load_urdf(..., mimic=False) leaves out the couplers of "
-                "joints that mimic others), or put its force in as a force",
+                f"where nothing else holds them; {advice}leave it out (load_urdf(..., mimic=False) leaves out the "
+                "couplers of joints that mimic others), or put its force in as a force",
                 number="M110",
             )
 
