@@ -13,7 +13,7 @@ prescribed speed. Given impulses have acted: r = -v- after them.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Final, Literal
@@ -21,7 +21,7 @@ from typing import Final, Literal
 import numpy as np
 
 from multibody_sym.contact_laws.enumeration import MOST
-from multibody_sym.contact_laws.problem import STICKS, Equality, LawProblem, Unilateral, scaled, select
+from multibody_sym.contact_laws.problem import STICKS, LawProblem, Places, Unilateral, scaled, select
 from multibody_sym.contact_laws.solve_mode import eliminate_equalities
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
@@ -37,6 +37,8 @@ CLOSING: Final = 1e-9
 """The part of the largest speed up to which rows that touch do not close: speeds for rows of unit length in A."""
 ARITHMETIC: Final = 1e-5
 """Rounding of the speeds of bodies, as a part of the speeds up to which rows do not close."""
+AFRESH: Final = 50
+"""After so many impulses of single contacts speeds are computed afresh from x: their sum has as many roundings."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class ImpactProblem:
     def name(self, row: int) -> str:
         """Return what a row is called."""
         return self.names[row] if self.names else f"row {row}"
+
+    @cached_property
+    def gives_back(self) -> bool:
+        """Whether friction is given back anywhere."""
+        return any(self.tangential)
 
     def given_back(self, part: int) -> float:
         """Return the tangential restitution of a friction part."""
@@ -158,8 +165,10 @@ class Chosen:
 
     def of_all(self, slips: tuple[int, ...], rows: LawProblem) -> tuple[int, ...]:
         """Return the slips of its parts as those of all parts; what takes no part counts as sticking."""
-        whole = dict(zip(self.parts, slips, strict=True))
-        return tuple(whole.get(k, STICKS) for k in range(len(rows.parts)))
+        found = [STICKS] * len(rows.parts)
+        for k, slip in zip(self.parts, slips, strict=True):
+            found[k] = slip
+        return tuple(found)
 
 
 def select_rows(problem: LawProblem, closed: Collection[int]) -> Chosen:
@@ -167,9 +176,9 @@ def select_rows(problem: LawProblem, closed: Collection[int]) -> Chosen:
 
     Parts that are smooth are left out.
     """
-    acting = {k for k, law in enumerate(problem.laws) if isinstance(law, Equality)} | set(closed)
-    rough = [k for k, part in enumerate(problem.parts) if part.enough or part.static or part.kinetic]
-    parts = [k for k in rough if acting.issuperset(problem.parts[k].normals)]
+    acting = {*problem.equalities, *map(int, closed)}
+    rough = {k for row in acting for k in problem.rough_parts.get(row, ())}
+    parts = sorted(k for k in rough if acting.issuperset(problem.parts[k].normals))
     rows = sorted(acting | {row for k in parts for row in problem.parts[k].rows})
     alone = select(problem, rows, parts)
     at_rest = (replace(part, velocity=(0.0,) * len(part.rows), held=part.enough) for part in alone.parts)
@@ -178,7 +187,7 @@ def select_rows(problem: LawProblem, closed: Collection[int]) -> Chosen:
 
 @dataclass(eq=False)
 class ImpactProgress:
-    """An impact on its way: x (n), z (m), what compression had of z, and the energy that each row took.
+    """An impact on its way: x (n), z (m), the speeds v (m), what compression had of z, and the energy that rows took.
 
     Speeds of `unilateral` rows below `allowed` (m) do not close; `rounding` (m) is what arithmetic leaves of speeds.
     `nothing`: what was searched where no impulses were found at last, and whether that proves that there are none.
@@ -187,12 +196,13 @@ class ImpactProgress:
     problem: ImpactProblem
     x: Floats
     z: Floats
+    v: Floats
     compression: Floats
     lost: Floats
     restitution: Floats
     allowed: Floats
     rounding: Floats
-    unilateral: tuple[int, ...]
+    unilateral: Places
     phases: list[ImpactPhase] = field(default_factory=list)
     impacts: int = 0
     struck: set[int] = field(default_factory=set)
@@ -200,29 +210,24 @@ class ImpactProgress:
     notes: list[str] = field(default_factory=list)
     collapsed: bool = False
     nothing: tuple[str, bool] = ("", False)
+    _pushes: int = 0
 
     @property
     def rows(self) -> LawProblem:
         return self.problem.rows
 
-    def speeds(self) -> Floats:
-        """Return the present speeds (m) of the rows."""
-        return speeds(self.rows, self.x, self.z)
-
-    def closing(self) -> list[int]:
+    def closing(self) -> Places:
         """Return the unilateral rows that close now."""
-        v = self.speeds()
-        return [k for k in self.unilateral if v[k] < -self.allowed[k]]
+        return self.unilateral[self.v[self.unilateral] < -self.allowed[self.unilateral]]
 
     def unfulfilled(self) -> bool:
         """Return whether what holds both ways has another speed than the wanted one."""
-        v = self.speeds()
-        return any(isinstance(law, Equality) and abs(v[k]) > self.allowed[k] for k, law in enumerate(self.rows.laws))
+        both = self.rows.equalities
+        return bool((np.abs(self.v[both]) > self.allowed[both]).any())
 
-    def not_separating(self) -> list[int]:
+    def not_separating(self) -> Places:
         """Return the unilateral rows that close now, or touch without separating."""
-        v = self.speeds()
-        return [k for k in self.unilateral if v[k] <= self.allowed[k]]
+        return self.unilateral[self.v[self.unilateral] <= self.allowed[self.unilateral]]
 
     def note(self, text: str) -> None:
         """Add a note once."""
@@ -258,31 +263,57 @@ class ImpactProgress:
 
         An impulse is none where its effect is a rounding of that of the largest one.
         """
-        x, moved = impulses[1], np.abs(impulses[0]) * self._sizes
-        z = np.where((self._sizes > 0.0) & (moved <= ROUNDED * moved.max(initial=0.0)), 0.0, impulses[0])
-        self.lost += self._taken(z, x, stage) if lost is None else lost
-        self.x, self.z = self.x + x, self.z + z
+        z, x, before = self._without_rounding(impulses[0], self._sizes), impulses[1], self.v
+        self.v = speeds(self.rows, self.x + x, self.z + z)
+        self.lost += self._taken(z, x, before, stage) if lost is None else lost
+        self.x = self.x + x
+        self._note(stage, rows, slips, z)
+        return z
+
+    def push(self, push: Push, row: int, phases: Sequence[PushPhase], lost: Sequence[float]) -> None:
+        """Add phases of impulses at a row, which is struck, and its tangents; `lost` (k) is what these rows took."""
+        x, v = self.x.copy(), self.v.copy()
+        for stage, slips, f in phases:
+            z = np.zeros(len(self.z))
+            z[push.rows] = self._without_rounding(push.Z @ f, push.sizes)
+            self._note(stage, (row,), slips, z)
+        f = sum((f for *_, f in phases), np.zeros(len(push.own)))
+        x[push.columns] += push.X @ f
+        v[push.moved] += push.V @ f
+        self._pushes += 1
+        self.x, self.v = x, v if self._pushes % AFRESH else speeds(self.rows, x, self.z)
+        self.lost[push.own] += lost
+
+    def _note(self, stage: Stage, rows: Collection[int], slips: tuple[int, ...], z: Floats) -> None:
+        self.z = self.z + z
         self.struck |= set(rows)
         self.phases.append(ImpactPhase(stage, tuple(sorted(rows)), slips, z, self.impacts))
         if stage == "compression":
             self.compression = self.compression + z
-        return z
 
-    def _taken(self, z: Floats, x: Floats, stage: Stage) -> Floats:
-        """Return the energy (m) that rows take while impulses grow in proportion: minus the work of each.
+    @staticmethod
+    def _without_rounding(z: Floats, sizes: Floats) -> Floats:
+        moved = np.abs(z) * sizes
+        return np.where((moved <= ROUNDED * moved.max(initial=0.0)) & (sizes > 0.0), 0.0, z)
+
+    def _taken(self, z: Floats, x: Floats, before: Floats, stage: Stage) -> Floats:
+        """Return the energy (m) that rows take while impulses grow in proportion from before to now: minus their work.
 
         What is joined first does so together with given impulses.
         """
         pushed = self.problem.pushed if stage == "joined" and not self.phases else None
-        before = self.speeds() - (0.0 if pushed is None else pushed)
-        after = speeds(self.rows, self.x + x, self.z + z)
-        taken = -z * (before + after) / 2.0
+        taken = -z * (before - (0.0 if pushed is None else pushed) + self.v) / 2.0
         others = self._others
         if len(others):
             exerted, w = self.rows.exerted[others], self.problem.speeds
             moving = np.full(len(others), np.nan) if w is None else exerted @ (w + self.x + x / 2.0)
             taken[others] = -z[others] * moving
         return np.where(self._sizes > 0.0, taken, 0.0)
+
+    @cached_property
+    def pushes_back(self) -> bool:
+        """Whether all rows exert their own force, and none defines a multiplier."""
+        return not (self.rows.couples or self._others)
 
     @cached_property
     def _sizes(self) -> Floats:
@@ -301,7 +332,7 @@ class ImpactProgress:
             self.z,
             self.compression,
             -self.rows.right,
-            self.speeds(),
+            speeds(self.rows, self.x, self.z),
             self.lost,
             tuple(sorted(self.struck)),
             self.restitution,
@@ -322,7 +353,7 @@ def start_impact(problem: ImpactProblem) -> ImpactProgress:
     """Return the account of an impact in which nothing has happened yet."""
     rows = problem.rows
     count, size = rows.matrix.shape
-    unilateral = tuple(k for k, law in enumerate(rows.laws) if isinstance(law, Unilateral))
+    unilateral = np.array([k for k, law in enumerate(rows.laws) if isinstance(law, Unilateral)], dtype=np.intp)
     lengths = scaled_rows(rows.matrix)[0]
     defines = rows.coupling.any(axis=1)
     largest = float(np.abs(rows.right / lengths)[~defines].max(initial=0.0))
@@ -331,7 +362,9 @@ def start_impact(problem: ImpactProblem) -> ImpactProgress:
     allowed = usual if problem.allowed is None else np.asarray(problem.allowed, dtype=float)
     zeros, e = np.zeros(count), np.array(problem.restitution, dtype=float)
     rounding = np.maximum(ROUNDED * largest * lengths, ARITHMETIC * allowed)
-    return ImpactProgress(problem, np.zeros(size), zeros, zeros, zeros.copy(), e, allowed, rounding, unilateral)
+    x = np.zeros(size)
+    v = speeds(rows, x, zeros)
+    return ImpactProgress(problem, x, zeros, v, zeros, zeros.copy(), e, allowed, rounding, unilateral)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -351,14 +384,44 @@ class ImpulseResponse:
     K: Floats
 
 
+@dataclass(frozen=True)
+class Push:
+    """What impulses f (k) at rows `own` change in all: z of `rows` by Z f, x at `columns` by X f, v of `moved` by V f.
+
+    `sizes` is how much each of the `rows` exerts.
+    """
+
+    own: Places
+    rows: Places
+    columns: Places
+    moved: Places
+    Z: Floats
+    X: Floats
+    V: Floats
+    sizes: Floats
+
+    @staticmethod
+    def of(problem: LawProblem, some: Chosen, response: ImpulseResponse) -> Push:
+        """Return what the impulses of a response of some rows change, none of which defines a multiplier."""
+        takes, columns = np.flatnonzero(response.Z.any(axis=1)), np.flatnonzero(response.X.any(axis=1))
+        every, X = np.array(some.rows), response.X[columns]
+        V = problem.matrix[:, columns] @ X
+        moved = np.flatnonzero(V.any(axis=1))
+        sizes: Floats = np.linalg.norm(some.problem.exerted[takes], axis=1)
+        return Push(every[response.own], every[takes], columns, moved, response.Z[takes], X, V[moved], sizes)
+
+
+PushPhase = tuple[Stage, tuple[int, ...], Floats]
+"""A stage, the slips of all parts, and the impulses (k)."""
+
+
 def impulse_response(some: Chosen, own: list[int]) -> ImpulseResponse:
     """Return what impulses at some rows of a chosen problem do; no other row that holds one way has any.
 
     Each row of friction is to be among them, as nothing that rubs follows.
     """
-    equal = [k for k, law in enumerate(some.problem.laws) if isinstance(law, Equality)]
-    problem = some.problem
-    ordinary = not problem.coupling.any() and np.array_equal(problem.exerted[equal], problem.matrix[equal])
+    problem, equal = some.problem, some.problem.equalities
+    ordinary = not problem.couples and np.array_equal(problem.exerted[equal], problem.matrix[equal])
     if ordinary:
         return _ordinary_response(some, own, equal)
     system = scaled(replace(problem, right=np.zeros(len(problem.right))))
@@ -376,7 +439,9 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
     """
     problem = some.problem
     defining = np.abs(problem.coupling).sum(axis=1) > 0.0
-    kept = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not defining[k]]
+    kept = [k for k in problem.equalities if not defining[k]]
+    if not kept and problem.matrix[row].any():
+        return
     rows = scaled_rows(problem.matrix[[*kept, row]])[1]  # what is rounding beside the row that is struck holds nothing
     if rank(rows, ROUNDED) > rank(rows[:-1], ROUNDED):
         return
@@ -406,7 +471,7 @@ def _ordinary_response(some: Chosen, own: list[int], equal: list[int]) -> Impuls
 
 def dependent_rows(problem: LawProblem) -> list[int]:
     """Return the rows that hold both ways and have a part in a combination of them that exerts nothing."""
-    equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and problem.exerted[k].any()]
+    equal = [k for k in problem.equalities if problem.exerted[k].any()]
     unit = scaled_rows(problem.exerted[equal])[1]
     if not equal or (count := pivoted_qr(unit.T, least=1.0).rank) == len(equal):
         return []

@@ -49,7 +49,7 @@ from multibody_sym.contact_laws.uniqueness import SEEN, admissible_solution, ope
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.limits import most
+from multibody_sym.scalars.limits import most, pressing
 from multibody_sym.scalars.rank import DRAWN, exact, least_squares, null_space, scaled_rows
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -73,14 +73,16 @@ def sweep_to_mode(problem: LawProblem) -> LawMode:
     """Return the mode that sweeps come to, or are at when there were too many; static friction holds."""
     system = scaled(problem)
     small = eliminate_equalities(system)
-    parts = list[_Own]()
-    for part in system.parts:
-        places = small.place[part.rows]
-        parts.append(_Own(part, places, float(np.linalg.norm(small.K[np.ix_(part.rows, places)], 2))))
+    normals = [(int(small.place[k]), float(small.a0[k]), small.K[k]) for k in system.unilateral]
+    normals = [each for each in normals if each[2][each[0]] > 0.0]
+    parts = [own for own in (_Own.of(part, small) for part in system.parts) if own.stiff > 0.0]
     f = np.zeros(len(small.own))
     for _ in range(MOST):
         before = f.copy()
-        _sweep(system, small, parts, f)
+        for i, a, row in normals:
+            f[i] = max(0.0, f[i] - (a + row @ f) / row[i])
+        for own in parts:
+            f[own.places] = own.impulses(f)
         if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
             break
     return _mode_of(system, small, f)
@@ -110,26 +112,33 @@ def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
 
 @dataclass(frozen=True)
 class _Own:
-    """A friction part, where its own impulses are among all, and the most that one of them changes its speed."""
+    """A friction part beside all impulses f: its own are at `places`, its speeds a + K f, its loads z + Z f.
+
+    `stiff` is the most that one of its own changes its speed.
+    """
 
     part: ScaledFriction
     places: Places
+    a: Floats
+    K: Floats
+    z: Floats
+    Z: Floats
     stiff: float
 
+    @classmethod
+    def of(cls, part: ScaledFriction, small: Reduced) -> _Own:
+        """Return a part of a problem without equalities."""
+        rows, normals, places = part.rows, part.normals, small.place[part.rows]
+        K, base = small.K[rows], part.base
+        stiff = float(np.linalg.norm(K[:, places], 2))
+        return cls(part, places, small.a0[rows], K, base * small.z0[normals], base[:, None] * small.Z[normals], stiff)
 
-def _sweep(system: Scaled, small: Reduced, parts: list[_Own], f: Floats) -> None:
-    """Give each contact the impulses of its law beside all others."""
-    for k in system.unilateral:
-        i = small.place[k]
-        if small.K[k, i] > 0.0:
-            f[i] = max(0.0, f[i] - (small.a0[k] + small.K[k] @ f) / small.K[k, i])
-    for own in parts:
-        if own.stiff > 0.0:
-            rows = own.part.rows
-            wanted = f[own.places] - (small.a0[rows] + small.K[rows] @ f) / own.stiff
-            size = math.hypot(*wanted)
-            limit = float(most(own.part.static, own.part.pressed(small.z0 + small.Z @ f)))
-            f[own.places] = wanted * min(1.0, limit / size) if size else 0.0
+    def impulses(self, f: Floats) -> Floats:
+        """Return the impulses of its law beside all others; static friction holds."""
+        wanted: Floats = f[self.places] - (self.a + self.K @ f) / self.stiff
+        size, loads = math.hypot(*wanted.tolist()), (self.z + self.Z @ f).tolist()
+        limit = most(self.part.static, pressing(loads, [0] * len(loads), norm=self.part.norm))
+        return wanted * min(1.0, limit / size) if size else np.zeros(len(wanted))
 
 
 def _mode_of(system: Scaled, small: Reduced, f: Floats) -> LawMode:
@@ -168,7 +177,7 @@ def newton(account: ImpactProgress, closed: Collection[int]) -> None:
     """
     if _newton(account, closed):
         return
-    v = account.speeds()
+    v = account.v
     if _newton(account, [k for k in closed if v[k] <= account.rounding[k]]):
         return
     differ = _take_smallest(account, closed, "no impulses fulfil Newton's law with different coefficients")
@@ -206,7 +215,7 @@ def _take_smallest(account: ImpactProgress, closed: Collection[int], why: str) -
 
 def _newton(account: ImpactProgress, closed: Collection[int]) -> bool:
     """Strike rows at once; return whether that is possible."""
-    wanted, rows, now = np.zeros(len(account.z)), list(closed), account.speeds()
+    wanted, rows, now = np.zeros(len(account.z)), list(closed), account.v
     wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
     z = _search(account, closed, wanted, "at once")
     if z is not None:
@@ -235,7 +244,7 @@ def _stop_slip(account: ImpactProgress, closed: Collection[int]) -> bool:
 
     So it is with one contact alone. Where that pushes contacts apart, friction has nothing that presses beside it.
     """
-    some, v = select_rows(account.rows, closed), account.speeds()
+    some, v = select_rows(account.rows, closed), account.v
     rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
     moved = impulse_response(some, rubs)
     enough = [rubs.index(row) for part in some.problem.parts if part.enough for row in part.rows]
@@ -287,7 +296,7 @@ def _search(
         pairs = zip(parts, one_way, strict=True)
         loose = tuple(replace(part, held=part.held and not free) for part, free in pairs)
         some = replace(some, problem=replace(some.problem, parts=loose))
-    now = account.speeds()
+    now = account.v
     here = {some.rows.index(k): value for k, value in given.items()}
     right = _without_rounding(account, some, (wanted - now)[some.rows])
     problem = _with_given(replace(some.problem, right=right), here)
@@ -425,17 +434,21 @@ class _Counts:
 
     def __init__(self, account: ImpactProgress) -> None:
         self.account, self.near = account, _near(account.rows)
-        self.cluster = _numbers(self.near)
+        self.cluster = np.array(_numbers(self.near), dtype=np.intp)
         self.counts: dict[int, int] = {}
 
-    def of(self, row: int) -> list[int]:
+    def of(self, row: int) -> Places:
         """Return the unilateral rows that are connected with one."""
-        return [k for k in self.account.unilateral if self.cluster[k] == self.cluster[row]]
+        every = self.account.unilateral
+        found: Places = every[self.cluster[every] == self.cluster[row]]
+        return found
 
     def islands(self, struck: Collection[int], held: Collection[int] = ()) -> list[list[int]]:
         """Return the rows that are struck, and held, by those that push each other beside what always acts."""
         rows = self.account.rows
-        acting = {*struck, *held, *(k for k, law in enumerate(rows.laws) if isinstance(law, Equality))}
+        if len(struck) == 1 and not held:
+            return [list(struck)]
+        acting = {*struck, *held, *rows.equalities}
         parts = (part for part in rows.parts if acting.issuperset(part.normals))
         every = sorted(acting.union(*(part.rows for part in parts)))
         groups = ([every[k] for k in group] for group in connected_groups(self.near[np.ix_(every, every)]))
@@ -443,13 +456,13 @@ class _Counts:
 
     def number(self, row: int) -> int:
         """Return how many impacts the cluster of a row had."""
-        return self.counts.get(self.cluster[row], 0)
+        return self.counts.get(int(self.cluster[row]), 0)
 
     def has_collapsed(self, row: int) -> bool:
         """Count an impact of the cluster of a row; if there were too many, let it collapse, and say so."""
-        account, rows = self.account, self.of(row)
+        account, rows = self.account, self.of(row).tolist()
         account.impacts += 1
-        count = self.counts[self.cluster[row]] = self.counts.get(self.cluster[row], 0) + 1
+        count = self.counts[int(self.cluster[row])] = self.number(row) + 1
         most = 100 + 20 * len(rows)
         if count <= most:
             return False
@@ -467,13 +480,13 @@ class _Counts:
 def at_once(account: ImpactProgress) -> None:
     """Strike all that touches where something closes, until nothing does."""
     counts, known = _Counts(account), dict[int, Single]()
-    while closing := account.closing():
+    while closing := account.closing().tolist():
         cluster = counts.of(closing[0])
         if counts.has_collapsed(closing[0]):
             continue
-        rows = [k for k in account.not_separating() if k in cluster]
+        rows = np.intersect1d(account.not_separating(), cluster).tolist()
         if account.problem.law == "stronge":
-            rows = [k for k in closing if k in cluster]
+            rows = np.intersect1d(closing, cluster).tolist()
             if len(rows) > 1:
                 names = ", ".join(account.problem.name(k) for k in rows)
                 raise InputError(
@@ -488,21 +501,22 @@ def at_once(account: ImpactProgress) -> None:
 def one_by_one(account: ImpactProgress) -> None:
     """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
     counts, known = _Counts(account), dict[int, Single]()
-    while closing := account.closing():
-        v = account.speeds()
-        fastest = min(closing, key=lambda k: float(v[k]))
+    while len(closing := account.closing()):
+        v = account.v
+        fastest = int(closing[np.argmin(v[closing])])
         if counts.has_collapsed(fastest):
             continue
-        cluster = counts.of(fastest)
-        rows = [k for k in closing if k in cluster and v[k] <= (1.0 - ALIKE) * v[fastest]]
-        held = [k for k in cluster if abs(v[k]) <= account.allowed[k] and not account.restitution[k]]
+        together = counts.cluster == counts.cluster[fastest]
+        rows = closing[together[closing] & (v[closing] <= (1.0 - ALIKE) * v[fastest])].tolist()
+        still = account.unilateral[account.restitution[account.unilateral] == 0.0]
+        held = still[together[still] & (np.abs(v[still]) <= account.allowed[still])].tolist()
         for island in counts.islands(rows, held):
             _strike(account, island, known)
     # What struck in turn until it closed by less than counts has no last impact: speeds of closing and of slip shrink
     # together, and none is left in the limit. It strikes at once, without bouncing.
-    v = account.speeds()
-    left = [k for k in account.not_separating() if counts.number(k) > 1]
-    for first in {counts.cluster[k] for k in left if v[k] < -account.rounding[k]}:
+    v = account.v
+    left = [k for k in account.not_separating().tolist() if counts.number(k) > 1]
+    for first in {int(counts.cluster[k]) for k in left if v[k] < -account.rounding[k]}:
         rows = [k for k in left if counts.cluster[k] == first]
         bounces = account.restitution
         account.restitution = np.zeros(len(bounces))
@@ -512,26 +526,30 @@ def one_by_one(account: ImpactProgress) -> None:
 
 def _strike(account: ImpactProgress, rows: Sequence[int], known: dict[int, Single]) -> None:
     """Strike rows by the law that is asked for, and let friction be given back; `known` rows have struck before."""
-    before = account.copy()
+    before = account.copy() if account.problem.gives_back else None
     single = None
     if len(rows) == 1:
         single = known[rows[0]] = known.get(rows[0]) or Single(account, rows[0])
-    law = account.problem.law
-    rough = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
-    one_way = set(account.unilateral)
-    rubs = any(set(part.normals) <= set(rows) or not set(part.normals) & one_way for part in rough)
     if single is not None and single.followed:
         routh(account, single)
-    elif law == "newton" or (law == "stronge" and not rubs):
+    elif account.problem.law == "newton" or (account.problem.law == "stronge" and not _rubs(account, rows)):
         newton(account, rows)
     else:
         names = ", ".join(account.problem.name(k) for k in sorted(rows))
         if len(rows) == 1:
             account.note(f"{names}: several things rub, in space: their slip is that at the ends of both phases")
-        elif law == "stronge":
+        elif account.problem.law == "stronge":
             account.note(f"{names} strike together, which Stronge's law does not tell with friction: by Poisson's")
         poisson(account, rows)
-    give_back(account, rows, before)
+    if before is not None:
+        give_back(account, rows, before)
+
+
+def _rubs(account: ImpactProgress, rows: Sequence[int]) -> bool:
+    """Return whether anything rubs that these rows press, or that is always pressed."""
+    rough = [part for part in account.rows.parts if part.enough or part.static or part.kinetic]
+    one_way = set(account.unilateral.tolist())
+    return any(set(part.normals) <= set(rows) or not set(part.normals) & one_way for part in rough)
 
 
 def clusters(rows: LawProblem) -> list[int]:

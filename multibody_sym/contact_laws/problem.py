@@ -100,6 +100,25 @@ class LawProblem:
     laws: tuple[Law, ...]
     parts: tuple[FrictionLaw, ...] = ()
 
+    @cached_property
+    def equalities(self) -> list[int]:
+        """The rows that hold both ways."""
+        return [k for k, law in enumerate(self.laws) if isinstance(law, Equality)]
+
+    @cached_property
+    def rough_parts(self) -> Mapping[int, list[int]]:
+        """The friction parts that are not smooth, by each row that presses them."""
+        found = dict[int, list[int]]()
+        for k, part in enumerate(self.parts):
+            for row in part.normals if part.enough or part.static or part.kinetic else ():
+                found.setdefault(row, []).append(k)
+        return found
+
+    @cached_property
+    def couples(self) -> bool:
+        """Whether any row defines a multiplier."""
+        return bool(self.coupling.any())
+
 
 @dataclass(frozen=True)
 class LawMode:

@@ -7,7 +7,7 @@ space the direction of slip turns (`follow_turning_slip`).
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 from typing import Final, Literal
@@ -19,12 +19,14 @@ from multibody_sym.contact_laws.impact_problem import (
     ImpactLaw,
     ImpactProgress,
     ImpulseResponse,
+    Push,
+    PushPhase,
     Stage,
     impulse_response,
     select_rows,
     verify_moves,
 )
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, FrictionLaw, FrictionRow
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, FrictionLaw, FrictionRow, Places
 from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
@@ -47,37 +49,52 @@ AT_REST = 1e-12
 
 @dataclass(frozen=True)
 class ImpulseRates:
-    """Rates by the normal impulse, over the rows of a chosen problem: z' (m), x' (n), v' (m); `slips` by its parts."""
+    """Rates by the normal impulse, over the rows (k) that a course follows: of impulses f, of speeds v; slips by parts.
 
-    z: Floats
-    x: Floats
-    v: Floats
+    `x` (n) where other parts rub than that of the contact, or several: then the rows are those of a chosen problem.
+    """
+
+    f: list[float]
+    v: list[float]
     slips: tuple[int, ...]
+    x: Floats | None = None
 
 
-def rates_of_contact(moved: ImpulseResponse, part: FrictionLaw | None, v: Floats, small: float) -> ImpulseRates:
-    """Return the rates of a contact with one friction part, or none, at speeds v (m); below `small` v_t is at rest."""
-    K = moved.K
-    f, slip = np.zeros(len(moved.own)), STICKS
-    f[0] = 1.0
+Table = Sequence[Sequence[float]]
+
+
+def rates_of_contact(K: Table, part: FrictionLaw | None, v: list[float], small: float) -> ImpulseRates:
+    """Return the rates of a contact with one friction part, or none, at speeds v (k); below `small` v_t is at rest.
+
+    K (k, k) is how speeds along the normal and the tangents change with impulses.
+    """
+    f, slip = [1.0], STICKS
     if part is not None:
-        along = v[list(part.rows)]
-        speed = float(np.linalg.norm(along))
-        sticks, held = False, np.zeros(len(along))
+        along = v[1:]
+        speed = math.hypot(*along)
+        sticks, held = False, list[float]()
         if not speed > small:
-            held = least_squares(K[1:, 1:], -K[1:, 0])
-            sticks = part.enough or room(part.static, 1.0 + AT_REST, [float(np.linalg.norm(held))]) >= 0.0
+            held = _holding(K)
+            sticks = part.enough or room(part.static, 1.0 + AT_REST, [math.hypot(*held)]) >= 0.0
             if not sticks:
-                along = np.sign(K[1, :1]) if len(along) == 1 else departing_direction(K, part.kinetic)
+                line = [math.copysign(1.0, K[1][0])]
+                along = line if len(along) == 1 else departing_direction(np.array(K), part.kinetic).tolist()
                 speed = 1.0
-        f[1:] = held if sticks else sliding(part.kinetic, along.tolist(), speed)
+        f += held if sticks else sliding(part.kinetic, along, speed)
         if not sticks:
-            slip = IN_SPACE if len(along) > 1 else int(np.sign(along[0]))
-    rates = np.zeros(len(v))
-    rates[moved.own] = K @ f
+            slip = IN_SPACE if len(along) > 1 else 1 if along[0] > 0.0 else -1
+    rates = [sum(k * x for k, x in zip(row, f, strict=True)) for row in K]
     if part is not None and slip == STICKS:
-        rates[list(part.rows)] = 0.0
-    return ImpulseRates(moved.Z @ f, moved.X @ f, rates, () if part is None else (slip,))
+        rates[1:] = [0.0] * len(held)
+    return ImpulseRates(f, rates, () if part is None else (slip,))
+
+
+def _holding(K: Table) -> list[float]:
+    """Return the impulses along the tangents beside which one along the normal changes no v_t, the least of them."""
+    if len(K) == 2:
+        return [-K[1][0] / K[1][1] if K[1][1] else 0.0]
+    matrix = np.array(K)
+    return [float(x) for x in least_squares(matrix[1:, 1:], -matrix[1:, 0])]
 
 
 def departing_direction(K: Floats, mu: float) -> Floats:
@@ -98,7 +115,9 @@ def departing_direction(K: Floats, mu: float) -> Floats:
     return np.asarray(e / np.linalg.norm(e), dtype=float)
 
 
-def rates_with_joints(account: ImpactProgress, some: Chosen, row: int, v: Floats, small: Floats) -> ImpulseRates:
+def rates_with_joints(
+    account: ImpactProgress, some: Chosen, row: int, v: Sequence[float], small: Sequence[float]
+) -> ImpulseRates:
     """Return the rates where several parts rub, for the contact at `row` of a chosen problem at speeds v (m).
 
     A part whose speeds are below `small` (m) is at rest.
@@ -110,9 +129,9 @@ def rates_with_joints(account: ImpactProgress, some: Chosen, row: int, v: Floats
     laws = tuple(Equality() if k == row else law for k, law in enumerate(problem.laws))
     parts = list[FrictionLaw]()
     for part in problem.parts:
-        slip = v[list(part.rows)]
-        rests = float(np.linalg.norm(slip)) <= float(small[list(part.rows)].max())
-        parts.append(replace(part, velocity=(0.0,) * len(slip) if rests else tuple(slip.tolist())))
+        slip = [v[k] for k in part.rows]
+        rests = math.hypot(*slip) <= max(small[k] for k in part.rows)
+        parts.append(replace(part, velocity=(0.0,) * len(slip) if rests else tuple(slip)))
     posed = replace(problem, matrix=matrix, coupling=coupling, right=right, laws=laws, parts=tuple(parts))
     found = find(posed, every=False)
     if not found.states:
@@ -121,7 +140,8 @@ def rates_with_joints(account: ImpactProgress, some: Chosen, row: int, v: Floats
         unknown = f"no way was found in which the impact at {name} goes on past friction in several places"
         raise NoSolutionError(jams if found.proved else f"{unknown}; tried were {found.searched}", number="N108")
     state = found.states[0]
-    return ImpulseRates(state.z, state.x, problem.matrix @ state.x + problem.coupling @ state.z, state.mode.slips)
+    changes = problem.matrix @ state.x + problem.coupling @ state.z
+    return ImpulseRates(state.z.tolist(), changes.tolist(), state.mode.slips, state.x)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -435,7 +455,7 @@ class Single:
     """One row that strikes alone: the problem of what acts with it, what its impulses move. No speeds are in it."""
 
     def __init__(self, account: ImpactProgress, row: int) -> None:
-        self.some = select_rows(account.rows, (row,))
+        self.some, self._account = select_rows(account.rows, (row,)), account
         self.name, self.row = account.problem.name(row), self.some.rows.index(row)
         parts = self.some.problem.parts
         self._simple = not parts or (len(parts) == 1 and parts[0].normals == (self.row,) and len(parts[0].rows) < 3)
@@ -458,43 +478,69 @@ class Single:
         return impulse_response(self.some, [self.row, *tangents]) if self._simple else None
 
     @cached_property
-    def lengths(self) -> Floats:
-        """The lengths (m) of the rows."""
-        return scaled_rows(self.some.problem.matrix)[0]
+    def table(self) -> list[list[float]] | None:
+        """How the speeds along the normal and the tangents change with impulses there."""
+        return None if self.moved is None else self.moved.K.tolist()
+
+    @cached_property
+    def push(self) -> Push | None:
+        """What these impulses change in the whole problem; None where rows exert other forces than their own."""
+        if self.moved is None or not self._account.pushes_back:
+            return None
+        return Push.of(self._account.rows, self.some, self.moved)
+
+    @cached_property
+    def rows(self) -> list[int]:
+        """The rows that its course follows: normal and tangents, or all where other parts rub; of the chosen ones."""
+        return list(range(len(self.some.rows))) if self.moved is None else self.moved.own
+
+    @cached_property
+    def whole(self) -> Places:
+        """These rows among all."""
+        return np.array(self.some.rows)[self.rows]
+
+    @cached_property
+    def lengths(self) -> list[float]:
+        """Their lengths."""
+        return [float(x) for x in scaled_rows(self.some.problem.matrix)[0][self.rows]]
 
 
 def routh(account: ImpactProgress, single: Single) -> None:
     """Strike one row alone, with its friction and that in joints."""
     course = _Course(account, single)
-    first = Normal(float(course.v[course.row]))
+    first = Normal(course.v[course.row])
     course.stop_at_once()
-    left = Normal(float(course.v[course.row]))  # what stops along the surface may push along the normal
+    left = Normal(course.v[course.row])  # what stops along the surface may push along the normal
     if left.v >= 0.0:
+        course.end()
         return
     compressed = course.through("compression", COMPRESSED, left)
     e = float(account.restitution[single.some.rows[single.row]])
     if e > 0.0:
         course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
+    course.end()
 
 
 class _Course:
-    """A contact on its way: present speeds v (m) of the chosen rows; the account has the impulses.
+    """A contact on its way: present speeds v of the rows that its course follows; the account has the impulses.
 
     `moved` is None where other parts rub than that of the contact, or several; else `part` is the contact's, if any.
     """
 
     def __init__(self, account: ImpactProgress, single: Single) -> None:
-        self.account, self.some, self.row, self.name = account, single.some, single.row, single.name
+        self.account, self.single, self.some, self.name = account, single, single.some, single.name
         self.moved, self.part = single.moved, single.part
-        self.tangents = list(self.part.rows) if self.part else []
-        self.v = account.speeds()[self.some.rows]
-        self.small: Floats = AT_REST * float(np.abs(self.v / single.lengths).max(initial=0.0)) * single.lengths
+        self.row = single.rows.index(single.row)
+        self.slides = [[single.rows.index(k) for k in part.rows] for part in self.some.problem.parts]
+        self.v: list[float] = account.v[single.whole].tolist()
+        fastest = max(abs(v) / size for v, size in zip(self.v, single.lengths, strict=True))
+        self.small = [AT_REST * fastest * size for size in single.lengths]
+        self._phases, self._lost = list[PushPhase](), [0.0] * len(self.v)
 
     def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
         """Go through a stage to its end, and return the normal state there."""
         for _ in range(MOST):
-            slip = self.v[self.tangents]
-            if self.part and self.moved and self._turns(slip):
+            if self.part and self.moved and self._turns():
                 at, ended = self._around(stage, goal, at)
             else:
                 at, ended = self._straight(stage, goal, at)
@@ -505,29 +551,34 @@ class _Course:
             number="N108",
         )
 
-    def _slips(self, v: Floats) -> bool:
-        return bool(np.linalg.norm(v) > self.small[self.tangents].max(initial=0.0))
+    @property
+    def _slip(self) -> list[float]:
+        """The speeds along the tangents of the contact that rubs alone."""
+        return self.v[1:]
 
-    def _turns(self, v: Floats) -> bool:
-        if self.part is None or self.moved is None or len(v) < 2 or not self._slips(v):
+    def _slips(self) -> bool:
+        return math.hypot(*self._slip) > max(self.small[1:], default=0.0)
+
+    def _turns(self) -> bool:
+        if self.part is None or self.moved is None or len(self.v) < 3 or not self._slips():
             return False
-        return turns(self.moved.K, self.part.kinetic, v)
+        return turns(self.moved.K, self.part.kinetic, np.array(self._slip))
 
     # --- straight ways ------------------------------------------------------------------------------------------------
 
     def _pace(self) -> ImpulseRates:
-        if self.moved is None:
+        if self.single.table is None:
             return rates_with_joints(self.account, self.some, self.row, self.v, self.small)
-        pace = rates_of_contact(self.moved, self.part, self.v, float(self.small[self.tangents].max(initial=0.0)))
-        if pace.slips == (IN_SPACE,) and self._slips(slip := self.v[self.tangents]):
-            e = slip / np.linalg.norm(slip)
-            pace.v[self.tangents] = e * float(e @ pace.v[self.tangents])
+        pace = rates_of_contact(self.single.table, self.part, self.v, max(self.small[1:], default=0.0))
+        if pace.slips == (IN_SPACE,) and self._slips():
+            e = np.array(self._slip) / math.hypot(*self._slip)
+            pace.v[1:] = (e * float(e @ pace.v[1:])).tolist()
         return pace
 
     def _straight(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
         """Go straight on to the end of the stage, or to where slip stops."""
         pace = self._pace()
-        rate = float(pace.v[self.row])
+        rate = pace.v[self.row]
         stop, stopping = self._next_stop(pace)
         end = goal.ahead(at, rate)
         ended = end <= stop
@@ -538,12 +589,16 @@ class _Course:
         at = goal.met(at) if ended else at
         if not ended and abs(at.v) <= self.small[self.row]:  # it stops as the slip does
             at = replace(at, v=0.0)
-        if dp > 0.0:
-            self._add(stage, pace.slips, (dp * pace.z, dp * pace.x))
-        self.v = self.v + dp * pace.v
+        before = self.v
+        self.v = [v + dp * change for v, change in zip(before, pace.v, strict=True)]
         self.v[self.row] = at.v
         if stop <= dp:
-            self.v[stopping] = 0.0
+            for k in stopping:
+                self.v[k] = 0.0
+        if dp > 0.0:
+            f = [dp * x for x in pace.f]
+            lost = [-x * (v + now) / 2.0 for x, v, now in zip(f, before, self.v, strict=True)]
+            self._add(stage, pace.slips, f, lost, pace.x if pace.x is None else dp * pace.x)
         return at, ended
 
     def _wedged(self, rate: float) -> str:
@@ -556,39 +611,47 @@ class _Course:
     def _next_stop(self, pace: ImpulseRates) -> tuple[float, list[int]]:
         """Return the dp after which the first part stops to slip, and its rows."""
         first, rows = math.inf, list[int]()
-        for part in self.some.problem.parts:
-            own = list(part.rows)
-            speed = float(np.linalg.norm(self.v[own]))
-            if speed > self.small[own].max():
-                slower = -float(self.v[own] @ pace.v[own]) / speed
+        for own in self.slides:
+            speed = math.hypot(*(self.v[k] for k in own))
+            if speed > max(self.small[k] for k in own):
+                slower = -sum(self.v[k] * pace.v[k] for k in own) / speed
                 if slower > 0.0 and speed / slower < first:
                     first, rows = speed / slower, own
         return first, rows
 
     def _add(
-        self, stage: Stage, slips: tuple[int, ...], impulses: tuple[Floats, Floats], lost: Floats | None = None
+        self, stage: Stage, slips: tuple[int, ...], f: list[float], lost: list[float], x: Floats | None = None
     ) -> None:
-        z, taken = np.zeros(len(self.account.z)), None
-        z[self.some.rows] = impulses[0]
-        if lost is not None:
-            taken = np.zeros(len(z))
-            taken[self.some.rows] = lost
-        self.account.add(
-            stage, [self.some.rows[self.row]], self.some.of_all(slips, self.account.rows), (z, impulses[1]), taken
-        )
+        """Add impulses f (k) of the rows that are followed, which take so much; x (n) is what joints make of them."""
+        account, some, impulses, taken = self.account, self.some, np.array(f), None
+        every = some.of_all(slips, account.rows)
+        if self.single.push is not None:
+            self._phases.append((stage, every, impulses))
+            self._lost = [one + more for one, more in zip(self._lost, lost, strict=True)]
+            return
+        z = np.zeros(len(account.z))
+        z[some.rows] = impulses if self.moved is None else self.moved.Z @ impulses
+        if self.moved is not None:
+            x = self.moved.X @ impulses
+            taken = np.zeros(len(account.z))
+            taken[self.single.whole] = lost
+        assert x is not None  # where it is followed with joints
+        account.add(stage, [some.rows[self.single.row]], every, (z, x), taken)
+
+    def end(self) -> None:
+        """Let the account know what is not there yet."""
+        if self._phases and self.single.push is not None:
+            self.account.push(self.single.push, self.some.rows[self.single.row], self._phases, self._lost)
 
     # --- slip that turns, and that stops at once ----------------------------------------------------------------------
 
     def _around(self, stage: Stage, goal: Goal, at: Normal) -> tuple[Normal, bool]:
         assert self.moved is not None
         assert self.part is not None
-        way = follow_turning_slip(self.moved.K, self.part.kinetic, self.v[self.tangents], at, goal)
-        f = np.concatenate([[way.at.p - at.p], way.impulse])
-        lost = np.zeros(len(self.v))
-        lost[self.row] = at.W - way.at.W
-        lost[self.tangents] = way.lost * self._shares(way.impulse)
-        self._add(stage, (IN_SPACE,), (self.moved.Z @ f, self.moved.X @ f), lost)
-        self.v[self.row], self.v[self.tangents] = way.at.v, way.velocity
+        way = follow_turning_slip(self.moved.K, self.part.kinetic, np.array(self._slip), at, goal)
+        lost = [at.W - way.at.W, *(way.lost * self._shares(way.impulse)).tolist()]
+        self._add(stage, (IN_SPACE,), [way.at.p - at.p, *way.impulse.tolist()], lost)
+        self.v = [way.at.v, *way.velocity.tolist()]
         return way.at, way.ended
 
     def _shares(self, impulse: Floats) -> Floats:
@@ -598,14 +661,13 @@ class _Course:
 
     def stop_at_once(self) -> None:
         """Stop slip where friction is always enough."""
-        if self.part is None or self.moved is None or not self.part.enough or not self._slips(self.v[self.tangents]):
+        if self.part is None or self.moved is None or not self.part.enough or not self._slips():
             return
         K = self.moved.K
-        held = least_squares(K[1:, 1:], -self.v[self.tangents])
-        f = np.concatenate([[0.0], held])
-        self._add("compression", (STICKS,), (self.moved.Z @ f, self.moved.X @ f))
-        self.v = self.account.speeds()[self.some.rows]
-        self.v[self.tangents] = 0.0
+        held = least_squares(K[1:, 1:], -np.array(self._slip))
+        lost = (-held * (np.array(self._slip) + K[1:, 1:] @ held + self._slip) / 2.0).tolist()
+        self._add("compression", (STICKS,), [0.0, *held.tolist()], [0.0, *lost])
+        self.v = [self.v[0] + float(K[0, 1:] @ held), *[0.0] * len(held)]
         if abs(self.v[self.row]) <= self.small[self.row]:  # where both move together it stops too
             self.v[self.row] = 0.0
 
@@ -620,11 +682,9 @@ class _Course:
 
 def give_back(account: ImpactProgress, closed: Collection[int], before: ImpactProgress) -> None:
     """Give back the friction of an impact of rows that sticks now; `before` is the account before it."""
-    if not any(account.problem.tangential):
-        return
     some = select_rows(account.rows, closed)
-    z, stored, one_way = account.z - before.z, np.zeros(len(account.z)), set(account.unilateral)
-    v, rest = account.speeds(), np.maximum(account.allowed, account.rounding)
+    z, stored, one_way = account.z - before.z, np.zeros(len(account.z)), set(account.unilateral.tolist())
+    v, rest = account.v, np.maximum(account.allowed, account.rounding)
     parts = list[int]()
     for k in range(len(some.parts)):
         own, normals = _rows(some, k)
