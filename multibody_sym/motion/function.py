@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field, fields, replace
 from functools import cache, cached_property
 from itertools import accumulate, pairwise
 from typing import Any, Final, Literal, cast, get_args
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
@@ -36,7 +38,7 @@ from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import state_at, with_numbers_as_data
-from multibody_sym.errors import ArgumentError, InputError, ModelError, short_repr
+from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, short_repr
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
 from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.state import state_of
@@ -63,6 +65,7 @@ _BY_FORCES: Final = frozenset(
 _OF_ACCELERATIONS: Final = frozenset(["inverse_dynamics", "hybrid_dynamics"])
 """Functions of given accelerations, in which a freedom may be massless."""
 _FLOAT: Final = np.dtype(np.float64)
+_EXPRESSION: Final = "expression"
 _MOST_THREADS: Final = 1024
 
 
@@ -139,8 +142,10 @@ class _Question:
         """The mechanism in its mode, its parameters, and its start where the function needs one."""
         system = self.system
         if not isinstance(self.what, str):
-            system = replace(system, outputs={f"y{k}": cast(Any, text) for k, text in enumerate(self.what)})
-        with numbers_of(system):
+            with self._expression_errors():
+                asked = {f"{_EXPRESSION} {k}": cast(Any, text) for k, text in enumerate(self.what, 1)}
+                system = replace(system, outputs=asked)
+        with self._expression_errors(), numbers_of(system):
             declared = check_numbers(system)
             mode, by_forces = self.options["mode"], self.name in _BY_FORCES
             if by_forces and declared.one_way and mode is None:
@@ -155,6 +160,18 @@ class _Question:
             if not by_forces:
                 return state.declared, np.array(state.begin.parameters, dtype=float), state.begin
             return state.mechanism, _stabilised(system, state.mechanism, state.start.parameters), state.start
+
+    @contextmanager
+    def _expression_errors(self) -> Iterator[None]:
+        """Let errors in a list of expressions say which one is wrong."""
+        try:
+            yield
+        except InputError as error:
+            head, *path = error.where.path or ("",)
+            if not isinstance(self.what, str) and head == "outputs" and path:
+                text = self.what[int(path[0].removeprefix(_EXPRESSION)) - 1]
+                error.where = Where(path=(f"{path[0]}, {short_repr(text)}",))
+            raise
 
     @property
     def mechanism(self) -> Mechanism:
@@ -192,7 +209,8 @@ class _Question:
             if not any(body.joint_name == name and body.u for body in self.mechanism.bodies):
                 raise InputError(f"joint {name!r} has no speed whose rate could be given")
         if not isinstance(self.what, str):
-            return expressions_program(self.mechanism, options)
+            with self._expression_errors():
+                return expressions_program(self.mechanism, options)
         assert self.least_norm in (True, False)  # verified before anything is derived
         if self.what == "outputs" and not self.mechanism.outputs:
             raise ModelError("the system declares no outputs; ask for a list of expressions", number="M110")
@@ -363,7 +381,7 @@ class Function:
         udot: ArrayLike | None = None,
         *,
         inputs: Values | Mapping[str, ArrayLike] = None,
-        parameters: Values = None,
+        parameters: Values | Mapping[str, ArrayLike] = None,
         out: Any = None,
         threads: int = 1,
     ) -> Any:
@@ -388,6 +406,18 @@ class Function:
             if type(udot) is np.ndarray and udot.shape == u.shape and udot.dtype is _FLOAT:
                 return self._at_once(t, q, u, udot)
         return self._call(t, q, u, udot, inputs, parameters, out, threads)
+
+    def failed(self, results: Any) -> npt.NDArray[np.bool_]:
+        """Return at which of n states results have no number, as where M is singular: (n,), or () of one state."""
+        parts = list(zip(self._parts(results), self.shapes.values(), strict=True))
+        lead = np.shape(parts[0][0])[: np.ndim(parts[0][0]) - len(parts[0][1])]
+        found = np.zeros(lead, dtype=bool)
+        for part, shape in parts:
+            array = floats("results", part)
+            if array.shape != (*lead, *shape):
+                raise InputError(f"these are no results of {self.name}: {array.shape} in place of {(*lead, *shape)}")
+            found |= ~np.isfinite(array).all(axis=tuple(range(len(lead), array.ndim)))
+        return found
 
     def _at_once(self, t: float, q: Floats, u: Floats, udot: Floats | None = None) -> Any:
         """Return the results at a state whose arrays are as C reads them."""
@@ -440,8 +470,10 @@ class Function:
 
     def _parameters(self, given: Any) -> Floats:
         """Return all parameters (np,) or (n, np), those that are not declared as they are."""
-        if given is None or isinstance(given, Mapping):
-            return self._arguments._parameter_vector(given)
+        if given is None:
+            return self._question.parameters
+        if isinstance(given, Mapping):
+            return self._named_parameters(given)
         declared = _array("parameters", given, len(self.parameters))
         every = self._question.parameters
         whole = np.broadcast_to(every, (*declared.shape[:-1], len(every))).copy()
@@ -449,6 +481,17 @@ class Function:
         for row in np.unique(whole.reshape(-1, whole.shape[-1]), axis=0):
             self._arguments._judge(row)
         return whole
+
+    def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
+        """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
+        arrays = {name: _array(f"parameters[{name!r}]", value, None) for name, value in given.items()}
+        count = _count(arrays)
+        if count is None:
+            return self._arguments._parameter_vector({name: float(array) for name, array in arrays.items()})
+        columns = np.stack([np.broadcast_to(array, count) for array in arrays.values()], axis=-1)
+        rows, places = np.unique(columns, axis=0, return_inverse=True)
+        each = [self._arguments._parameter_vector(dict(zip(arrays, row, strict=True))) for row in rows.tolist()]
+        return np.array(each).reshape(len(rows), len(self._question.parameters))[places.reshape(-1)]
 
     def _own_inputs(self, given: Any) -> dict[str, Floats]:
         """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""

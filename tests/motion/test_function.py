@@ -481,3 +481,50 @@ def test_zeros_by_construction_are_no_part_of_the_sparsity() -> None:
     dense = np.zeros_like(found)
     dense[rows, columns, ways] = found[rows, columns, ways]
     np.testing.assert_array_equal(dense, found)
+
+
+def test_errors_of_expressions_name_their_place_and_text() -> None:
+    for wrong, match in {
+        "2*y": r"^expression 2, '2\*y': 'y' is not declared",
+        "position(lower.tap, y)": r"^expression 2, .*'lower.tap' is no point; did you mean lower.tip",
+        "x +": r"^expression 2, 'x \+': something is missing",
+    }.items():
+        with pytest.raises(mbs.InputError, match=match):
+            mbs.function(arm(), ["x", wrong])
+
+
+def test_a_centre_of_mass_is_a_frame() -> None:
+    frame, both = (
+        mbs.function(arm(), "frame", frame="lower.com"),
+        mbs.function(arm(), [f"{what}(lower.com, {axis})" for what in ("position", "velocity") for axis in "xy"]),
+    )
+    given = state(frame)
+    found = mbs.function(arm(), "frame", frame="lower.com", axes="local_world_aligned")(*given)
+    np.testing.assert_allclose([*found.position[:2], *found.velocity[:2]], both(*given), atol=1e-14)
+    with pytest.raises(mbs.InputError, match=r"no frame 'ground.com'"):
+        mbs.function(arm(), "frame", frame="ground.com")
+
+
+def test_a_parameter_by_name_may_have_many_values() -> None:
+    f = mbs.function(arm(), "state_derivative")
+    given = state(f)
+    many = f(*given, parameters={"m": [0.7, 1.0, 0.7], "k": 20.0}).udot
+    for n, m in enumerate((0.7, 1.0, 0.7)):
+        np.testing.assert_array_equal(many[n], f(*given, parameters={"m": m, "k": 20.0}).udot)
+    with pytest.raises(mbs.ModelError, match="mass of upper is -1 kg"):
+        f(*given, parameters={"m": [0.7, -1.0]})
+    with pytest.raises(mbs.InputError, match="different numbers of states"):
+        f(*given, parameters={"m": [0.7, 1.0], "k": [1.0, 2.0, 3.0]})
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_states_without_an_answer_are_found(backend: Any) -> None:
+    f = mbs.function(arm(), "state_derivative", backend=backend)
+    t, q, u = state(f)
+    many = np.stack([q, q + np.nan, q])
+    found = f(t, many, u)
+    np.testing.assert_array_equal(f.failed(found), [False, True, False])
+    np.testing.assert_array_equal(found.udot[2], f(t, q, u).udot)
+    assert not f.failed(f(t, q, u))
+    with pytest.raises(mbs.InputError, match="no results of state_derivative"):
+        f.failed((1.0, 2.0, 3.0))

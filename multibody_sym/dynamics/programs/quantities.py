@@ -188,10 +188,15 @@ def _marker(instant: StateQuantities, name: str) -> Marker:
     """Return the point that a name stands for; a body alone stands for its centre of mass."""
     mechanism = instant.motion.mechanism
     body, _, own = name.rpartition(".") if name not in mechanism.markers else (name, "", COM)
-    marker = mechanism.markers[body]
-    if own != COM or marker.body < 0 or mechanism.bodies[marker.body].name != body:
-        return marker
-    return Marker(name, marker.body, Pose(mechanism.bodies[marker.body].mass.com))
+    return (centre_marker(mechanism, body) if own == COM else None) or mechanism.markers[body]
+
+
+def centre_marker(mechanism: Mechanism, body: str) -> Marker | None:
+    """Return the centre of mass of a body, None of ground and of what is no body."""
+    marker = mechanism.markers.get(body)
+    if marker is None or marker.body < 0 or mechanism.bodies[marker.body].name != body:
+        return None
+    return Marker(f"{body}.{COM}", marker.body, Pose(mechanism.bodies[marker.body].mass.com))
 
 
 def _motion_of_point(instant: StateQuantities, quantity: str, point: str, axis: str) -> S:

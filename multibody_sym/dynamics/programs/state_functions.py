@@ -15,7 +15,7 @@ from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_programs import column
 from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, centre_of_mass, momentum
-from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
+from multibody_sym.dynamics.programs.quantities import Sources, centre_marker, with_quantities
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, state_derivative
 from multibody_sym.dynamics.programs.tree_functions import (
@@ -42,6 +42,7 @@ from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.mechanics.variable_mass import varies
+from multibody_sym.model.bodies import COM
 from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
@@ -313,10 +314,13 @@ def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
 def _marker(mechanism: Mechanism, options: FunctionOptions) -> Marker:
     name = options.frame
     if name is None:
-        raise InputError('which frame? Say frame="body", "body.point" or the name of a frame.')
-    if name not in mechanism.markers:
+        raise InputError('which frame? Say frame="body", "body.point", "body.com" or the name of a frame.')
+    if name in mechanism.markers:
+        return mechanism.markers[name]
+    centre = centre_marker(mechanism, name.removesuffix(f".{COM}")) if name.endswith(f".{COM}") else None
+    if centre is None:
         raise InputError(f"there is no frame {name!r}", number="M106", word=name, known=mechanism.markers)
-    return mechanism.markers[name]
+    return centre
 
 
 @dataclass(frozen=True)
