@@ -162,25 +162,6 @@ def test_what_has_turned_many_times_strikes_as_what_has_not():
     np.testing.assert_allclose(ends[0][2], ends[1][2], rtol=1e-7)
 
 
-SMOOTH = """\
-multibody_sym: 1
-name: smooth
-gravity: [0, -9.81, 0]
-bodies:
-  ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-0.1, 1, 0]}}}
-  block: {mass: 1, inertia: {Izz: 1}}
-joints: {free: {type: planar, parent: ground, child: block, q: [x, y, phi]}}
-contacts: {c: {between: [block, ground.ramp], static: enough}}
-simulation: {t_end: 0.5, friction: {regularised: 1e-3}}
-"""
-
-
-def test_what_never_slips_holds_where_other_friction_is_smooth():
-    """It rests on the ramp; a regularised coefficient of zero let it slide down without friction."""
-    run = mbs.simulate(mbs.loads(SMOOTH))
-    np.testing.assert_array_equal(run.q, 0.0)
-
-
 LEANS = """\
 multibody_sym: 1
 name: leans
@@ -234,30 +215,3 @@ def test_what_would_have_to_pull_to_hold_in_an_impact_slips_as_with_a_large_coef
     run = mbs.simulate(mbs.loads(LEANS), t_end=1e-3, samples=2)
     assert run.u[0] == pytest.approx(after, abs=1e-5)
     assert [x["impulse"] for x in run.events[:3]] == pytest.approx([carried, 0.0, 1.5 * impulses[1]], abs=1e-5)
-
-
-ROD = """\
-multibody_sym: 1
-name: rod
-gravity: [0, -9.81, 0]
-bodies:
-  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
-  rod: {shape: {rod: 0.182, mass: 9.37}}
-joints:
-  free:
-    type: planar
-    q: [x, y, a]
-    parent: ground
-    child: rod
-    initial: {q: [2.6, 0.605, -0.583], u: [-2.265, -1.419, 2.447]}
-contacts: {c: {between: [rod, ground.floor], static: enough, restitution: 0.5, open: true}}
-"""
-
-
-@pytest.mark.parametrize("t_end", [0.56, 1.0])
-def test_a_rod_that_rocks_to_rest_never_slips_and_loses_its_energy_in_impacts_alone(t_end):
-    """Slip that grows in flight stops in the next impact: friction does no work, whatever a limit of impacts leaves."""
-    run = mbs.simulate(mbs.loads(ROD), t_end=t_end)
-    assert not [event for event in run.events if event["kind"].startswith("slide")]
-    assert [abs(work.total) < 1e-9 for work in run.friction_work.values()] == [True, True]
-    assert run.energy_at_start - run.energy[-1] == pytest.approx(sum(run.impact_losses.values()), abs=1e-8)

@@ -7,29 +7,6 @@ import pytest
 
 import multibody_sym as mbs
 
-WEDGED = """
-multibody_sym: 1
-name: wedged
-gravity: [0, -9.81, 0]
-bodies:
-  ground:
-    surfaces:
-      floor: {plane: [0, 0, 0], normal: y}
-      wall: {plane: [0, 0, 0], normal: x}
-      roof: {plane: [0, 0, 0], normal: -y}
-  slider: {mass: 2.18}
-  block: {mass: 2}
-joints:
-  guide: {type: prismatic, parent: ground, child: slider, axis: x, q: s, initial: {u: 2.4}}
-  place: {type: point, parent: ground, child: block, q: [x, y]}
-forces:
-  rub: {type: friction, joint: guide, static: 0.3, kinetic: 0.18}
-  pull: {type: force, on: block, value: [10.595, -2.697, 0]}
-contacts:
-  floor: {between: [block, ground.floor], static: 0.1, kinetic: 0.06, restitution: 0}
-  wall: {between: [block, ground.wall], static: 0.3, restitution: 0.5}
-  roof: {between: [block, ground.roof], static: 0, restitution: 1}
-"""
 PUSHED = """
 multibody_sym: 1
 name: pushed
@@ -62,18 +39,6 @@ joints:
 forces: {{rub: {{type: friction, joint: pin, static: 0.1, radius: 0.02}}}}
 outputs: {{carried: fx(far)*cos(a + pi/2) + fy(far)*sin(a + pi/2)}}
 """
-
-
-def test_a_block_that_might_be_wedged_slides_where_its_forces_would_not_last() -> None:
-    """Floor and roof could press on it as they like, and hold it by friction at its limit; it slides by mu (m g + F).
-
-    The slider beside it, whose friction made the laws ask for forces that are unique, stops after 2.4/(0.18 g) s.
-    """
-    run = mbs.simulate(mbs.loads(WEDGED), t_end=0.5, samples=51)
-    along = (10.595 - 0.06 * (2 * 9.81 + 2.697)) / 2
-    assert run["x"] == pytest.approx(0.5 * along * run.t**2, abs=1e-8)
-    assert run["s"] == pytest.approx(2.4 * run.t - 0.5 * 0.18 * 9.81 * run.t**2, abs=1e-8)
-    assert [x["element"] for x in run.events if x["kind"] == "several states"] == ["floor", "wall", "roof"]
 
 
 def test_a_contact_that_could_carry_a_guided_body_exerts_what_its_limit_allows() -> None:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from multibody_sym import Solution, derive, loads, range_of_rest, simulate, solve
+from multibody_sym import derive, loads, range_of_rest, solve
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.start import start
@@ -52,50 +52,6 @@ TABLE = (
 EIGHTH = math.exp(0.5 * math.pi / 2)  # both coefficients over a quarter turn each
 
 
-def tensions(found: Solution) -> list[float | None]:
-    return [found.reactions["string"][f"tension{k}"].value for k in (1, 2, 3)]
-
-
-@pytest.mark.parametrize(("mass", "sense"), [(40, 1), (2, -1)])
-def test_the_tension_grows_over_each_drum_by_its_own_coefficient(mass: float, sense: int) -> None:
-    """m a = T1 - m g, M a = M g - T3, T2 = T1 exp(+-mu1 pi/2), T3 = T2 exp(+-mu2 pi/2)."""
-    found = solve(loads(HANGING), parameters={"M": mass})
-    ratio = EIGHTH**sense
-    a = G * (mass - 10 * ratio) / (mass + 10 * ratio)
-    first = 10 * (G + a)
-    between = first * math.exp(sense * 0.2 * math.pi / 2)
-    assert [x.value for x in found.accelerations.values()] == pytest.approx([a, a], rel=1e-13)
-    assert tensions(found) == pytest.approx([first, between, first * ratio], rel=1e-13)
-    slip = "slip+" if sense > 0 else "slip-"
-    assert found.states == {"string": "taut", "A": slip, "C": slip}
-    drum = found.reactions["C"]["mz"].value  # what the rope's friction turns the drum by: 0.1 m (T2 - T3), clockwise +
-    assert drum == pytest.approx(0.1 * (first * ratio - between), rel=1e-12)
-
-
-def test_the_closed_form_and_its_condition_are_those_of_one_drum_with_both_angles() -> None:
-    found = solve(loads(HANGING))
-    whole = "(M + m*exp(pi*(mu1 + mu2)/2))"
-    assert text(found.reactions["string"]["tension2"].expression) == f"2*M*g*m*exp(mu1*pi/2)/{whole}"
-    assert found.conditions == ("M > m*exp(pi*(mu1 + mu2)/2)", "g > 0")
-
-
-@pytest.mark.parametrize(
-    ("part", "word"),
-    [
-        (12 / 10, "grip"),
-        (EIGHTH * (1 - 1e-9), "grip"),
-        (1 / EIGHTH * (1 + 1e-9), "grip"),
-        (EIGHTH * (1 + 1e-9), "slip+"),
-        (1 / EIGHTH * (1 - 1e-9), "slip-"),
-    ],
-)
-def test_it_grips_between_the_limits_where_the_tension_between_the_drums_is_not_unique(part: float, word: str) -> None:
-    found = solve(loads(HANGING), parameters={"M": 10 * part})
-    assert found.states == {"string": "taut", "A": word, "C": word}
-    if part == 1.2:
-        assert tensions(found) == [pytest.approx(10 * G), None, pytest.approx(12 * G)]
-
-
 def test_ranges_of_rest_have_exact_ends() -> None:
     ((low, high),) = range_of_rest(loads(HANGING), "M").ends
     assert [low.value, high.value] == pytest.approx([10 / EIGHTH, 10 * EIGHTH], rel=1e-12)
@@ -113,26 +69,6 @@ def test_a_block_on_a_rough_table_is_held_by_the_table_and_both_drums() -> None:
     found = solve(loads(TABLE), parameters={"M": most * 1.5})
     a = G * (1.5 * most - most) / (1.5 * most + most / 0.4)
     assert found.accelerations["x"].value == pytest.approx(a, rel=1e-12)
-
-
-def test_what_slips_comes_to_rest_and_slips_again_when_the_pull_has_grown_enough() -> None:
-    """Up with 1 m/s and M = 12: it loses a second what both limits say; at rest 50 N/s grow until the limit."""
-    pull = "forces: {pull: {type: force, on: two, value: [0, '-max(0, 50*(t - 1))', 0]}}\npulleys:"
-    pulled = HANGING.replace("pulleys:", pull).replace("M: {value: 40", "M: {value: 12")
-    moving = pulled.replace("q: x}", "q: x, initial: {u: 1}}").replace("q: y}", "q: y, initial: {u: 1}}")
-    run = simulate(loads(moving), t_end=3, samples=301)
-    loss = G * (10 * EIGHTH - 12) / (12 + 10 * EIGHTH)
-    stop, again = 1 / loss, 1 + (10 * G * EIGHTH - 12 * G) / 50
-    assert [(c["element"], c["kind"]) for c in run.changes] == [
-        ("A", "grip"),
-        ("C", "grip"),
-        ("A", "slip+"),
-        ("C", "slip+"),
-    ]
-    assert [c["t"] for c in run.changes] == pytest.approx([stop, stop, again, again], rel=1e-8)
-    still = (run.t > stop) & (run.t < again)
-    assert not run.u[still].any()
-    assert run["x"][still] == pytest.approx(1 / (2 * loss), rel=1e-9)
 
 
 def test_all_routes_agree_over_three_drums() -> None:

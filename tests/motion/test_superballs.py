@@ -43,29 +43,3 @@ def test_a_superball_between_floor_and_ceiling(back: float) -> None:
     assert abs(run["u_y"]) == pytest.approx(np.full(14, 3.0), rel=1e-13)
     if back == 1.0:
         assert sum(run.impact_losses.values()) == pytest.approx(0.0, abs=1e-14)
-
-
-def test_friction_that_is_too_weak_gives_back_no_more_than_its_cone() -> None:
-    """mu m (1 + e) v is less than what turns slip round: the ball slides all the while."""
-    run = mbs.simulate(mbs.loads(BALL), parameters={"mu": 0.05}, t_end=0.01, samples=2)
-    assert run["u_x"][-1] == pytest.approx(2 - 0.05 * 6, rel=1e-12)
-
-
-def test_solve_has_the_same_answer_from_the_same_words() -> None:
-    impact = mbs.solve(mbs.loads(BALL + "impact: {contacts: down}\n")).impact
-    assert impact is not None
-    u, w = bounced(2.0, 1.0, 1.0, 1.0)
-    assert impact.after["u_x"].value == pytest.approx(u, rel=1e-13)
-    assert 0.025 * impact.after["u_phi"].value == pytest.approx(w, rel=1e-13)
-
-
-@pytest.mark.parametrize("value", ["1.5", "-0.1", "b"])
-def test_what_is_no_such_coefficient_is_told_with_its_line(value: str) -> None:
-    text = BALL.replace("tangential_restitution: back", f"tangential_restitution: {value}")
-    with pytest.raises(mbs.ModelError, match=r"contacts\.down"):
-        mbs.simulate(mbs.loads(text.replace("mu: 1", "mu: 1, b: 2")), t_end=0.1)
-
-
-def test_a_smooth_contact_has_nothing_to_give_back() -> None:
-    with pytest.raises(mbs.ModelError, match="tangential_restitution"):
-        mbs.loads(BALL.replace("static: mu, ", ""))

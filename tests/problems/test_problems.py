@@ -15,15 +15,23 @@ and is a list; each of its entries is a test, which runs one command in this pro
       says: far =
     - {replace: {"mass: m": "mass: M"}, solve: {}, error: E102, line: 4, column: 21, says: did you mean m?}
 
-The model of an entry: `replace: {OLD: NEW}` puts other texts into the file, each in place of one that is there (the
-first, or all with `everywhere: true`), and `append: TEXT` adds lines. The command: its name with a map of its options,
-such as `simulate: {t_end: 2 s, set: {m: 3}}`; true stands for an option without a value.
+In place of a model may stand `example: NAME`, for a file of `examples`. The model of an entry: `replace: {OLD: NEW}`
+puts other texts into the file, each in place of one that is there (the first, or all with `everywhere: true`), and
+`append: TEXT` adds lines. The command: its name with a map of its options, such as
+`simulate: {t_end: 2 s, set: {m: 3}}`; true stands for an option without a value. `each: [PART, ..]` makes a test of
+each part, which has the rest of the entry too; maps of both are joined.
 
 What is expected, where PATH leads into the object that `--json` prints (`answers.T`, `accelerations.x`, `phi.-1`):
 
 - `value: {PATH: NUMBER}` within `rel` (1e-9) and `abs` (1e-12): a number, null for none, or an expression in the
-  model's parameters and functions of Python's `math`; `where: {NAME: EXPRESSION}` gives intermediate results names.
-  A list stands for a list of as many, such as `rest: [[0, null]]`.
+  model's parameters and functions of Python's `math`, or either with a tolerance of its own, `EXPRESSION +- NUMBER`;
+  `where: {NAME: EXPRESSION}` gives intermediate results names. A list stands for a list of as many, such as
+  `rest: [[0, null]]`.
+- `within: {PATH: BOUND}` or `{PATH: [LEAST, MOST]}`: every number there is at most so large, or between these.
+- `events: [KIND ELEMENT, KIND ELEMENT at EXPRESSION, ..]`: all events of a run in turn, at such times. In
+  other expressions `event(k)` is the time of one of them.
+- `along: {NAME: EXPRESSION}`: a coordinate, speed or output has this value at every sample of a run, where `t` is the
+  time, the names of others are their values, and `NAME_end` is a value at the end.
 - `formula: {PATH: TEXT}`: the formula is printed so; null: there is none.
 - `equal: {PATH: EXPRESSION}`: the formula has that value at the model's parameters, at others nearby, and at those of
   `at: {NAME: NUMBER}`.
@@ -102,12 +110,21 @@ def at_path(found: Any, path: str) -> Any:
     return at_path(found[key], path[len(key) + 1 :])
 
 
-def calculate(expression: Any, letters: Mapping[str, float]) -> float:
+def calculate(expression: Any, letters: Mapping[str, Any]) -> float:
     """Return the value of a number or of an expression, by Python."""
     if isinstance(expression, int | float):
         return float(expression)
     names = {**vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "log": math.log, **letters}
     return float(eval(str(expression).replace("^", "**"), {"__builtins__": {}}, names))
+
+
+def number(expected: Any, letters: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
+    """Return a number or an expression, `EXPRESSION +- TOLERANCE` too, as an approximate value."""
+    expression, own, tolerance = str(expected).rpartition(" +- ")
+    if own:
+        return pytest.approx(calculate(expression, letters), rel=0.0, abs=float(tolerance))
+    rel, absolute = float(case.get("rel", 1e-9)), float(case.get("abs", 1e-12))
+    return pytest.approx(calculate(expected, letters), rel=rel, abs=absolute)
 
 
 def letters_of(model: str, given: Mapping[str, Any]) -> dict[str, float]:
@@ -123,7 +140,7 @@ def letters_of(model: str, given: Mapping[str, Any]) -> dict[str, float]:
     return letters
 
 
-def with_results(letters: Mapping[str, float], case: Mapping[str, Any]) -> dict[str, float]:
+def with_results(letters: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
     """Return letters with the intermediate results of a case."""
     found = dict(letters)
     for name, expression in case.get("where", {}).items():
@@ -136,9 +153,8 @@ def options_of(case: Mapping[str, Any]) -> Mapping[str, Any]:
     return next(case[key] for key in COMMANDS if key in case) or {}
 
 
-def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
+def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, Any]) -> None:
     """Compare numbers."""
-    tolerance = {"rel": float(case.get("rel", 1e-9)), "abs": float(case.get("abs", 1e-12))}
     known = with_results(letters, case)
     pairs = [(path, at_path(found, path), expected) for path, expected in case.get("value", {}).items()]
     for path, there, expected in pairs:
@@ -149,7 +165,39 @@ def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, flo
         elif expected is None:
             assert value is None, path
         else:
-            assert value == pytest.approx(calculate(expected, known), **tolerance), path
+            assert value == number(expected, known, case), path
+    for path, bound in case.get("within", {}).items():
+        ends = bound if isinstance(bound, list) else [f"-({bound})", bound]
+        least, most = (calculate(end, known) for end in ends)
+        values = list(numbers(at_path(found, path)))
+        assert values, f"{path} has no numbers"
+        assert least <= min(values) <= max(values) <= most, path
+
+
+def numbers(found: Any) -> Iterator[float]:
+    """Yield all numbers of a part of an object."""
+    if isinstance(found, dict | list):
+        for part in found.values() if isinstance(found, dict) else found:
+            yield from numbers(part)
+    elif isinstance(found, int | float):
+        yield found
+
+
+def verify_run(found: Any, case: Mapping[str, Any], letters: Mapping[str, Any]) -> None:
+    """Compare the events of a run, and its columns with functions of time and of each other."""
+    if "events" in case:
+        wanted = [event.partition(" at ") for event in case["events"]]
+        told = [(event, f"{event['kind']} {event['element']}") for event in found["events"]]
+        assert [words for _, words in told] == [words for words, _, _ in wanted]
+        for (event, words), (_, _, time) in zip(told, wanted, strict=True):
+            assert not time or event["t"] == number(time, with_results(letters, case), case), words
+    if "along" in case:
+        columns = {**found["coordinates"], **found["speeds"], **found["outputs"], "t": found["t"]}
+        known = {**letters, **{f"{name}_end": column[-1] for name, column in columns.items()}}
+        for values in ({name: column[k] for name, column in columns.items()} for k in range(len(found["t"]))):
+            there = with_results({**known, **values}, case)
+            for name, expression in case["along"].items():
+                assert values[name] == number(expression, there, case), f"{name} at t = {values['t']}"
 
 
 def verify_formulas(found: Any, case: Mapping[str, Any], letters: Mapping[str, float]) -> None:
@@ -230,8 +278,11 @@ def test_a_command_answers_as_expected(
         verify_errors(found, code, case, printed.err)
         return
     assert "error" not in found, printed.err
-    letters = letters_of(text, options_of(case).get("set", {})) if case.keys() & {"value", "equal"} else {}
-    verify_values(found, case, letters)
+    computed = case.keys() & {"value", "within", "events", "along", "equal"}
+    letters = letters_of(text, options_of(case).get("set", {})) if computed else {}
+    known = {**letters, "event": lambda k: found["events"][k]["t"]}
+    verify_values(found, case, known)
+    verify_run(found, case, known)
     verify_formulas(found, case, letters)
     for path, value in case.get("exactly", {}).items():
         assert at_path(found, path) == value, path
