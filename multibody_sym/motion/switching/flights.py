@@ -21,7 +21,10 @@ from multibody_sym.scalars.arrays import Floats
 _MOST: Final = 150
 """Impacts that are followed."""
 _CYCLE: Final = 6
-"""Flights that take as long, but for `_SHRINKS` of it, as those before them, and these too, do not come to an end."""
+"""Flights that take as long, but for `_SHRINKS` of it, as those before them, and these too, do not come to an end.
+
+Nor do so many that no longer move the time: one element hops in place while others fly on.
+"""
 _SHRINKS: Final = 0.99
 
 
@@ -60,7 +63,8 @@ def rest_of(facts: LawValues, touching: Collection[str], taking: Collection[str]
         flights.append(min(left, stops))
         oldest, before, last = (sum(flights[k * _CYCLE : (k + 1) * _CYCLE or None]) for k in (-3, -2, -1))
         goes_on = len(flights) >= 3 * _CYCLE and last > _SHRINKS * before and before > _SHRINKS * oldest
-        if not math.isfinite(left) or goes_on:
+        hops = len(flights) >= _CYCLE and met.facts.t + last == met.facts.t
+        if not math.isfinite(left) or goes_on or hops:
             return None
         now = _after_flight(met, flights[-1])
         gaps |= {name: fall.gap(flights[-1]) for name, fall in flying.items()}
