@@ -21,6 +21,7 @@ from multibody_sym.contact_laws.problem import IN_SPACE, Flags, ModeArrays, Scal
 from multibody_sym.contact_laws.solve_mode import Reduced
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.lapack import blas
 from multibody_sym.scalars.rank import least_squares
 
 TIED: Final = 1e-10
@@ -125,12 +126,10 @@ class _Tableau:
         return int(candidates[0])
 
     def _pivot(self, leaving: int, column: Floats) -> None:
-        from scipy.linalg.blas import dger  # scipy takes longer to import than a run that needs no pivot
-
         row = self.rows[leaving] / column[leaving]
         column = column.copy()
         column[leaving] -= 1.0
-        self.rows = dger(-1.0, column, row, a=self.rows, overwrite_a=1)
+        self.rows = blas().dger(-1.0, column, row, a=self.rows, overwrite_a=1)
         self.pivots += 1
 
 

@@ -25,6 +25,7 @@ from multibody_sym.contact_laws.problem import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.lapack import blas
 from multibody_sym.scalars.limits import OF_FORCES
 from multibody_sym.scalars.pivoted_qr import PivotedQr, pivoted_qr
 from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, null_space
@@ -391,9 +392,7 @@ def _triangular(R: Floats, right: Floats, *, transposed: bool = False) -> Floats
     """Return R^-1 B or R^-T B; LAPACK's own routine waits for threads even where the matrix is small."""
     if not R.size or not right.size:
         return np.zeros(right.shape)
-    from scipy.linalg.blas import dtrsm  # scipy takes longer to import than an answer without one-way laws
-
-    return np.asarray(dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
+    return np.asarray(blas().dtrsm(1.0, R, right, trans_a=int(transposed)), dtype=float)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,16 +9,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.fields import Point
 from multibody_sym.model.joints import CurveRates, Follow
 from multibody_sym.model.steps import Ball, OneCoordinate, Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ONE, ZERO, Node
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
@@ -547,6 +547,14 @@ def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
         for free in body.free_steps
         for rate in step_rates(free.step, [q[k] for k in free.q], [u[k] for k in free.u])
     ]
+
+
+def rates_of_state(mechanism: Mechanism) -> dict[Node, Node]:
+    """Return the rate of each slot that changes: qdot = N u, udot as slots, 1 of the time."""
+    state = slot_state(mechanism)
+    qdot = [as_node(rate) for rate in coordinate_rates(mechanism, state.q, state.u)]
+    udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
+    return dict(zip([*state.q, *state.u, TIME], [*qdot, *udot, ONE], strict=True))
 
 
 def pose(state: State, declared: Pose) -> tuple[Mat, Vec]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.lapack import lapack
 from multibody_sym.scalars.least_norm import solve
 from multibody_sym.scalars.rank import exact, least_squares, scaled_rows
 
@@ -43,11 +44,9 @@ def pivoted_qr(matrix: Floats, least: float = 0.0) -> PivotedQr:
         count = min(matrix.shape)
         nothing = np.zeros((matrix.shape[0], count)), np.zeros((count, matrix.shape[1]))
         return PivotedQr(*nothing, np.arange(matrix.shape[1]), 0)
-    from scipy.linalg.lapack import dgeqp3, dorgqr  # scipy takes longer to import than a run that needs none of it
-
-    factors, order, tau, _, _ = dgeqp3(matrix, lwork=_WORK * (matrix.shape[1] + 1))
+    factors, order, tau, _, _ = lapack().dgeqp3(matrix, lwork=_WORK * (matrix.shape[1] + 1))
     count = len(tau)
-    Q, _, _ = dorgqr(factors[:, :count], tau, lwork=_WORK * count)
+    Q, _, _ = lapack().dorgqr(factors[:, :count], tau, lwork=_WORK * count)
     R = np.where(_upper(factors[:count].shape), factors[:count], 0.0)
     diagonal = np.abs(R.diagonal())
     largest = max(least, float(diagonal.max(initial=0.0)))

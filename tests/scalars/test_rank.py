@@ -25,6 +25,7 @@ from multibody_sym.scalars.rank import (
 )
 from multibody_sym.scalars.rank import rank as rank_of
 
+OF = "linalg", "lapack()"
 DECIDING = {"dgeqp3", "matrix_rank", "svd", "lstsq", "pinv", "pinvh", "qr", "null_space", "orth", "cond"}
 """Functions of NumPy and SciPy that judge, or serve to judge, how many directions count."""
 
@@ -82,7 +83,7 @@ def test_damping_ends_where_the_rows_hold() -> None:
 def deciding(within: Iterable[ast.AST]) -> Iterator[int]:
     """Yield the lines in which a function of NumPy or SciPy that decides rank is named."""
     for node in within:
-        if isinstance(node, ast.Attribute) and node.attr in DECIDING and ast.unparse(node.value).endswith("linalg"):
+        if isinstance(node, ast.Attribute) and node.attr in DECIDING and ast.unparse(node.value).endswith(OF):
             yield node.lineno
         elif isinstance(node, ast.ImportFrom) and str(node.module).partition(".")[0] in {"numpy", "scipy"}:
             yield from (node.lineno for alias in node.names if alias.name in DECIDING)

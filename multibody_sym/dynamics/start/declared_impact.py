@@ -251,7 +251,7 @@ def outcome(posed: PosedImpact) -> ImpactResult:
             where=Where(path=("impact", "law")),
             number="M121",
         )
-    from multibody_sym.contact_laws.impact_sequence import strike  # brings scipy
+    from multibody_sym.contact_laws.impact_sequence import strike  # which few systems need
 
     try:
         return strike(posed.problem)

@@ -204,7 +204,7 @@ def state_at(
 
 def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> LawStates:
     """Return the states that fulfil the laws; `left` are exact values at limits, by rows."""
-    from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
+    from multibody_sym.contact_laws.search import find  # which a run without laws does not need
 
     known = {problem.names.index(name): value for name, value in (left or {}).items()}
     in_space = sum(len(part.rows) > 1 and part.rests for part in problem.problem.parts)

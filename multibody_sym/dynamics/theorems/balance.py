@@ -21,14 +21,13 @@ from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward
 from multibody_sym.dynamics.programs.momenta import Momentum, angular_momentum, body_momenta, exertions, resultant
 from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.dynamics.theorems.conserved import rates_of_state
 from multibody_sym.errors import MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, pose
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, pose, rates_of_state
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, generalized_forces, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker

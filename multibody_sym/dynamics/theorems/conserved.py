@@ -35,7 +35,7 @@ from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, spl
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import Load, PointForce, PointPull, span_leaves
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, rates_of_state
 from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System
@@ -44,7 +44,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, quantity, slot, symbol
+from multibody_sym.scalars.node import PI, ZERO, Node, as_node, quantity, slot, symbol
 from multibody_sym.scalars.rank import least_squares
 from multibody_sym.scalars.tabulated import Tabulated
 from multibody_sym.scalars.vectors import S
@@ -121,14 +121,6 @@ def _has_potential(load: Load) -> bool:
     else:
         return False
     return all(leaf in free or (leaf.op == "slot" and leaf.data[0] == "parameters") for leaf in named)
-
-
-def rates_of_state(mechanism: Mechanism) -> dict[Node, Node]:
-    """Return the rate of each slot that changes: qdot = N u, udot as slots, 1 of the time."""
-    state = slot_state(mechanism)
-    qdot = [as_node(rate) for rate in coordinate_rates(mechanism, state.q, state.u)]
-    udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
-    return dict(zip([*state.q, *state.u, TIME], [*qdot, *udot, ONE], strict=True))
 
 
 def freedom_name(mechanism: Mechanism, speed: int) -> str:

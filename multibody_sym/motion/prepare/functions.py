@@ -281,7 +281,7 @@ class ImpactModes:
         state = state_of(mechanism, float, t, q.tolist(), u.tolist(), parameters.tolist())
         blow = replace(self.posed.blow, state=state)
         found = {x.name: coefficients_of(blow, x) for x in blow.elements}
-        from multibody_sym.contact_laws.impact_sequence import strike  # brings scipy
+        from multibody_sym.contact_laws.impact_sequence import strike  # which few systems need
 
         return self.function(blow, strike(pose(blow, self.posed.law, self.posed.order, found)), t, q, u)
 

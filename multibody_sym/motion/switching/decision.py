@@ -291,7 +291,7 @@ def _rest_unseen(
     from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
     give all back have no end by themselves: there what bounces lower than steps err rests.
     """
-    from multibody_sym.contact_laws.impact_sequence import clusters  # brings scipy, as `contact_laws.search` does
+    from multibody_sym.contact_laws.impact_sequence import clusters  # which a run without laws does not need
 
     strikes = {x.name for x in impact.approaching(facts, touching)}
     steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
@@ -414,7 +414,7 @@ def _at_limit(facts: LawValues, mode: Mode | None, before: Mode) -> bool:
 
 def _find_states(problem: PosedLaws, previous: Mode | None) -> LawStates:
     """Return the possible states: all at the start of a run, later the one next to its mode."""
-    from multibody_sym.contact_laws.search import find  # brings scipy, which a run without laws does not need
+    from multibody_sym.contact_laws.search import find  # which a run without laws does not need
 
     return find(problem.problem, None if previous is None else problem.law_mode(previous), every=previous is None)
 

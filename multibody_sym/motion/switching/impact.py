@@ -647,7 +647,7 @@ def impact_at(
     `pressed` all together for so long (s), and all of it strikes at once then. `most` is that of the `ImpactProblem`.
     Raises NoSolutionError if its laws have no solution, or none is found.
     """
-    from multibody_sym.contact_laws.impact_problem import (  # brings scipy, as `contact_laws.search` does
+    from multibody_sym.contact_laws.impact_problem import (  # which a run without laws does not need
         ImpactLaw,
         ImpactProblem,
         Order,

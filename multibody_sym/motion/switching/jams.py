@@ -103,7 +103,7 @@ def _state(facts: LawValues) -> Floats:
 
 def jams(now: ModeLeg, t: float, x: Floats) -> bool:
     """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
-    from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # brings scipy
+    from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # which few runs need
 
     mechanism, parameters = now.program.entered, now.parameters
     if not any(row.sliding for row in mechanism.rows):
