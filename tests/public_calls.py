@@ -204,7 +204,9 @@ def _doors(system: mbs.System) -> list[Call]:
         "parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "coordinates": "relative",
         "project": False, "formalism": None,
     }
+    trimmed = {name: changes[name] for name in ("parameters", "initial", "inputs")}
     asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
+    asked |= {"drives": (), "mode": None}
     urdf = {"damping": True, "mimic": True, "torques": False}
     exported = {"to": "python", "directory": "out", "fold": False}
     return [
@@ -222,6 +224,8 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("solve", mbs.solve, {**whole, **changes}, slow=True),
         Call("modes", mbs.modes, {**whole, "at": {"theta": 0}, "period": None, **changes}, slow=True),
         Call("linearize", mbs.linearize, {**whole, "at": {"theta": 0}, **changes}, slow=True),
+        Call("bode", mbs.bode, {**whole, "omega": [1.0], "inputs": "F", "outputs": (), "at": {"theta": 0}}, slow=True),
+        Call("trim", mbs.trim, {**whole, "at": {"theta": 0}, "unknown": "F", **trimmed}, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
@@ -304,6 +308,7 @@ def _results(system: mbs.System) -> list[Call]:
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
+    records += [mbs.FrequencyResponse, mbs.Trim]
     records += [mbs.Figure, mbs.Animation, mbs.Report]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")

@@ -119,6 +119,10 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "shifts": "by how much given start values were changed",
         "at": "the state",
         "driving_inputs": "inputs that drive a motion",
+        "outputs": "names of the rows of `C` and `D`: declared outputs that depend on no state that is left out",
+        "C": "the matrix C in y = C x + D w, by rows",
+        "D": "the matrix D, by rows",
+        "dt": "null; the time between samples (s) of a sampled one",
         "units": UNITS,
     },
     "modes": {

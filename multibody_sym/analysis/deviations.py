@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
-from multibody_sym.dynamics.programs.system import inputs_program, state_derivative
+from multibody_sym.dynamics.programs.quantities import Sources
+from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program, state_derivative
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import carried_deviations, coordinate_rates, deviation_suffixes, motion_of
@@ -86,14 +87,18 @@ class DeviationFlow:
         """Return A and B at t = 0 at a state that satisfies the constraints, be A constant or not."""
         known, tangents = self.known(q, u), self.tangents(q, u)
         by_state, by_input = self.derivatives(known)
-        names = [*deviation_names(self.mechanism), *(s.name for s in self.mechanism.speeds)]
         udot = self._rates(*known)[1].tolist()
         return Slopes(
-            tuple(names[k] for k in tangents.places),
+            self.state_names(tangents),
             (by_state @ tangents.X)[tangents.places],
             by_input[tangents.places] + 0.0,
             dict(zip((s.name for s in self.mechanism.speeds), udot, strict=True)),
         )
+
+    def state_names(self, tangents: Tangents) -> tuple[str, ...]:
+        """Return the names of the independent components (m)."""
+        names = [*deviation_names(self.mechanism), *(s.name for s in self.mechanism.speeds)]
+        return tuple(names[k] for k in tangents.places)
 
     def known(
         self, q: npt.ArrayLike, u: npt.ArrayLike, t: float = 0.0, parameters: npt.ArrayLike | None = None
@@ -126,6 +131,10 @@ class DeviationFlow:
         qdot, udot, *_ = self._rates(*known)
         return qdot, udot
 
+    def positions(self, known: Sequence[npt.ArrayLike]) -> Floats:
+        """Return phi of the holonomic rows."""
+        return self._residuals(*known)[0]
+
     def derivatives(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return dz'/dz (2 nu x 2 nu), through the inputs too, and dz'/dw (2 nu x nw)."""
         N, size = self.displacements(known[1]), len(self.mechanism.speeds)
@@ -137,6 +146,13 @@ class DeviationFlow:
         found[:size, :size], found[:size, size:] = self._turning(known[2]), np.eye(size)
         found[size:, :size], found[size:, size:] = by["q"] @ N, by["u"]
         return found, np.vstack([np.zeros((size, by["inputs"].shape[1])), by["inputs"]])
+
+    def output_slopes(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
+        """Return the derivatives of the declared outputs (ny) by z (ny x 2 nu), through inputs, and by w (ny x nw)."""
+        by = {name: self._by(self._declared, ("values",), name, known) for name in ("q", "u", "inputs")}
+        for name in ("q", "u"):
+            by[name] = by[name] + by["inputs"] @ self._by(self._inputs, ("inputs",), name, (0.0, *known[1:4]))
+        return np.hstack([by["q"] @ self.displacements(known[1]), by["u"]]), by["inputs"]
 
     def displacements(self, q: npt.ArrayLike) -> Floats:
         """Return N (nq x nu) in dq = N sigma."""
@@ -252,6 +268,13 @@ class DeviationFlow:
     def _derivative(self) -> Program:
         formalism = FORMALISMS[self.formalism or cheapest(self.mechanism)]
         return state_derivative(self.mechanism, formalism(self.mechanism, slot_state(self.mechanism)))
+
+    @cached_property
+    def _declared(self) -> Program:
+        """The Program of the declared outputs."""
+        mechanism = self.mechanism
+        motion = motion_of(mechanism, slot_state(mechanism))
+        return outputs_program(mechanism, Sources(self._derivative, energy_program(mechanism), lambda _: motion))
 
     @cached_property
     def _rates(self) -> Function:

@@ -6,7 +6,7 @@ A is constant. Where it is not, and the motion repeats itself, Multipliers take 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from sys import float_info
@@ -21,17 +21,19 @@ from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, brief
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, OutputError, Where, brief
 from multibody_sym.errors import at as under
 from multibody_sym.mechanics.changes import Overrides, with_settings
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.fields import Scalar
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
+from multibody_sym.scalars.numbers import number
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
@@ -134,7 +136,10 @@ def _follow(solver: DOP853) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """x' = A x + B w for small changes x of `states` (m) and w of `inputs` (k): `A` (m x m), `B` (m x k).
+    """x' = A x + B w, y = C x + D w for small changes x of `states` (m), w of `inputs` (k) and y of `outputs` (p).
+
+    `A` (m x m), `B` (m x k), `C` (p x m), `D` (p x k). With `dt` (s) of a `discrete` one: x and w of one sample give x
+    of the next; w is held between them.
 
     States are coordinates and speeds by name; of a joint with a quaternion J the deviations `J.rx`, `J.ry`, `J.rz`
     (rad), the rotation vector in the child's axes. `accelerations` (by speed) at the state itself: zero in an
@@ -159,14 +164,19 @@ class Linearization:
     at: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     driving_inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    C: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    D: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    dt: float | None = None
 
     def __repr__(self) -> str:
         told = f"in {', '.join(brief(self.states))}" if self.states else "without states"
+        told += "" if self.dt is None else f", each {self.dt:g} s"
         return f"<Linearization {told}{', by ' + ', '.join(brief(self.inputs)) if self.inputs else ''}>"
 
     @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
-        """The eigenvalues of A, the least damped first, without what is rounding.
+        """The eigenvalues of A, the least damped first, without rounding; of samples their factors, the largest first.
 
         Raises NoSolutionError where A is not constant: its eigenvalues say nothing about the motion then.
         """
@@ -182,8 +192,73 @@ class Linearization:
         if not self.steady:
             raise NoSolutionError(f"{NO_EIGENVALUES}; `A` is that of the state in which it begins", number="N111")
         values, errors = eigenvalues(self.A, np.zeros_like(self.A) if self.rounding is None else self.rounding)
-        order = np.lexsort((values.imag, -values.real))
+        order = np.lexsort((values.imag, -(values.real if self.dt is None else np.abs(values))))
         return values[order], errors[order]
+
+    def discrete(self, dt: float) -> Linearization:
+        """Return x[k+1] = A x[k] + B w[k] for samples each `dt` (s), between which w is held: exact, by expm.
+
+        Raises InputError for a `dt` that is not positive, or of what is discrete already.
+        """
+        dt = number("dt", dt)
+        if self.dt is not None:
+            raise InputError(f"these are samples each {self.dt:g} s already")
+        if not dt > 0.0:
+            raise InputError(f"dt is a positive time in s, not {dt:g}")
+        from scipy.linalg import expm  # scipy takes longer to import than most answers take
+
+        size, count = len(self.states), len(self.inputs)
+        whole = np.zeros((size + count,) * 2)
+        whole[:size, :size], whole[:size, size:] = self.A, self.B
+        found = expm(whole * dt)[:size]
+        return replace(self, A=found[:, :size], B=found[:, size:], dt=dt, rounding=None)
+
+    def response(self, s: npt.ArrayLike) -> npt.NDArray[np.complex128]:
+        """Return the transfer matrix C (s - A)^-1 B + D (.., p, k) at complex s (1/s), of samples at z.
+
+        Without declared outputs it is that of the states. At an eigenvalue it is infinite.
+        """
+        points = np.asarray(s, dtype=complex)
+        C, D = self._read_outputs
+        found = np.empty((points.size, *D.shape), dtype=complex)
+        for k, point in enumerate(points.ravel()):
+            try:
+                found[k] = C @ np.linalg.solve(point * np.eye(len(self.A)) - self.A, self.B) + D
+            except np.linalg.LinAlgError:
+                found[k] = np.inf
+        return found.reshape(*points.shape, *D.shape)
+
+    def transfer_function(self, output: str, input: str) -> tuple[Floats, Floats]:
+        """Return numerator and denominator of an output by an input: coefficients of s, the highest power first.
+
+        Raises InputError for unknown names. The polynomials of many states are worse conditioned than `response`.
+        """
+        row, column = place_of("output", output, self.outputs or self.states), place_of("input", input, self.inputs)
+        C, D = self._read_outputs
+        of_poles = np.poly(self.A)
+        with_input = np.poly(self.A - np.outer(self.B[:, column], C[row]))
+        return np.asarray(with_input + (D[row, column] - 1.0) * of_poles), np.asarray(of_poles)
+
+    def to_control(self) -> Any:
+        """Return the `StateSpace` of the package python-control, with these names (`pip install control`).
+
+        Raises OutputError where that is not installed.
+        """
+        try:
+            from control import StateSpace
+        except ImportError:
+            raise OutputError("python-control is not installed: pip install control") from None
+        C, D = self._read_outputs
+        names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs or self.states}
+        labels = {kind: list(each) for kind, each in names.items()}
+        return StateSpace(self.A, self.B, C, D, *([] if self.dt is None else [self.dt]), **labels)
+
+    @property
+    def _read_outputs(self) -> tuple[Floats, Floats]:
+        """C and D, of the states where there are no outputs."""
+        if self.outputs:
+            return self.C, self.D
+        return np.eye(len(self.states)), np.zeros((len(self.states), len(self.inputs)))
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `linearize --json` prints; eigenvalues are empty where A is not constant."""
@@ -202,7 +277,18 @@ class Linearization:
             "at": dict(self.at),
             "units": dict(self.units),
             "driving_inputs": list(self.driving_inputs),
+            "outputs": list(self.outputs),
+            "C": self.C.tolist(),
+            "D": self.D.tolist(),
+            "dt": self.dt,
         }
+
+
+def place_of(kind: str, name: str, known: Sequence[str]) -> int:
+    """Return the place of a name. Raises InputError for an unknown one."""
+    if name not in known:
+        raise InputError(f"there is no {kind} {name!r}", number="M106", word=name, known=known)
+    return known.index(name)
 
 
 def linearize(
@@ -215,6 +301,7 @@ def linearize(
     coordinates: str | None = None,
     project: bool | None = None,
     formalism: str | None = None,
+    moving: bool = False,
 ) -> Linearization:
     """Return the linearisation of a system about its start, in coordinates of its joints, whatever `coordinates` are.
 
@@ -222,18 +309,21 @@ def linearize(
     and speeds by name, around which constraints are closed and all else stays as at the start.
     Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
     the system (`Overrides`); `formalism` by name, None for the cheapest.
+    `moving`: also where the system moves such that A changes: A .. D are those of the moment, and not `steady`.
+    Outputs that depend on states that are left out are left out, too.
     Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
     there, or it moves such that A is not constant, by name.
     """
-    return _linearize(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism, at)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    return _linearize(changed, formalism, at, flag("moving", moving))
 
 
 @on_numbers
-def _linearize(system: System, formalism: str | None, place: At) -> Linearization:
+def _linearize(system: System, formalism: str | None, place: At, moving: bool) -> Linearization:
     flow, begin = flow_at(system, formalism, place)
     mechanism, q, u = flow.mechanism, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     with errors_at(place):
-        found = verified_linearization(flow, q, u)
+        found = _with_outputs(verified_linearization(flow, q, u, moving=moving), flow, q, u)
     names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     in_time = tuple(name for name, node in mechanism.inputs.items() if TIME in leaves([node], "slot"))
     at = dict(zip(names, (*begin.q, *begin.u), strict=True))
@@ -335,14 +425,34 @@ def _has_slopes(flow: DeviationFlow, begin: Start) -> bool:
         return False
 
 
-def verified_linearization(flow: DeviationFlow, q: Floats, u: Floats) -> Linearization:
+def _with_outputs(found: Linearization, flow: DeviationFlow, q: Floats, u: Floats) -> Linearization:
+    """Return a linearisation with the declared outputs that depend on none of the states that are left out."""
+    mechanism = flow.mechanism
+    if not mechanism.outputs:
+        return replace(found, C=np.zeros((0, len(found.states))), D=np.zeros((0, len(found.inputs))))
+    try:
+        by_state, by_input = flow.output_slopes(flow.known(q, u))
+    except TypeError as error:
+        raise ModelError(f"the outputs have no derivatives: {error}", number="M110").under("outputs") from error
+    tangents = flow.tangents(q, u)
+    C, names = by_state @ tangents.X, flow.state_names(tangents)
+    kept, left = ([names.index(name) for name in some] for some in (found.states, found.left_out))
+    rows = [k for k in range(len(C)) if not C[k, left].any()]
+    columns = [k for k, name in enumerate(mechanism.inputs) if name in found.inputs]
+    outputs = tuple(list(mechanism.outputs)[k] for k in rows)
+    return replace(found, outputs=outputs, C=C[np.ix_(rows, kept)], D=by_input[np.ix_(rows, columns)])
+
+
+def verified_linearization(
+    flow: DeviationFlow, q: Floats, u: Floats, *, moving: bool = False
+) -> Linearization:
     """Return the linearisation without states that move and on which nothing depends.
 
-    Raises NoSolutionError where A is not constant and the system moves.
+    Raises NoSolutionError where A is not constant and the system moves, unless it may be `moving`.
     """
     found = flow.linearized(q, u)
     constancy = constancy_of(flow, q, u)
-    if not constancy.constant and constancy.reason:
+    if not constancy.constant and constancy.reason and not moving:
         raise NoSolutionError(constancy.reason, number="N111")
     keep = [k for k in range(len(found.states)) if k not in constancy.left_out]
     names, driving = list(flow.mechanism.inputs), flow.mechanism.driving_inputs

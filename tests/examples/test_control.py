@@ -39,3 +39,17 @@ def test_an_arm_follows_its_path_as_well_as_it_knows_its_masses() -> None:
     wrong = module.largest_error(1.1)
     assert 1e-3 < wrong < 0.1 * (9.81 / 0.3 + 10.0) / module.KP * 2
     assert wrong == pytest.approx(0.012, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "furuta", "arm"])
+def test_lqr_places_the_eigenvalues_that_it_designs(name: str) -> None:
+    module = script("lqr")
+    closed, designed, place = module.balanced(*module.CASES[name])
+    found = mbs.linearize(closed, at=place).eigenvalues
+    assert found[0].real < -0.1
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(designed), rtol=1e-9)
+    if name != "arm":  # and what begins beside the position comes back to it
+        beside = {**place, "theta": place["theta"] + 0.05}
+        run = mbs.simulate(closed, initial=beside, t_end=12, samples=13)
+        off = [abs(run[q][-1] - x) for q, x in place.items() if not q.startswith("u_")]
+        assert max(off) < 1e-3

@@ -17,6 +17,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_units(parser)
     place = "where: equilibrium, the position of rest found first from the start, or NAME=VALUE; default: the start"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
+    moving = "also where the system moves: A and B of the moment at t = 0"
+    parser.add_argument("--moving", action="store_true", help=moving)
     described = "of a motion that repeats itself after T, such as 2 or '2*pi/W': by what a period multiplies deviations"
     parser.add_argument("--period", metavar="T", help=described)
 
@@ -32,5 +34,5 @@ def run(options: argparse.Namespace) -> Reply:
         if options.period is not None:
             repeated = period_multipliers(system, options.period, at=options.at, **model_options(options))
             return Reply(repeated.as_json(), multipliers_text(repeated, units))
-        found = linearize(system, at=options.at, **model_options(options))
+        found = linearize(system, at=options.at, moving=options.moving, **model_options(options))
     return Reply(found.as_json(), linearization_text(found, units))

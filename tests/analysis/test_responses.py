@@ -1,0 +1,141 @@
+"""C and D, sampled systems, transfer functions, Bode's plots and trim against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import multibody_sym as mbs
+
+MASS = """
+multibody_sym: 1
+name: oscillator
+parameters: {m: 2, c: 0.6, k: 50}
+bodies: {block: {mass: m}}
+joints: {guide: {type: prismatic, parent: ground, child: block, axis: x, q: x}}
+forces:
+  spring: {type: spring_damper, joint: guide, stiffness: k, damping: c}
+  push: {type: force, on: block, value: [F, 0, 0]}
+inputs: {F: 0}
+outputs: {place: x, felt: "k*x + c*u_x", acceleration: "acceleration(block, x)"}
+"""
+ARM = """
+multibody_sym: 1
+name: arm
+gravity: [0, -9.81, 0]
+bodies:
+  upper: {mass: 2, com: [0.3, 0, 0], inertia: {Izz: 0.03}, points: {end: [0.6, 0, 0]}}
+  lower: {mass: 1, com: [0.2, 0, 0], inertia: {Izz: 0.01}}
+joints:
+  A: {type: revolute, parent: ground, child: upper, q: a}
+  B: {type: revolute, parent: upper.end, child: lower, q: b, initial: {q: -1.2}}
+forces:
+  shoulder: {type: torque, joint: A, value: tau}
+inputs: {tau: 0}
+"""
+
+
+def oscillator() -> mbs.System:
+    return mbs.loads(MASS)
+
+
+def test_outputs_have_c_and_d_of_their_definitions() -> None:
+    found = mbs.linearize(oscillator())
+    assert (found.states, found.inputs, found.outputs) == (("x", "u_x"), ("F",), ("place", "felt", "acceleration"))
+    np.testing.assert_allclose(found.C, [[1, 0], [50, 0.6], [-25, -0.3]], rtol=1e-14)
+    np.testing.assert_allclose(found.D, [[0], [0], [0.5]], rtol=1e-14)
+    assert found.as_json()["D"] == [[0.0], [0.0], [0.5]]
+    fed_back = mbs.linearize(oscillator(), inputs={"F": "-3*x"})  # a declared input follows the state
+    np.testing.assert_allclose(fed_back.C[2], [-26.5, -0.3], rtol=1e-14)
+
+
+def test_transfer_functions_are_those_of_the_oscillator() -> None:
+    found = mbs.linearize(oscillator())
+    numerator, denominator = found.transfer_function("place", "F")
+    np.testing.assert_allclose(denominator, [1, 0.3, 25], rtol=1e-14)
+    np.testing.assert_allclose(numerator, [0, 0, 0.5], atol=1e-14)
+    np.testing.assert_allclose(found.transfer_function("felt", "F")[0], [0, 0.3, 25], atol=1e-13)
+    s = np.array([[1j, 2 + 1j], [5j, 100.0]])
+    np.testing.assert_allclose(found.response(s)[..., 0, 0], 1 / (2 * s**2 + 0.6 * s + 50), rtol=1e-13)
+    with pytest.raises(mbs.InputError, match=r"no output 'plac'; did you mean place"):
+        found.transfer_function("plac", "F")
+
+
+def test_bode_has_gain_and_phase(tmp_path: Path) -> None:
+    """At the undamped frequency 5 rad/s the phase is -90 deg and the gain 1/(c w)."""
+    found = mbs.bode(oscillator(), [0.001, 5.0, 5000.0], outputs="place")
+    np.testing.assert_allclose(found.gain[:, 0, 0], [1 / 50, 1 / 3, 1 / (2 * 5000**2)], rtol=1e-6)
+    np.testing.assert_allclose(found.phase[:, 0, 0], [0, -np.pi / 2, -np.pi], atol=1e-4)
+    np.testing.assert_allclose(found.decibels, 20 * np.log10(found.gain))
+    every = mbs.bode(oscillator())
+    assert every.response.shape == (400, 3, 1)
+    assert every.omega[[0, -1]] == pytest.approx([0.5, 50.0])
+    every.plot(tmp_path / "bode.png")
+    assert (tmp_path / "bode.png").stat().st_size > 1000
+    for wrong in ([0.0], [-1.0], [np.nan], [[1.0]]):
+        with pytest.raises(mbs.InputError, match="positive angular frequency"):
+            mbs.bode(oscillator(), wrong)
+    with pytest.raises(mbs.InputError, match="needs an input"):
+        mbs.bode(mbs.loads(ARM.replace("value: tau", "value: 0").replace("inputs: {tau: 0}", "")), at="equilibrium")
+
+
+def test_samples_are_those_of_the_motion_between_them() -> None:
+    """Held inputs: integrate x' = A x + B w over one step."""
+    found = mbs.linearize(oscillator())
+    dt, x, w = 0.13, np.array([0.2, -0.7]), np.array([3.0])
+    run = solve_ivp(lambda _, y: found.A @ y + found.B @ w, (0, dt), x, rtol=1e-12, atol=1e-13)
+    sampled = found.discrete(dt)
+    np.testing.assert_allclose(sampled.A @ x + sampled.B @ w, run.y[:, -1], rtol=1e-10)
+    np.testing.assert_allclose(np.sort_complex(sampled.eigenvalues), np.sort_complex(np.exp(dt * found.eigenvalues)))
+    np.testing.assert_allclose(mbs.bode(sampled, [1e-4]).gain[0, 0], 1 / 50, rtol=1e-6)
+    for wrong, match in ((0.0, "positive time"), ("soon", "dt")):
+        with pytest.raises(mbs.InputError, match=match):
+            found.discrete(wrong)  # type: ignore[arg-type]
+    with pytest.raises(mbs.InputError, match="these are samples each"):
+        sampled.discrete(dt)
+
+
+def test_a_moving_system_has_the_slopes_of_the_moment() -> None:
+    """A pendulum on its way: theta'' = -g/l sin(theta), whose slope is -g/l cos(theta)."""
+    text = "multibody_sym: 1\nname: p\ngravity: [0, -9.81, 0]\nbodies: {bob: {mass: 1, com: [0, -0.5, 0]}}\n"
+    text += "joints: {A: {type: revolute, parent: ground, child: bob, q: a, initial: {q: 1, u: 2}}}\n"
+    system = mbs.loads(text)
+    with pytest.raises(mbs.NoSolutionError, match="no equilibrium and no steady motion"):
+        mbs.linearize(system)
+    found = mbs.linearize(system, moving=True)
+    np.testing.assert_allclose(found.A, [[0, 1], [-9.81 / 0.5 * np.cos(1), 0]], atol=1e-14)
+    assert not found.steady
+
+
+def test_trim_finds_the_inputs_that_hold_a_position() -> None:
+    """The lower link hangs down by itself; the shoulder holds the moment of all weight."""
+    held = mbs.trim(mbs.loads(ARM), {"a": "20 deg"})
+    a = np.radians(20)
+    assert held.state["b"] == pytest.approx(-np.pi / 2 - a, rel=1e-12)
+    assert held.inputs["tau"] == pytest.approx(9.81 * np.cos(a) * (2 * 0.3 + 1 * 0.6), rel=1e-12)
+    here = mbs.linearize(mbs.loads(ARM), at=held.state, inputs=held.inputs)
+    assert max(map(abs, here.accelerations.values())) < 1e-12
+    with pytest.raises(mbs.NoSolutionError, match=r"at: no values of tau were found"):
+        mbs.trim(mbs.loads(ARM), {"a": 0, "b": 0})
+    with pytest.raises(mbs.InputError, match="no input 'tou'; did you mean tau"):
+        mbs.trim(mbs.loads(ARM), {"a": 0}, unknown="tou")
+
+
+def test_trim_closes_loops() -> None:
+    """The crank of a four-bar at an angle: the power of the weight is that of the torque."""
+    system = mbs.load(Path(__file__).parents[2] / "examples" / "four_bar.yaml")
+    joint = next(iter(system.joints))
+    drive = {"drive": mbs.Torque(mbs.variable("tau"), joint=joint)}
+    system = replace(system, forces={**system.forces, **drive}, inputs={**system.inputs, "tau": 0})
+    name = mbs.mechanism(system).coordinates[0].name
+    held = mbs.trim(system, {name: 1.0}, unknown="tau")
+    assert held.state[name] == pytest.approx(1.0, abs=1e-15)
+    q = [held.state[each.name] for each in mbs.mechanism(system).coordinates]
+    at = 0.0, q, [0.0] * len(mbs.mechanism(system).speeds)
+    assert np.abs(mbs.function(system, "constraints", backend="python")(*at).phi).max() < 1e-13
+    rates = mbs.function(system, "state_derivative", backend="python")(*at, inputs=held.inputs)
+    assert np.abs(rates.udot).max() < 1e-10

@@ -1,0 +1,57 @@
+"""Bode's plots, samples and StateSpace objects of five systems against python-control."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+
+control: Any = pytest.importorskip("control", reason="the peer python-control (extra: peers) is not installed")
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CHAIN = """
+multibody_sym: 1
+name: chain
+bodies: {a: {mass: 1}, b: {mass: 2}, c: {mass: 0.5}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: x}
+  B: {type: prismatic, parent: a, child: b, axis: x, q: y}
+  C: {type: prismatic, parent: b, child: c, axis: x, q: z}
+forces:
+  sa: {type: spring_damper, joint: A, stiffness: 100, damping: 0.4}
+  sb: {type: spring_damper, joint: B, stiffness: 50, damping: 0.2}
+  sc: {type: spring_damper, joint: C, stiffness: 20, damping: 0.1}
+  push: {type: force, on: a, value: [F, 0, 0]}
+  pull: {type: force, on: c, value: [P, 0, 0]}
+inputs: {F: 0, P: 0}
+outputs: {end: "position(c, x)", felt: "100*x", shaken: "acceleration(b, x)"}
+"""
+SYSTEMS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "chain": (CHAIN, {}),
+    "cart": ("cart_pole", {"at": {"theta": "-90 deg"}, "inputs": {"push": 0}}),
+    "pole": ("cart_pole", {"at": {"theta": "90 deg"}, "inputs": {"push": 0}}),
+    "furuta": ("furuta", {"at": {"theta": 0.0}, "inputs": {"tau": 0}}),
+    "falling": ("furuta", {"at": {"theta": 1.0}, "inputs": {"tau": 0}, "moving": True}),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_responses_are_those_of_python_control(name: str) -> None:
+    model, options = SYSTEMS[name]
+    system = mbs.loads(model) if "\n" in model else mbs.load(EXAMPLES / f"{model}.yaml")
+    here = mbs.linearize(system, **options)
+    for mine in (here, here.discrete(0.01)):
+        theirs = mine.to_control()
+        assert theirs.input_labels == list(mine.inputs)
+        assert theirs.state_labels == list(mine.states)
+        found = mbs.bode(mine)
+        points = 1j * found.omega if mine.dt is None else np.exp(1j * found.omega * mine.dt)
+        response = np.moveaxis(theirs(points, squeeze=False), -1, 0)
+        np.testing.assert_allclose(found.response, response, rtol=0, atol=1e-12 * np.abs(response).max())
+    sampled = control.sample_system(here.to_control(), 0.01)
+    np.testing.assert_allclose(here.discrete(0.01).A, sampled.A, atol=1e-13)
+    np.testing.assert_allclose(here.discrete(0.01).B, sampled.B, atol=1e-13)
