@@ -40,8 +40,8 @@ def cases_of_entry(entry: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def joined(common: dict[str, Any], part: dict[str, Any]) -> dict[str, Any]:
-    """Return both; what is a map in both has the keys of both."""
-    result = {**common, **part}
+    """Return both, the part first; what is a map in both has the keys of both."""
+    result = {**part, **{key: value for key, value in common.items() if key not in part}}
     for key in common.keys() & part.keys():
         if isinstance(common[key], dict) and isinstance(part[key], dict):
             result[key] = joined(common[key], part[key])

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
-from scipy.integrate import quad
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.time_functions import verify_motions
@@ -44,26 +41,6 @@ def test_only_the_branch_that_is_taken_needs_a_value(law: str, at: float, value:
 def test_what_is_needed_and_has_no_value_is_an_error(law: str) -> None:
     with pytest.raises((ArithmeticError, ValueError)):
         evaluate_float([parse("1 + x"), parse(law)], {symbol("x"): -1.0})
-
-
-def test_a_ball_meets_a_wall_by_hertz_s_law() -> None:
-    """Its energy gives the depth (5 m v^2/(4 k))^(2/5) and how long it stays; then it flies off as fast as it came."""
-    depth = (5 * 2 / (4 * 1e3)) ** 0.4
-    stays = 2 * quad(lambda s: 1 / math.sqrt(1 - s**2.5), 0.0, 1.0)[0] * depth
-    system = mbs.loads(HERTZ.replace("START", "-0.5"))
-    run = mbs.simulate(system, t_end=2, samples=2, backend="python")
-    assert run.final["speeds"]["u_x"] == pytest.approx(-1.0, abs=1e-7)
-    assert run.final["coordinates"]["x"] == pytest.approx(-(2 - 0.5 - stays), abs=1e-6)
-
-
-@pytest.mark.parametrize(("start", "acceleration"), [(-0.5, 0.0), (0.25, -62.5)])
-def test_every_question_is_answered_on_either_side(start: float, acceleration: float) -> None:
-    system = mbs.loads(HERTZ.replace("START", str(start)))
-    assert mbs.check(system).agrees
-    assert mbs.solve(system).accelerations["x"].value == pytest.approx(acceleration, rel=1e-13)
-    if start < 0:
-        at_rest = mbs.loads(HERTZ.replace("START", str(start)).replace("u: 1", "u: 0"))
-        assert mbs.linearize(at_rest).A.tolist() == [[0.0, 1.0], [0.0, 0.0]]
 
 
 def test_a_motion_that_begins_later_is_no_error() -> None:
