@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from command import PENDULUM, answer, command
+from command import PENDULUM, answer, here
 
 from multibody_sym.cli.main import main
 
@@ -17,7 +17,7 @@ POINT_ON_A_BALL = (
 
 
 def test_check_answers_with_the_documented_object() -> None:
-    done = command("check", PENDULUM, "--json")
+    done = here("check", PENDULUM, "--json")
     printed = answer(done)
     assert done.returncode == 0
     assert printed["degrees_of_freedom"] == 1

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command import EXAMPLES, PENDULUM, answer, command
+from command import EXAMPLES, PENDULUM, answer, here
 
 from multibody_sym.cli.main import main
 
@@ -16,7 +16,7 @@ EQUATION = "m*l^2*theta'' + m*g*l*sin(theta) = 0"
 
 
 def test_derive_prints_energies_and_equations() -> None:
-    done = command("derive", PENDULUM)
+    done = here("derive", PENDULUM)
     assert done.returncode == 0
     for line in ("T = m*l^2*theta'^2/2", "V = -m*g*l*cos(theta)", EQUATION):
         assert line in done.stdout
@@ -24,7 +24,7 @@ def test_derive_prints_energies_and_equations() -> None:
 
 
 def test_derive_prints_the_steps() -> None:
-    assert "dT/dtheta' = m*l^2*theta'" in command("derive", PENDULUM, "--steps").stdout
+    assert "dT/dtheta' = m*l^2*theta'" in here("derive", PENDULUM, "--steps").stdout
 
 
 def test_derive_prints_latex(capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,7 +55,7 @@ def test_derive_takes_every_method(capsys: pytest.CaptureFixture[str], method: s
 
 
 def test_solve_gives_numbers_and_formulas() -> None:
-    done = command("solve", PENDULUM, "--json", "--set", "l=2", "--set", "g=10")
+    done = here("solve", PENDULUM, "--json", "--set", "l=2", "--set", "g=10")
     printed = answer(done)
     assert done.returncode == 0
     assert printed["coordinates"] == {"theta": pytest.approx(math.pi / 3)}

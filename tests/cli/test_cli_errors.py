@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command import PENDULUM, answer, command
+from command import PENDULUM, answer, here
 
 from multibody_sym.cli.main import main
 
@@ -149,19 +149,19 @@ def test_no_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_text_of_an_error_goes_to_standard_error_alone() -> None:
-    done = command("simulate", "missing.yaml")
+    done = here("simulate", "missing.yaml")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: missing.yaml: ")
 
 
 def test_help_and_version_are_answers() -> None:
     for words in (("--help",), ("simulate", "--help"), ("--version",)):
-        done = command(*words)
+        done = here(*words)
         assert done.returncode == 0
         assert done.stdout
         assert done.stderr == ""
-    assert "exit codes" in command("--help").stdout
-    assert "multibody-sym" in answer(command("simulate", "--help", "--json"))["text"]
+    assert "exit codes" in here("--help").stdout
+    assert "multibody-sym" in answer(here("simulate", "--help", "--json"))["text"]
 
 
 LOOP = """multibody_sym: 1

@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +37,7 @@ def test_json_is_the_documented_object(tmp_path: Path) -> None:
 
 
 def test_text_names_the_end_and_the_energy() -> None:
-    done = command("simulate", PENDULUM, "--t-end", "1")
+    done = here("simulate", PENDULUM, "--t-end", "1")
     assert done.returncode == 0
     for piece in ("pendulum: done at t = 1 s", "dormand_prince", "theta", "rad/s", "total energy -4.905 J"):
         assert piece in done.stdout
@@ -74,11 +76,17 @@ def test_without_a_compiler_the_same_motion_runs_in_python(tmp_path: Path) -> No
     assert command(*words, "--backend", "c", env=environment(CC="/bin/false")).returncode == 4
 
 
-def started(*words: str, cwd: Path) -> subprocess.Popen[str]:
-    return subprocess.Popen(
+@contextmanager
+def started(*words: str, cwd: Path) -> Iterator[subprocess.Popen[str]]:
+    """Start a command, which does not outlast its test."""
+    with subprocess.Popen(
         [sys.executable, "-m", "multibody_sym", *words],
         cwd=cwd, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def wait_for(file: Path, size: int) -> None:
@@ -90,10 +98,11 @@ def wait_for(file: Path, size: int) -> None:
 
 @pytest.mark.parametrize("as_json", [False, True])
 def test_ctrl_c_keeps_the_rows(tmp_path: Path, as_json: bool) -> None:
-    process = started("simulate", PENDULUM, *LONG, "-o", "out.csv", *(["--json"] if as_json else []), cwd=tmp_path)
-    wait_for(tmp_path / "out.csv.partial", 10_000)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    given = ("simulate", PENDULUM, *LONG, "-o", "out.csv", *(["--json"] if as_json else []))
+    with started(*given, cwd=tmp_path) as process:
+        wait_for(tmp_path / "out.csv.partial", 10_000)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in err
     table = read_table(tmp_path / "out.csv")
@@ -107,10 +116,10 @@ def test_ctrl_c_keeps_the_rows(tmp_path: Path, as_json: bool) -> None:
 
 
 def test_ctrl_c_keeps_the_rows_of_a_table_that_does_not_grow(tmp_path: Path) -> None:
-    process = started("simulate", PENDULUM, *LONG, "-o", "out.npz", cwd=tmp_path)
-    wait_for(tmp_path / "out.npz.csv.partial", 10_000)
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+    with started("simulate", PENDULUM, *LONG, "-o", "out.npz", cwd=tmp_path) as process:
+        wait_for(tmp_path / "out.npz.csv.partial", 10_000)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
     assert process.returncode == 130
     assert len(read_table(tmp_path / "out.npz")) > 100
     assert os.listdir(tmp_path) == ["out.npz"]
@@ -118,10 +127,10 @@ def test_ctrl_c_keeps_the_rows_of_a_table_that_does_not_grow(tmp_path: Path) -> 
 
 def test_kill_leaves_a_readable_file_and_the_old_result(tmp_path: Path) -> None:
     (tmp_path / "out.csv").write_text("t\n1.0\n")
-    process = started("simulate", PENDULUM, *LONG, "-o", "out.csv", cwd=tmp_path)
-    wait_for(tmp_path / "out.csv.partial", 100_000)
-    process.kill()
-    process.communicate(timeout=60)
+    with started("simulate", PENDULUM, *LONG, "-o", "out.csv", cwd=tmp_path) as process:
+        wait_for(tmp_path / "out.csv.partial", 100_000)
+        process.kill()
+        process.communicate(timeout=60)
     assert len(read_table(tmp_path / "out.csv.partial")) > 100
     assert (tmp_path / "out.csv").read_text() == "t\n1.0\n"
 
@@ -164,7 +173,7 @@ def test_a_disk_that_fills_up_leaves_the_old_result(tmp_path: Path, ending: str)
 
 @pytest.mark.parametrize("ending", ["csv", "npz"])
 def test_a_folder_that_takes_no_file_is_an_output_error(ending: str) -> None:
-    done = command("simulate", PENDULUM, "-o", f"/proc/out.{ending}", "--json")
+    done = here("simulate", PENDULUM, "-o", f"/proc/out.{ending}", "--json")
     assert done.returncode == 4
     assert answer(done)["error"]["where"]["file"] == f"/proc/out.{ending}"
 
