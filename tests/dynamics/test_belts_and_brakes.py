@@ -5,23 +5,17 @@ from __future__ import annotations
 import math
 
 import pytest
+from solved_starts import solved_start
 
 import multibody_sym as mbs
-from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.state import StartState, examined_state
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import state_of
 
 
 def acting(text: str) -> tuple[StartState, StateQuantities]:
     """Return the start of a model in the mode that the law finds, solved."""
     found = examined_state(mbs.loads(text))
-    mechanism, begin = found.mechanism, found.start
-    state = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
-    solved = forward_dynamics(FORMALISMS["block_ldl"](mechanism, state))
-    return found, StateQuantities(motion_of(mechanism, state), solved.udot.tolist(), solved.multipliers.tolist())
+    return found, solved_start(found.mechanism, found.start, "block_ldl")
 
 
 BRAKE = """\

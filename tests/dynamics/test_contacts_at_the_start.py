@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
+from solved_starts import numbers_at_start
 
 import multibody_sym as mbs
-from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import StartState, state_at
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 
 G = 10.0
 FLOOR = "ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}"
@@ -22,12 +20,7 @@ def begun(text: str) -> StartState:
 
 
 def numbers(found: StartState) -> dict[str, float]:
-    """Return udot by speeds' names and multipliers by rows' names."""
-    chosen, begin = found.mechanism, found.start
-    state = state_of(chosen, float, 0.0, begin.q, begin.u, begin.parameters)
-    solved = forward_dynamics(FORMALISMS["composite_body"](chosen, state))
-    names = [*(s.name for s in chosen.speeds), *(row.name for row in chosen.rows)]
-    return dict(zip(names, map(float, [*solved.udot, *solved.multipliers]), strict=True))
+    return numbers_at_start(found.mechanism, found.start)
 
 
 def closed(found: StartState) -> dict[str, str]:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from solved_starts import numbers_at_start
 
 import multibody_sym as mbs
-from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode, mode_words
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 
 G = 10.0
 
@@ -27,10 +26,8 @@ def solved(text: str, sides: Mapping[str, int], slips: Mapping[str, int]) -> dic
     chosen, begin = in_mode(whole, Mode(sides, slips)), start(whole)
     known = dict(zip((entry.name for entry in whole.parameters), begin.parameters, strict=True))
     pairs = zip(chosen.parameters, parameter_values(chosen, {}), strict=True)
-    state = state_of(chosen, float, 0.0, begin.q, begin.u, [known.get(entry.name, x) for entry, x in pairs])
-    found = forward_dynamics(FORMALISMS["composite_body"](chosen, state))
-    names = [*(s.name for s in chosen.speeds), *(row.name for row in chosen.rows)]
-    return dict(zip(names, [*found.udot, *found.multipliers], strict=True))
+    values = tuple(known.get(entry.name, x) for entry, x in pairs)
+    return numbers_at_start(chosen, replace(begin, parameters=values))
 
 
 RAMP = """\

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from solved_starts import solved_start
 
 import multibody_sym as mbs
 from multibody_sym.contact_laws.search import find
@@ -50,10 +51,7 @@ def solved(text: str, slip: int, **parameters: float) -> StateQuantities:
 
 def instant(resolved: Mechanism, mode: Mode, parameters: dict[str, float]) -> StateQuantities:
     acting = in_mode(resolved, mode)
-    begin = start(acting, parameters)
-    state = state_of(acting, float, 0.0, begin.q, begin.u, begin.parameters)
-    found = forward_dynamics(FORMALISMS["block_ldl"](acting, state))
-    return StateQuantities(motion_of(acting, state), found.udot.tolist(), found.multipliers.tolist())
+    return solved_start(acting, start(acting, parameters), "block_ldl")
 
 
 @pytest.mark.parametrize(("m1", "m2", "slip"), [(1.0, 5.0, 1), (6.0, 1.0, -1)])

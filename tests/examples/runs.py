@@ -20,6 +20,12 @@ def simulated(name: str, t_end: float, **settings: object) -> mbs.Trajectory:
     return mbs.simulate(from_file(name), t_end=t_end, rtol=1e-11, atol=1e-12, backend="python", **settings)
 
 
+def run_of(system: mbs.System | str, **settings: object) -> mbs.Trajectory:
+    """Return the motion of a system, or of an example, to 12 digits, by the generated Python."""
+    declared = from_file(system) if isinstance(system, str) else system
+    return mbs.simulate(declared, rtol=1e-12, atol=1e-13, backend="python", **settings)
+
+
 def by_hand(
     accelerations: Callable[..., Sequence[float]], q: Sequence[float], times: Floats, u: Sequence[float] | None = None
 ) -> Floats:

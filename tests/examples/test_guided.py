@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-from runs import Floats, G, by_hand
+from runs import Floats, G, by_hand, run_of
 from twins import from_file
 
 import multibody_sym as mbs
 from multibody_sym.text.printer import text
-
-
-def run_of(name: str, **settings: Any) -> mbs.Trajectory:
-    return mbs.simulate(from_file(name), rtol=1e-12, atol=1e-13, backend="python", **settings)
 
 
 @pytest.mark.parametrize("start", [0.05, 1.0, 2.5, 3.0])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from runs import Floats, G, by_hand
+from runs import Floats, G, by_hand, run_of
 from scipy.integrate import quad
 from twins import from_file
 
@@ -14,11 +14,6 @@ import multibody_sym as mbs
 from multibody_sym.text.printer import text
 
 P, RADIUS = 0.8, 0.2
-
-
-def run_of(system: mbs.System | str, **settings: Any) -> mbs.Trajectory:
-    declared = from_file(system) if isinstance(system, str) else system
-    return mbs.simulate(declared, rtol=1e-12, atol=1e-13, backend="python", **settings)
 
 
 def on_a_curve(curve: mbs.Curve, radius: float, start: list[float | None], **fields: Any) -> mbs.System:
