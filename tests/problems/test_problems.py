@@ -49,7 +49,9 @@ import json
 import math
 import random
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import pytest
@@ -60,6 +62,11 @@ from multibody_sym.cli.main import main
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
+
+FUNCTIONS = {
+    **vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "__builtins__": {}
+}
+"""What expressions may name beside the letters of a model."""
 
 OTHERS = 3
 """At how many other parameter sets a formula is compared."""
@@ -110,12 +117,17 @@ def at_path(found: Any, path: str) -> Any:
     return at_path(found[key], path[len(key) + 1 :])
 
 
+@cache
+def code_of(expression: str) -> CodeType:
+    """Return an expression as Python's code."""
+    return compile(expression.replace("^", "**"), expression, "eval")
+
+
 def calculate(expression: Any, letters: Mapping[str, Any]) -> float:
     """Return the value of a number or of an expression, by Python."""
     if isinstance(expression, int | float):
         return float(expression)
-    names = {**vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "log": math.log, **letters}
-    return float(eval(str(expression).replace("^", "**"), {"__builtins__": {}}, names))
+    return float(eval(code_of(str(expression)), FUNCTIONS, letters))
 
 
 def number(expected: Any, letters: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
