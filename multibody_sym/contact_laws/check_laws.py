@@ -16,7 +16,7 @@ from multibody_sym.contact_laws.problem import (
     limits_of,
     over_parts,
 )
-from multibody_sym.contact_laws.solve_mode import ModeSolution, across_slip, active_rows
+from multibody_sym.contact_laws.solve_mode import ModeSolution, across_slip
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.limits import Kind
@@ -36,40 +36,31 @@ class Violation:
     by: float
 
 
-def gap_tolerance(problem: Scaled, x: Floats, z: Floats, part: float) -> Floats:
-    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones.
-
-    x = C^T z: where things jam it is what large forces leave of each other, with their rounding.
-    """
-    largest = float(np.linalg.norm(x)) + float(np.abs(problem.r).max(initial=0.0))
-    rounding = 100.0 * EPSILON * (largest + problem.couplings * float(np.abs(z).max(initial=0.0)))
-    rounding += EPSILON * float(np.abs(z).sum())
-    return np.asarray(part * problem.terms(x, z) + rounding + 1e-300, dtype=float)
+def gap_tolerance(trial: ModeSolution, part: float) -> Floats:
+    """Return (m) what of a counts as zero: a part of each row's terms, and rounding of the largest ones."""
+    return np.asarray(part * trial.terms + trial.rounding + 1e-300, dtype=float)
 
 
-def force_tolerance(problem: Scaled, z: Floats, part: float) -> float:
+def force_tolerance(trial: ModeSolution, part: float) -> float:
     """Return what of z counts as zero: a part of the largest, and rounding of what the forces come from."""
-    applied = float(np.abs(problem.r).max(initial=0.0))
-    return part * float(np.abs(z).max(initial=0.0)) + 100.0 * EPSILON * applied + 1e-300
+    return part * trial.largest + 100.0 * EPSILON * trial.problem.wanted + 1e-300
 
 
-def fulfils(problem: Scaled, trial: ModeSolution) -> bool:
-    return holds_equations(problem, trial) and next(violations(problem, trial), None) is None
+def fulfils(trial: ModeSolution) -> bool:
+    return holds_equations(trial) and next(violations(trial), None) is None
 
 
-def holds_equations(problem: Scaled, trial: ModeSolution) -> bool:
+def holds_equations(trial: ModeSolution) -> bool:
     """Return whether a = 0 wherever the mode says so, dependent rows too."""
     if not trial.solved or not np.isfinite(trial.x).all():
         return False
-    active = active_rows(problem, trial.mode, trial.mu)
-    tolerance = gap_tolerance(problem, trial.x, trial.z, ACCEPTED)
-    return bool((np.abs(trial.a[active]) <= tolerance[active]).all())
+    return bool((np.abs(trial.a) <= gap_tolerance(trial, ACCEPTED))[trial.active].all())
 
 
-def violations(problem: Scaled, trial: ModeSolution) -> Iterator[Violation]:
+def violations(trial: ModeSolution) -> Iterator[Violation]:
     """Yield the inequalities that do not hold, sizes relative to what is largest of their kind."""
-    force = force_tolerance(problem, trial.z, ACCEPTED)
-    gap, table = gap_tolerance(problem, trial.x, trial.z, ACCEPTED), problem.table
+    problem, force, gap = trial.problem, force_tolerance(trial, ACCEPTED), gap_tolerance(trial, ACCEPTED)
+    table = problem.table
     of_parts = over_parts(np.maximum, gap[table.rows], table.first)
     of_kinds = {"gap": gap[problem.unilateral], "slip": of_parts}
     for limits in limits_of(problem, trial.mode, trial.mu, trial.z, trial.a):
@@ -109,14 +100,14 @@ def flip(problem: Scaled, trial: ModeSolution, found: Violation) -> ModeArrays:
 # --- labels -----------------------------------------------------------------------------------------------------------
 
 
-def label_by_motion(problem: Scaled, trial: ModeSolution) -> ModeArrays:
+def label_by_motion(trial: ModeSolution) -> ModeArrays:
     """Return the mode by what moves: closed, stick and taut wherever a = 0; else what a and v_t say."""
-    mode = trial.mode.copy()
-    tolerance = gap_tolerance(problem, trial.x, trial.z, TIED)
+    problem, mode = trial.problem, trial.mode.copy()
+    tolerance = gap_tolerance(trial, TIED)
     still = np.abs(trial.a) <= tolerance
     unilateral = problem.unilateral
     mode.sides[unilateral] = (trial.mode.sides[unilateral] > 0) | still[unilateral]
-    force = force_tolerance(problem, trial.z, TIED)
+    force = force_tolerance(trial, TIED)
     mode.sides[problem.both] = np.where(np.abs(trial.z[problem.both]) <= force, 0, np.sign(trial.z[problem.both]))
     touching = problem.pressed_parts(mode.sides)
     turned = problem.pressed_parts(trial.mode.sides)

@@ -104,10 +104,10 @@ def turn_slips(problem: LawProblem, mode: LawMode) -> LawMode | None:
 def _may_hold(system: Scaled, mode: LawMode, mu: Floats) -> bool:
     """Return whether a mode fulfils the laws, with other impulses than those of a basic solution if need be."""
     trial = solve_mode(system, modes_of(system, mode), mu)
-    if fulfils(system, trial) or not trial.idle.shape[1] or not holds_equations(system, trial):
-        return fulfils(system, trial)
+    if fulfils(trial) or not trial.idle.shape[1] or not holds_equations(trial):
+        return fulfils(trial)
     other = admissible_solution(system, trial)
-    return other is not None and fulfils(system, other)
+    return other is not None and fulfils(other)
 
 
 @dataclass(frozen=True)
@@ -394,7 +394,7 @@ def _even_impulses(problem: LawProblem, state: LawState) -> tuple[Floats, list[i
         equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
         free = idle @ null_space(idle[equal], DRAWN)
         even = replace(here, z=here.z - free @ least_squares(free, here.z))
-        if fulfils(system, even):
+        if fulfils(even):
             here = even
     return here.z / system.sizes, [int(k) for k in unsure]
 

@@ -11,6 +11,7 @@ Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), 4.4, 4.9
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from itertools import product
 from typing import Final
 
@@ -61,6 +62,12 @@ def lemke(matrix: Floats, right: Floats) -> Complementary:
     return Complementary(z * largest, basic, ray, tableau.pivots, spent)
 
 
+@cache
+def _apart(size: int) -> Floats:
+    """Return p and E (n, n + 1), side by side."""
+    return np.column_stack([np.random.default_rng(PATTERN).uniform(1.0, 2.0, size), np.eye(size)])
+
+
 class _Tableau:
     """B^-1 [q, p, E], kept as it is: the lexicographic order compares its rows. Columns are made where they enter.
 
@@ -69,8 +76,8 @@ class _Tableau:
 
     def __init__(self, matrix: Floats, right: Floats) -> None:
         self.matrix, self.size, self.pivots = matrix, len(right), 0
-        apart = np.random.default_rng(PATTERN).uniform(1.0, 2.0, self.size)
-        self.rows = np.asfortranarray(np.column_stack([right, apart, np.eye(self.size)]))
+        self.rows = np.empty((self.size, self.size + 2), order="F")
+        self.rows[:, 0], self.rows[:, 1:] = right, _apart(self.size)
         self.basis = np.arange(self.size)
 
     def run(self) -> tuple[bool, bool]:
@@ -87,7 +94,7 @@ class _Tableau:
                 return False, False
             entering = (left + self.size) % (2 * self.size)
             column = self._column(entering)
-            candidates = np.flatnonzero(column > SMALL * max(1.0, float(np.abs(column).max())))
+            candidates = (column > SMALL * max(1.0, float(np.abs(column).max()))).nonzero()[0]
             if not len(candidates):
                 return True, False
             leaving = self._first(column, candidates, 1.0)

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.arrays import Floats, lengths
 from multibody_sym.scalars.limits import Kind, most
 from multibody_sym.scalars.rank import ROUNDING
 
@@ -270,7 +270,7 @@ class ScaledFriction:
     def along(self, z: Floats, least: float = 0.0) -> Floats:
         """Return (.., k) the direction of these forces as a vector, zeros where it is no longer than `least`."""
         loads = self.loads(z)
-        sizes = np.linalg.norm(loads, axis=-1, keepdims=True)
+        sizes = lengths(loads)[..., None]
         return np.asarray(loads / np.where(sizes > least, sizes, np.inf), dtype=float)
 
     def weights(self, sides: Floats | Places, pressing: Mapping[int, Floats]) -> Floats:
@@ -396,11 +396,22 @@ class Scaled:
     @cached_property
     def couplings(self) -> Floats:
         """Lengths (m) of rows of D."""
-        return np.asarray(np.linalg.norm(self.D, axis=1), dtype=float)
+        return lengths(self.D)
+
+    @cached_property
+    def wanted(self) -> float:
+        """The size of the largest right side."""
+        return float(np.abs(self.r).max(initial=0.0))
+
+    @cached_property
+    def _sizes(self) -> tuple[Floats, Floats, Floats]:
+        """The sizes of all numbers in A, D and r."""
+        return np.abs(self.A), np.abs(self.D), np.abs(self.r)
 
     def terms(self, x: Floats, z: Floats) -> Floats:
         """Return (m) how large the terms of which a consists are."""
-        return np.asarray(np.abs(self.A) @ np.abs(x) + np.abs(self.D) @ np.abs(z) + np.abs(self.r), dtype=float)
+        A, D, r = self._sizes
+        return np.asarray(A @ np.abs(x) + D @ np.abs(z) + r, dtype=float)
 
 
 def scaled(problem: LawProblem) -> Scaled:
@@ -411,12 +422,12 @@ def scaled(problem: LawProblem) -> Scaled:
     laws, count = problem.laws, len(problem.laws)
     defines = np.any(problem.coupling != 0.0, axis=1)
     matrix, exerted = _without_rounding(problem.matrix), _without_rounding(problem.exerted)
-    lengths, sizes = _lengths(matrix, problem.parts), _lengths(exerted, problem.parts)
+    of_rows, sizes = _lengths(matrix, problem.parts), _lengths(exerted, problem.parts)
     for part in problem.parts:
         own = [k for k in part.normals if isinstance(laws[k], Equality) and not exerted[k].any()]
         sizes[own] = sizes[part.rows[0]]
     diagonal = np.abs(problem.coupling.diagonal()) / sizes
-    lengths = np.where(defines & (diagonal > 0.0), np.maximum(diagonal, 0.0), lengths)
+    of_rows = np.where(defines & (diagonal > 0.0), np.maximum(diagonal, 0.0), of_rows)
     equal = np.array([isinstance(law, Equality) for law in laws], dtype=bool).reshape(count)
     normal = np.zeros(count, dtype=bool)
     for part in problem.parts:
@@ -429,11 +440,11 @@ def scaled(problem: LawProblem) -> Scaled:
         flags = part.norm, part.enough, part.held
         parts.append(ScaledFriction(number, rows, normals, base, velocity, *numbers, *flags))
     return Scaled(
-        matrix / lengths[:, None],
+        matrix / of_rows[:, None],
         exerted / sizes[:, None],
-        problem.coupling / np.outer(lengths, sizes),
-        problem.right / lengths,
-        lengths,
+        problem.coupling / np.outer(of_rows, sizes),
+        problem.right / of_rows,
+        of_rows,
         sizes,
         np.flatnonzero([isinstance(law, Unilateral) for law in laws]),
         np.flatnonzero(equal & ~defines),
@@ -463,17 +474,18 @@ def _without_rounding(rows: Floats) -> Floats:
 
 def _lengths(rows: Floats, parts: Sequence[FrictionLaw]) -> Floats:
     """Return the lengths of rows, 1 where they are zero, the largest one for all rows of a part in space."""
-    lengths = np.asarray(np.linalg.norm(rows, axis=1), dtype=float)
+    found = lengths(rows)
     for part in parts:
-        lengths[list(part.rows)] = lengths[list(part.rows)].max()
-    lengths[lengths == 0.0] = 1.0
-    return lengths
+        if len(part.rows) > 1:
+            found[list(part.rows)] = found[list(part.rows)].max()
+    found[found == 0.0] = 1.0
+    return found
 
 
 def _pressed(loads: Floats, starts: Places, norm: Flags | bool) -> Floats:
     """Return N (.., p) of parts whose forces of normals (.., k) begin at some places."""
-    lengths = np.sqrt(over_parts(np.add, loads * loads, starts))
-    return np.where(norm, lengths, over_parts(np.add, np.abs(loads), starts))
+    sums = over_parts(np.add, np.abs(loads), starts)
+    return np.where(norm, np.sqrt(over_parts(np.add, loads * loads, starts)), sums) if np.any(norm) else sums
 
 
 def over_parts(combine: np.ufunc, values: Array, starts: Places) -> Array:

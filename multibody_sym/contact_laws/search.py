@@ -247,7 +247,7 @@ class States:
 
     def _basic(self, mode: ModeArrays, mu: Floats) -> Iterator[ModeSolution]:
         trial = solve_mode(self.problem, mode, mu)
-        if fulfils(self.problem, trial):
+        if fulfils(trial):
             yield trial
 
     def _tried(self, mode: ModeArrays, mu: Floats, found: list[ModeSolution]) -> Iterator[ModeSolution]:
@@ -261,24 +261,24 @@ class States:
             if mode.directions.any() and self._is_hopeless(roughly(self.problem, sided, mu), found):
                 continue
             trial = solve_mode(self.problem, sided, mu)
-            if fulfils(self.problem, trial):
+            if fulfils(trial):
                 yield trial
                 continue
-            if not trial.idle.shape[1] or not holds_equations(self.problem, trial):
+            if not trial.idle.shape[1] or not holds_equations(trial):
                 continue
             if not self._open_motion(trial):
-                wrong = any(v.kind in ("gap", "slip") for v in violations(self.problem, trial))
+                wrong = any(v.kind in ("gap", "slip") for v in violations(trial))
                 if wrong or (not self._open_sides(trial) and any(moves_alike(self.problem, trial, t) for t in found)):
                     continue
             other = admissible_solution(self.problem, trial)
-            if other is not None and fulfils(self.problem, other):
+            if other is not None and fulfils(other):
                 yield other
 
     def _is_hopeless(self, trial: ModeSolution, found: list[ModeSolution]) -> bool:
         """Return whether a mode with rough directions in space is far from any state, or near one that is known."""
         if not trial.solved or self._open_motion(trial):
             return not trial.solved
-        if any(v.kind in ("gap", "slip") and v.by > ROUGH for v in violations(self.problem, trial)):
+        if any(v.kind in ("gap", "slip") and v.by > ROUGH for v in violations(trial)):
             return True
         return not self._open_sides(trial) and any(moves_alike(self.problem, trial, t, ROUGH) for t in found)
 
@@ -310,16 +310,16 @@ class States:
             mode = along_motion(self.problem, mode, mu, carrying, near.motion) or mode
         for _ in range(near.flips + 1):
             trial = solve_mode(self.problem, mode, mu, carrying)
-            if fulfils(self.problem, trial):
+            if fulfils(trial):
                 return trial
             if carrying is not None:
                 carrying, trial = None, solve_mode(self.problem, mode, mu)
-                if fulfils(self.problem, trial):
+                if fulfils(trial):
                     return trial
-            broken = sorted(violations(self.problem, trial), key=lambda v: -v.by) if np.isfinite(trial.z).all() else []
-            if near.flips and trial.idle.shape[1] and holds_equations(self.problem, trial):
+            broken = sorted(violations(trial), key=lambda v: -v.by) if np.isfinite(trial.z).all() else []
+            if near.flips and trial.idle.shape[1] and holds_equations(trial):
                 other = admissible_solution(self.problem, trial)
-                if other is not None and fulfils(self.problem, other):
+                if other is not None and fulfils(other):
                     return other
             seen.add(mode.sides.tobytes() + mode.slips.tobytes())
             turned = (flip(self.problem, trial, v) for v in broken)
@@ -376,10 +376,10 @@ class States:
         moving = solve_mode(self.problem, proposal.mode, mu, proposal.carrying)
         if not np.isfinite(moving.x).all():
             return None
-        trial = solve_mode(self.problem, label_by_motion(self.problem, moving), mu)
-        if trial.idle.shape[1] and holds_equations(self.problem, trial):
+        trial = solve_mode(self.problem, label_by_motion(moving), mu)
+        if trial.idle.shape[1] and holds_equations(trial):
             trial = admissible_solution(self.problem, trial) or trial
-        return trial if fulfils(self.problem, trial) else None
+        return trial if fulfils(trial) else None
 
 
 def either_side(problem: Scaled, trial: ModeSolution) -> Iterator[ModeArrays]:
@@ -410,7 +410,7 @@ def same(problem: Scaled, one: ModeSolution, other: ModeSolution, unsure: Flags 
     if not moves_alike(problem, one, other):
         return False
     unsure = np.zeros(problem.count, dtype=bool) if unsure is None else unsure
-    if np.array_equal(label_by_motion(problem, one).sides, label_by_motion(problem, other).sides):
+    if np.array_equal(label_by_motion(one).sides, label_by_motion(other).sides):
         return True
     largest = max(float(np.abs(trial.z).max(initial=0.0)) for trial in (one, other))
     sure = problem.both[~unsure[problem.both]]
@@ -566,9 +566,9 @@ def find(
     rates do, which `drift` gives.
     Raises NoSolutionError for rows that are not finite.
     """
-    numbers = np.column_stack([problem.matrix, problem.exerted, problem.coupling, problem.right])
-    wrong = np.flatnonzero(~np.isfinite(numbers).all(axis=1))
-    if len(wrong):
+    numbers = problem.matrix, problem.exerted, problem.coupling, problem.right[:, None]
+    if not all(np.isfinite(each).all() for each in numbers):
+        wrong = np.flatnonzero(~np.isfinite(np.hstack(numbers)).all(axis=1))
         raise NoSolutionError(
             f"row {wrong[0]} among those of contacts, ropes and constraints is not finite here: a direction has no "
             "value, or a mass is zero; start from another position",
@@ -709,7 +709,7 @@ class _Search:
         return np.array(values, dtype=float).reshape(len(parts))
 
     def _labels(self, trial: ModeSolution, kinetic: frozenset[int]) -> _Labels:
-        mode = label_by_motion(self.problem, trial)
+        mode = label_by_motion(trial)
         none = np.zeros(self.problem.count, dtype=bool)
         if not self.exact:
             return _Labels(mode, (), none, none)

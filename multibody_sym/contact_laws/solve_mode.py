@@ -5,7 +5,9 @@ K = A X + D.. of these rows is formed, which squares the condition of A: it prop
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Final
 
@@ -24,7 +26,7 @@ from multibody_sym.contact_laws.problem import (
     signed,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.arrays import EPSILON, Floats, lengths
 from multibody_sym.scalars.lapack import blas
 from multibody_sym.scalars.limits import OF_FORCES
 from multibody_sym.scalars.pivoted_qr import PivotedQr, pivoted_qr
@@ -56,14 +58,17 @@ VANISHING: Final = 1e-12
 
 @dataclass(frozen=True)
 class ModeSolution:
-    """What a mode leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
+    """What a mode of a problem leads to: x (n), z (m), a (m), whether its equations can be `solved` at all.
 
-    `forces` (m, k) is the map from those z that were free to all, `idle` (k, j) combinations of them that no equation
-    sees, and `moved` (n, j) what these do to x; `basic` are the rows whose z the solution is made of.
+    `active` (m) are the rows with a = 0, those that define forces among them; `forces` (m, k) is the map from those z
+    that were free to all, `idle` (k, j) combinations of them that no equation sees, and `moved` (n, j) what these do to
+    x; `basic` are the rows whose z the solution is made of.
     """
 
+    problem: Scaled
     mode: ModeArrays
     mu: Floats
+    active: Flags
     x: Floats
     z: Floats
     a: Floats
@@ -72,6 +77,23 @@ class ModeSolution:
     forces: Floats
     idle: Floats
     moved: Floats
+
+    @cached_property
+    def largest(self) -> float:
+        """The size of the largest force."""
+        return float(np.abs(self.z).max(initial=0.0))
+
+    @cached_property
+    def terms(self) -> Floats:
+        """How large (m) the terms of which a consists are."""
+        return self.problem.terms(self.x, self.z)
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """Rounding (m) of the largest terms: x = C^T z is what large forces leave of each other where things jam."""
+        largest = math.sqrt(self.x @ self.x) + self.problem.wanted
+        found: Floats = 100.0 * EPSILON * (largest + self.problem.couplings * self.largest)
+        return found + EPSILON * float(np.abs(self.z).sum())
 
 
 def solve_mode(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | None = None) -> ModeSolution:
@@ -82,15 +104,14 @@ def solve_mode(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | 
     norms = [p for p in slides if p.norm and mu[p.number]]
     turning = [p for p in slides if p.in_space and p.rests]
     equations = _equations(problem, mode, mu, carrying)
+    if norms and not turning:
+        settled = _press_until_settled(equations, mode, norms, pressing)
+        trial = equations.solved(mode, pressing).trial
+        return trial if settled or _is_settled(norms, turning, trial, pressing) else replace(trial, solved=False)
     solution = equations.solved(mode, pressing)
     trial = solution.trial
-    if any(_stands(problem, part, trial) or not mode.direction(part).any() for part in turning):
+    if any(_stands(part, trial) or not mode.direction(part).any() for part in turning):
         return replace(trial, solved=False)
-    if norms and not turning:
-        settled = _press_until_settled(equations, mode, norms, trial.z, pressing)
-        trial = equations.solved(mode, pressing).trial
-        if settled:
-            return trial
     for k in range(TURNS if turning else 0):
         change = press(norms, trial.z, pressing)
         solution = equations.solved(mode, pressing) if norms else solution
@@ -103,8 +124,8 @@ def solve_mode(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | 
         trial = solution.trial
         if change < SETTLED:
             return trial
-    if norms or turning:
-        return trial if _is_settled(problem, norms, turning, trial, pressing) else replace(trial, solved=False)
+    if turning:
+        return trial if _is_settled(norms, turning, trial, pressing) else replace(trial, solved=False)
     return trial
 
 
@@ -114,9 +135,10 @@ def roughly(problem: Scaled, mode: ModeArrays, mu: Floats) -> ModeSolution:
 
 
 def _press_until_settled(
-    equations: _Equations, mode: ModeArrays, norms: list[ScaledFriction], z: Floats, pressing: dict[int, Floats]
+    equations: _Equations, mode: ModeArrays, norms: list[ScaledFriction], pressing: dict[int, Floats]
 ) -> bool:
-    """Take the directions of pressing forces from passes that begin with z (m), and return whether they settle."""
+    """Take the directions of pressing forces from passes that begin without them, and return whether they settle."""
+    z = equations.forces(mode, pressing)
     for _ in range(PASSES):
         change = press(norms, z, pressing)
         z = equations.forces(mode, pressing)
@@ -136,16 +158,12 @@ def press(norms: list[ScaledFriction], z: Floats, pressing: dict[int, Floats]) -
 
 
 def _is_settled(
-    problem: Scaled,
-    norms: list[ScaledFriction],
-    turning: list[ScaledFriction],
-    trial: ModeSolution,
-    pressing: dict[int, Floats],
+    norms: list[ScaledFriction], turning: list[ScaledFriction], trial: ModeSolution, pressing: dict[int, Floats]
 ) -> bool:
     """Accept what rounding keeps from settling altogether."""
     if norms and press(norms, trial.z, dict(pressing)) > 1e-10:
         return False
-    terms = problem.terms(trial.x, trial.z)
+    terms = trial.terms
     sizes = [1e-10 * float(np.linalg.norm(trial.a[p.rows])) + 1e-13 * float(terms[p.rows].max()) for p in turning]
     return all(across_slip(part, trial) <= size for part, size in zip(turning, sizes, strict=True))
 
@@ -153,9 +171,9 @@ def _is_settled(
 # --- directions of slip in space --------------------------------------------------------------------------------------
 
 
-def _stands(problem: Scaled, part: ScaledFriction, trial: ModeSolution) -> bool:
+def _stands(part: ScaledFriction, trial: ModeSolution) -> bool:
     """Return whether a part does not slip at all, so that there is no direction: what sticks is another mode."""
-    terms = problem.terms(trial.x, trial.z)[part.rows].max() + float(np.linalg.norm(trial.x))
+    terms = trial.terms[part.rows].max() + float(np.linalg.norm(trial.x))
     return bool(np.abs(trial.a[part.rows]).max() <= STANDS * terms)
 
 
@@ -246,13 +264,11 @@ def forces_of(problem: Scaled, mode: ModeArrays, mu: Floats, free: Places, press
 class _Following:
     """What sliding friction follows: S (m, k) but for its `parts` that turn or that a length presses.
 
-    `place` (m) is that of each free force, -1 for others.
+    Each of these with the entries of S, and those of its normals whose forces are free.
     """
 
-    problem: Scaled
     mu: Floats
-    place: Places
-    parts: tuple[int, ...]
+    parts: tuple[tuple[ScaledFriction, tuple[Places, Places], Flags], ...]
     fixed: Floats
 
     @staticmethod
@@ -269,37 +285,43 @@ class _Following:
         weights = signed(table.base[normals], mode.sides[pressing])
         ways = np.where(table.rests, mode.slips, table.senses)
         S[table.rows[table.first[owners]], place[pressing]] = -(mu * ways)[owners] * weights
-        return _Following(problem, mu, place, tuple(np.flatnonzero(slides & ~lines).tolist()), S)
+        parts = list[tuple[ScaledFriction, tuple[Places, Places], Flags]]()
+        for number in np.flatnonzero(slides & ~lines):
+            part = problem.parts[number]
+            columns = place[part.normals]
+            there = columns >= 0
+            parts.append((part, (part.rows[:, None], columns[there]), there))
+        return _Following(mu, tuple(parts), S)
 
     def forces(self, mode: ModeArrays, pressing: dict[int, Floats]) -> Floats:
         """Return S (m, k) by the directions of a mode, and of what presses."""
         S = self.fixed.copy()
-        for number in self.parts:
-            part = self.problem.parts[number]
+        for part, entries, there in self.parts:
             weights = part.weights(mode.sides, pressing)
             if not part.rests:
                 way = part.moving
             else:
-                way = mode.direction(part) if part.in_space else np.array([float(mode.slips[number])])
-            columns = self.place[part.normals]
-            there = columns >= 0
-            S[part.rows[:, None], columns[there]] = -self.mu[number] * (way[:, None] * weights[there])
+                way = mode.direction(part) if part.in_space else np.array([float(mode.slips[part.number])])
+            S[entries] = -self.mu[part.number] * (way[:, None] * weights[there])
         return S
 
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    """What a mode's equations are whatever its directions: (m) which rows restrict, `rows` of them, and `free` forces.
+    """What a mode's equations are whatever its directions: (m) which rows are `active`, and the `free` forces.
 
-    `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then of forces;
-    `following` what sliding friction follows.
+    `restricting` are A and r of those that restrict, `rows` the independent ones; `defining` A and D of those that
+    define forces. `still` (n) is the motion without forces beside the rows, `right` the right sides along these, then
+    of forces; `following` what sliding friction follows.
     """
 
     problem: Scaled
     mu: Floats
+    active: Flags
     free: Places
     following: _Following
-    restricting: Flags
+    restricting: tuple[Floats, Floats]
+    defining: tuple[Floats, Floats]
     rows: Restricted
     still: Floats
     right: Floats
@@ -319,20 +341,20 @@ class _Equations:
         x = self.still + beside @ zeta
         z = S @ zeta
         # Q mixes light bodies with what moves heavy ones: what that left of their rows is taken back.
-        missing = problem.A[self.restricting] @ x - problem.r[self.restricting]
-        x -= Q @ self.rows.components(missing)
+        A, r = self.restricting
+        x -= Q @ self.rows.components(A @ x - r)
         a = problem.A @ x + problem.D @ z - problem.r
-        idle, places = basic.idle(), self.free[basic.places]
-        trial = ModeSolution(mode, self.mu, x, z, a, basic.solves(zeta, self.right), places, S, idle, beside @ idle)
+        idle, places, solved = basic.idle(), self.free[basic.places], basic.solves(zeta, self.right)
+        trial = ModeSolution(problem, mode, self.mu, self.active, x, z, a, solved, places, S, idle, beside @ idle)
         return _Solution(self, trial, beside, basic, pressing)
 
     def seen(self, forces: Floats) -> tuple[Floats, Floats]:
         """Return what the equations see of forces (m, k), and what these do beside the rows (n, k)."""
-        problem, Q, F = self.problem, self.rows.Q, self.problem.defining
-        pushes = problem.C.T @ forces
+        Q, (A, D) = self.rows.Q, self.defining
+        pushes = self.problem.C.T @ forces
         along = Q.T @ pushes
         beside = pushes - Q @ along
-        return np.vstack([along, problem.A[F] @ beside + problem.D[F] @ forces]), beside
+        return np.concatenate([along, A @ beside + D @ forces]) if len(A) else along, beside
 
 
 def _equations(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | None) -> _Equations:
@@ -340,12 +362,15 @@ def _equations(problem: Scaled, mode: ModeArrays, mu: Floats, carrying: Flags | 
     free = np.flatnonzero(active if carrying is None else active & carrying)
     restricting = active.copy()
     restricting[problem.defining] = False
-    rows = restricted(problem.A[restricting])
-    y = rows.components(problem.r[restricting])
+    A, r = problem.A[restricting], problem.r[restricting]
+    rows = restricted(A)
+    y = rows.components(r)
     still = rows.Q @ y
     F = problem.defining
-    right = np.concatenate([y, problem.r[F] - problem.A[F] @ still])
-    return _Equations(problem, mu, free, _Following.of(problem, mode, mu, free), restricting, rows, still, right)
+    defining = problem.A[F], problem.D[F]
+    right = np.concatenate([y, problem.r[F] - defining[0] @ still])
+    following = _Following.of(problem, mode, mu, free)
+    return _Equations(problem, mu, active, free, following, (A, r), defining, rows, still, right)
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,7 +428,7 @@ class _Basic:
     sizes: Floats
     qr: PivotedQr
 
-    @property
+    @cached_property
     def places(self) -> Places:
         """The places of what solutions are made of."""
         return np.asarray(self.qr.order[: self.qr.rank], dtype=np.intp)
@@ -415,14 +440,15 @@ class _Basic:
         if rank < count:
             idle[self.places] = -_triangular(self.qr.R[:rank, :rank], self.qr.R[:rank, rank:])
             idle[self.qr.order[rank:]] = np.eye(count - rank)
-        return idle / self.sizes[:, None]
+            idle /= self.sizes[:, None]
+        return idle
 
     def solution(self, right: Floats) -> Floats:
         """Return zeta (j, c) for right sides (k, c)."""
-        zeta = np.zeros((len(self.sizes), right.shape[1]))
+        zeta, rank = np.zeros((len(self.sizes), right.shape[1])), self.qr.rank
+        turned, R, places = self.qr.Q[:, :rank].T, self.qr.R[:rank, :rank], self.places
         for _ in range(2):  # once more for what rounding left
-            rest = self.qr.Q[:, : self.qr.rank].T @ (right - self.unit @ zeta)
-            zeta[self.places] += _triangular(self.qr.R[: self.qr.rank, : self.qr.rank], rest)
+            zeta[places] += _triangular(R, turned @ (right - self.unit @ zeta))
         return zeta / self.sizes[:, None]
 
     def solves(self, zeta: Floats, right: Floats) -> bool:
@@ -434,7 +460,7 @@ class _Basic:
 
 
 def _basic(equations: Floats) -> _Basic:
-    sizes = np.linalg.norm(equations, axis=0)
+    sizes = lengths(equations.T)
     sizes[sizes <= exact(equations) * float(sizes.max(initial=0.0))] = 1.0
     unit = equations / sizes
     return _Basic(unit, sizes, pivoted_qr(unit))

@@ -65,7 +65,7 @@ def admissible_solution(problem: Scaled, trial: ModeSolution) -> ModeSolution | 
 
     None where none are found; where friction sticks in joints that a reaction's length presses there may be others.
     """
-    scale = _scale(problem, trial.z)
+    scale = _scale(trial)
     free = trial.idle.shape[1]
     along = _along_reactions(problem, trial, scale)
     if along is None:
@@ -193,8 +193,8 @@ def _inside(low: float, high: float) -> float:
     return low + 1.0 + abs(low) if np.isfinite(low) else high - 1.0 - abs(high) if np.isfinite(high) else 0.0
 
 
-def _scale(problem: Scaled, z: Floats) -> float:
-    return max(float(np.abs(z).max(initial=0.0)), force_tolerance(problem, z, 0.0) / ROUNDED)
+def _scale(trial: ModeSolution) -> float:
+    return max(trial.largest, force_tolerance(trial, 0.0) / ROUNDED)
 
 
 def open_forces(problem: Scaled, trial: ModeSolution, state: ModeSolution) -> tuple[Flags, Flags]:
@@ -222,7 +222,7 @@ def _free_directions(problem: Scaled, trial: ModeSolution) -> Floats:
     made positive, all of them together in the first pass, the remaining ones in the following ones.
     """
     margins, slopes = _limits(problem, trial, None)
-    present = margins / _scale(problem, trial.z)
+    present = margins / _scale(trial)
     touched = np.abs(slopes).max(axis=1, initial=0.0) > SEEN * float(np.abs(slopes).max(initial=0.0))
     held = touched & (present <= NEAR)
     free = trial.idle.shape[1]
@@ -330,8 +330,8 @@ class Ties:
 
 def tied_limits(problem: Scaled, trial: ModeSolution, mode: ModeArrays, unsure: Flags) -> Ties:
     """Return what is at its limit: a and z are both zero, of forces that are unique."""
-    force = force_tolerance(problem, trial.z, TIED)
-    gap = gap_tolerance(problem, trial.x, trial.z, TIED)
+    force = force_tolerance(trial, TIED)
+    gap = gap_tolerance(trial, TIED)
     closed = problem.unilateral[mode.sides[problem.unilateral] > 0]
     still = (np.abs(trial.z[closed]) <= force) & (np.abs(trial.a[closed]) <= gap[closed]) & ~unsure[closed]
     table = problem.table
@@ -454,8 +454,8 @@ def mode_with_rates(
     old, mode, ties = before
     trial, labels = after
     mode = mode.copy()
-    gap = gap_tolerance(rates.problem, trial.x, trial.z, TIED)
-    still = (np.abs(trial.a) <= gap) & (np.abs(trial.z) <= force_tolerance(rates.problem, trial.z, TIED))
+    gap = gap_tolerance(trial, TIED)
+    still = (np.abs(trial.a) <= gap) & (np.abs(trial.z) <= force_tolerance(trial, TIED))
     for k in ties.normals:
         mode.sides[k] = labels.sides[k]
     for number in ties.parts:

@@ -460,7 +460,7 @@ class _Forces:
         restricting = _restricting_rows(problem, self.modes, self.mu)
         if rank(problem.A[restricting & carrying], SWITCHED) < rank(problem.A[restricting], SWITCHED):
             return None
-        if not fulfils(problem, solve_mode(problem, modes, self.mu, carrying)):
+        if not fulfils(solve_mode(problem, modes, self.mu, carrying)):
             return None
         law_mode = replace(self.state.mode, sides=tuple(modes.sides.tolist()))
         return replace(posed.mode(replace(self.state, mode=law_mode)), idle=tuple(idle), carried=carried)
