@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Final, Literal
 
 from multibody_sym.mechanics.law_elements import (
@@ -36,7 +35,7 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
     added = (ParameterEntry(name, as_node(x), source=Source.CHOSEN) for name, x in chosen_parameters(mode).items())
     parameters = ParameterVector((*mechanism.parameters.entries, *added))
     rows = list(mechanism.rows)
-    for element in mechanism.one_way:
+    for element in taking_part(mechanism, mode):
         rows += rows_in_mode(element, mode, parameters)
     return replace(
         mechanism,
@@ -45,6 +44,25 @@ def in_mode(mechanism: Mechanism, mode: Mode, held: Iterable[int] = ()) -> Mecha
         mode=mode,
         held=tuple(sorted(held)),
     )
+
+
+@once
+def element_numbers(mechanism: Mechanism) -> dict[str, int]:
+    """Return the number of each one-way element by its name."""
+    return {element.name: k for k, element in enumerate(mechanism.one_way)}
+
+
+@once
+def _two_sided(mechanism: Mechanism) -> frozenset[int]:
+    return frozenset(k for k, element in enumerate(mechanism.one_way) if not element.unilateral)
+
+
+def taking_part(mechanism: Mechanism, mode: Mode) -> list[LawElement]:
+    """Return the elements that touch, are taut or may act at any time in a mode: all but those that are apart."""
+    places = element_numbers(mechanism)
+    named = (*(name for name, side in mode.sides.items() if side != INACTIVE), *mode.idle)
+    found = {places[name] for name in named if name in places} | _two_sided(mechanism)
+    return [mechanism.one_way[k] for k in sorted(found)]
 
 
 def chosen_parameters(mode: Mode) -> dict[str, float]:
@@ -270,12 +288,8 @@ class ModeNodes:
 
     mechanism: Mechanism
 
-    @cached_property
-    def _places(self) -> dict[str, int]:
-        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
-
     def _node(self, name: str) -> Node:
-        return slot(MODES, self._places[name])
+        return slot(MODES, number_places(self.mechanism)[name])
 
     def acts(self, row: Row) -> Node:
         """Return 1 where a row acts, else 0."""
@@ -340,27 +354,50 @@ class ModeNodes:
         return self._node(_entry("watched", function))
 
 
-def mode_numbers(mechanism: Mechanism, mode: Mode, held: Collection[int], watched: Iterable[str]) -> list[float]:
-    """Return the numbers of a mode of a mechanism `in_every_mode`, which may end at the functions `watched`.
+def mode_numbers(mechanism: Mechanism, entered: Mechanism, watched: Iterable[str]) -> list[float]:
+    """Return the numbers by which a mechanism `in_every_mode` is as one `entered`, which watches some functions.
 
     What a run chooses in a mode, as the shares of rows, is another matter (`chosen`).
     """
-    entered = in_mode(replace(mechanism, rows=mechanism.rows[: _declared_count(mechanism)]), mode)
+    mode = entered.mode
+    assert mode is not None
     acts = 1.0 if mode.shares is None else PLAIN
     found = {_entry("acts", row.name): acts for row in entered.rows}
-    for element in mechanism.one_way:
+    for element in (mechanism.one_way[k] for k in _two_sided(mechanism)):
         found |= {_entry("side", row.name): float(mode.side(element, row)) for row in element.normals}
-    parts = {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
+    parts = _parts_by_rows(mechanism)
     for sliding in (sliding for row in entered.rows for sliding in row.sliding):
         part = parts[tuple(row.name for row in sliding.rows)]
         found[_entry("slip", part.name)] = float(sliding.sense)
         found[_entry("at limit", part.name)] = float(part.name in mode.carried)
         found[_LENGTHS] = max(found.get(_LENGTHS, 0.0), float(part.norm))
-    found |= {way_name(row.name, row.name): 1.0 for row in mechanism.rows}
-    found |= {_entry("held", mechanism.speeds[k].name): 1.0 for k in held}
-    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(held)), _SHARES: float(mode.shares is not None)}
+    found |= {_entry("held", mechanism.speeds[k].name): 1.0 for k in entered.held}
+    found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(entered.held))}
+    found |= {_SHARES: float(mode.shares is not None)}
     found |= {_entry("watched", function): 1.0 for function in watched}
-    return [found.get(name, 0.0) for name in mechanism.mode_numbers]
+    numbers, places = _usual_numbers(mechanism).copy(), number_places(mechanism)
+    for name, x in found.items():
+        if name in places:
+            numbers[places[name]] = x
+    return numbers
+
+
+@once
+def number_places(mechanism: Mechanism) -> dict[str, int]:
+    """Return the places of the numbers of a mode by their names."""
+    return {name: k for k, name in enumerate(mechanism.mode_numbers)}
+
+
+@once
+def _usual_numbers(mechanism: Mechanism) -> list[float]:
+    """Return the numbers that all modes have, zero for others: in its own way each row changes by itself."""
+    own = {way_name(row.name, row.name) for row in mechanism.rows}
+    return [float(name in own) for name in mechanism.mode_numbers]
+
+
+@once
+def _parts_by_rows(mechanism: Mechanism) -> dict[tuple[str, ...], FrictionPart]:
+    return {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
 
 
 def _declared_count(mechanism: Mechanism) -> int:

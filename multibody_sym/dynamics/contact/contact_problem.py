@@ -189,9 +189,17 @@ class RowNumbers(ABC):
 
     def allowed_speed(self, row: Row, part: float = TOUCHING) -> float:
         """Return the speed along a row up to which it counts as being at rest: where all speeds cancel, rounding."""
-        slides = self.laws.slides
-        sizes = slides * self.scale.speed + (1.0 - slides) * self.scale.turning
-        return max(part * float(np.abs(self.jacobian(row)) @ sizes), ULPS * EPSILON * self.scale.speed)
+        return max(part * self.fastest(row), ULPS * EPSILON * self.scale.speed)
+
+    def fastest(self, row: Row) -> float:
+        """Return the speed along a row where each of the speeds on which it depends is that of the scale."""
+        return float(np.abs(self.jacobian(row)) @ self.speed_sizes)
+
+    @cached_property
+    def speed_sizes(self) -> Floats:
+        """How large (nu,) speeds are in this run."""
+        slides: Floats = self.laws.slides
+        return slides * self.scale.speed + (1.0 - slides) * self.scale.turning
 
     def allowed_slip(self, part: FrictionPart, of_speed: float = TOUCHING) -> float:
         """Return the speed of slip up to which a friction part counts as being at rest."""
@@ -218,9 +226,15 @@ class RowNumbers(ABC):
 
     def touching(self, closed: Collection[str] = ()) -> list[str]:
         """Return the unilateral elements that touch: those `closed` unless they leave, and those that stand so."""
-        standing = {x.name: self.standing(x) for x in self.laws.mechanism.one_way if x.unilateral}
+        names = {x.name for x in self.near}.union(closed)
+        standing = {x.name: self.standing(x) for x in self.laws.named(names) if x.unilateral}
         stays = {"touching", "closing"}
         return [x for x, how in standing.items() if how in stays or (x in closed and how != "leaving")]
+
+    @property
+    def near(self) -> list[LawElement]:
+        """The unilateral elements whose gaps are no larger than what counts as closed."""
+        return [x for x in self.laws.mechanism.one_way if x.unilateral and self.gap(x) <= self.allowed_gap(x)]
 
     def wedged(self, touching: Iterable[LawElement], found: LawStates) -> bool:
         """Return whether friction leaves no forces that fulfil the laws of what touches and rests, as is proved.
@@ -236,6 +250,17 @@ class RowNumbers(ABC):
 
     def posed(self, closed: Collection[str]) -> PosedLaws:
         """Return the problem in which the unilateral elements named `closed` may act, and friction in joints always."""
+        known, names = self._problems, frozenset(closed)
+        if names not in known:
+            known[names] = self._pose(names)
+        return known[names]
+
+    @cached_property
+    def _problems(self) -> dict[frozenset[str], PosedLaws]:
+        """The problems that were posed here."""
+        return {}
+
+    def _pose(self, closed: Collection[str]) -> PosedLaws:
         mechanism = self.laws.mechanism
         elements = tuple(self.laws.named({*closed, *self.laws.two_sided}))
         rubbing = [[part for part in x.frictions if part.name in self.laws.parts] for x in elements]
@@ -418,7 +443,8 @@ class Posed(PosedLaws):
     @classmethod
     def at(cls, rows: OneWayRows, closed: Collection[str]) -> Posed:
         """Return the problem in which the elements named `closed` may act."""
-        return cls(**vars(rows.posed(closed)), rows=rows)
+        of = rows.posed(closed)
+        return cls(of.mechanism, of.problem, of.elements, of.parts, of.names, rows)
 
     @property
     def dynamics(self) -> TreeDynamics:

@@ -468,11 +468,12 @@ def switchings(mechanism: Mechanism) -> tuple[Switching, ...]:
     """Return the switching functions of a mechanism in a mode, those that keep steps short first; none without one."""
     if mechanism.mode is None:
         return ()
-    every = [one for element in mechanism.one_way for one in _switchings_of(mechanism.mode, element)]
+    every = [one for element in mechanism.one_way for one in switchings_of(mechanism.mode, element)]
     return tuple(sorted(every, key=lambda one: not one.shortens))
 
 
-def _switchings_of(mode: Mode, element: LawElement) -> Iterator[Switching]:
+def switchings_of(mode: Mode, element: LawElement) -> Iterator[Switching]:
+    """Yield the switching functions of an element in a mode."""
     if element.unilateral and element.name in mode.idle and not mode.acts(element):  # it takes no part
         return
     for limit in limits_in(mode, element):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
@@ -132,7 +132,7 @@ class Before:
     guess: Mode | None
     bounces: BounceMemory
 
-    @property
+    @cached_property
     def resting(self) -> frozenset[str]:
         """The elements that act in the mode."""
         return frozenset(name for name, side in self.mode.sides.items() if side != INACTIVE)
@@ -360,15 +360,15 @@ def _end_of_impacts(
     return end if end is not None and _alone(end, resting) else None
 
 
-def _instant(before: Before, facts: LawValues, touching: list[str]) -> AfterImpact:
-    """Return the state after an impact with the elements' own restitution."""
-    met = _after(facts, touching, before, {}, ())
+def _instant(before: Before, facts: LawValues, touching: list[str], near: Mode | None) -> AfterImpact:
+    """Return the state after an impact with the elements' own restitution, where it was `near` a mode before it."""
+    met = _after(facts, touching, before if near is None else replace(before, guess=near), {}, ())
     state = met.found.states[0] if met.found.states else None
     if state is None:
-        return AfterImpact(met.facts, [], met.problem, None)
-    sides = (basic_mode(met.problem, state) or met.problem.mode(state)).sides
-    active = [name for name in met.touching if sides.get(name, INACTIVE) != INACTIVE]
-    return AfterImpact(met.facts, active, met.problem, met.facts.udot(state.x))
+        return AfterImpact(met.facts, [], met.problem, None, near)
+    mode = met.problem.mode(state)
+    active = [name for name in met.touching if mode.sides.get(name, INACTIVE) != INACTIVE]
+    return AfterImpact(met.facts, active, met.problem, met.facts.udot(state.x), mode)
 
 
 def _coming_back(after: _After, others: Collection[str]) -> set[str]:

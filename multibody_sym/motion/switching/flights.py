@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.contact.contact_problem import PosedLaws
-from multibody_sym.mechanics.law_elements import LawElement
+from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.motion import coordinate_rates
 from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.records import dataclass
@@ -30,7 +30,7 @@ _SHRINKS: Final = 0.99
 
 @dataclass(frozen=True, eq=False)
 class AfterImpact:
-    """What holds once what touches has struck: `facts`, what stays closed, the laws, the accelerations (nu,).
+    """What holds once what touches has struck: `facts`, what stays closed, the laws, the accelerations (nu,), the mode.
 
     `udot` is None where the laws have no state.
     """
@@ -39,18 +39,20 @@ class AfterImpact:
     touching: list[str]
     problem: PosedLaws
     udot: Floats | None
+    mode: Mode | None
 
 
-Strike = Callable[[LawValues, list[str]], AfterImpact]
-"""Lets what touches strike."""
+Strike = Callable[[LawValues, list[str], Mode | None], AfterImpact]
+"""Lets what touches strike, near a mode, if one was before."""
 
 
 def rest_of(facts: LawValues, touching: Collection[str], taking: Collection[str], strike: Strike) -> LawValues | None:
     """Return the end of all impacts of `taking` that begin with those of what is `touching`; None where none is met."""
     gaps = {x.name: 0.0 if x.name in touching else max(facts.gap(x), 0.0) for x in facts.laws.named(taking)}
-    now, flights = facts, list[float]()
+    now, flights, mode = facts, list[float](), None
     for _ in range(_MOST):
-        met = strike(now, [name for name, gap in gaps.items() if gap == 0.0])
+        met = strike(now, [name for name, gap in gaps.items() if gap == 0.0], mode)
+        mode = met.mode
         if met.udot is None:
             return None
         off = [x for x in met.facts.laws.named(gaps) if gaps[x.name] or x.name not in met.touching]

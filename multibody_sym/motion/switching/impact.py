@@ -733,18 +733,43 @@ _ASIDE: Final = 1e-3
 """How far, as turns and against the model's size, the position lies aside at which the rows hold the same speeds."""
 
 
-def held_speeds(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -> tuple[int, ...]:
+def held_speeds(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tuple[int, ...]:
     """Return the places of the speeds that the rows of a mechanism in a mode hold at zero, here and beside.
 
     A speed is held if its unit vector lies in the space of rows that have no part of their own in motion, as a belt's
     or a drive's has: H u = 0 and H udot = 0 for u = 0.
     """
-    here = _held_places(mechanism, parameters, t, q) if mechanism.rows else set[int]()
+    if not mechanism.rows:
+        return ()
+    rows = [row.plain for row in mechanism.rows]
+    if not all(row.restricts for row in rows):
+        return _held_beside_too(mechanism, parameters, at)
+    shares = _shares_of_held(at.by_speeds[[at.place(row) for row in rows]])
+    if not shares.shape[1]:
+        return ()
+    own = tuple(row for row, share in zip(rows, shares, strict=True) if (np.abs(share) > _HELD).any())
+    held = _held_beside_too(replace(mechanism, rows=own), parameters, at)
+    return held if len(held) == shares.shape[1] else _held_beside_too(mechanism, parameters, at)
+
+
+def _shares_of_held(jacobian: Floats) -> Floats:
+    """Return (rows, k) what parts rows of unit length have in the unit vectors of the speeds that they could hold."""
+    lengths = np.linalg.norm(jacobian, axis=1)
+    left, sizes, right = np.linalg.svd(jacobian / np.where(lengths > 0.0, lengths, 1.0)[:, None], full_matrices=False)
+    count = int((sizes > _HELD * sizes.max(initial=0.0)).sum())
+    kept = right[:count]
+    missed = np.linalg.norm(np.eye(jacobian.shape[1]) - kept.T @ kept, axis=0)
+    found: Floats = left[:, :count] @ (kept[:, missed <= _HELD] / sizes[:count, None])
+    return found
+
+
+def _held_beside_too(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tuple[int, ...]:
+    here = _held_places(mechanism, parameters, at.t, at.q)
     if not here:
         return ()
     aside = np.array([np.sin(1.0 + 2.0 * k) for k in range(len(mechanism.speeds))]) * _ASIDE
-    moved = np.array(coordinate_rates(mechanism, q.tolist(), aside.tolist()), dtype=float)
-    return tuple(sorted(here & _held_places(mechanism, parameters, t + _ASIDE, q + moved)))
+    moved = np.array(coordinate_rates(mechanism, at.q.tolist(), aside.tolist()), dtype=float)
+    return tuple(sorted(here & _held_places(mechanism, parameters, at.t + _ASIDE, at.q + moved)))
 
 
 def _held_places(mechanism: Mechanism, parameters: Floats, t: float, q: Floats) -> set[int]:

@@ -59,12 +59,11 @@ class Solved:
 
 
 def known_switch(found: NextState, before: Mode, cause: Switching) -> KnownSwitch | None:
-    """Return the record that recognises a decided switch; None for impacts, several states and friction in space."""
+    """Return the record that recognises a decided switch of `plain` elements; None for impacts and several states."""
     facts, mode, posed = found.facts, found.mode, found.posed
     if mode is None or posed is None or found.blow is not None or found.several or mode == before:
         return None
-    lines = all(plain(element) for element in facts.laws.mechanism.one_way)
-    if not lines or cause.ends not in ("stops", "slips", "opens") or posed.problem.coupling.any():
+    if cause.ends not in ("stops", "slips", "opens") or posed.problem.coupling.any():
         return None
     if any(x.idle or x.carried or x.directions or x.shares for x in (mode, before)):
         return None

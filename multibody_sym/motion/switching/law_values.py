@@ -152,6 +152,13 @@ class LawValues(RowNumbers):
     def jacobian(self, row: Row) -> Floats:
         return self.by_speeds[self.laws.places[row.name]]
 
+    def fastest(self, row: Row) -> float:
+        return float(self._fastest[self.laws.places[row.name]])
+
+    @cached_property
+    def _fastest(self) -> Floats:
+        return SparseRows(self.laws.patterns["jacobian"], np.abs(self.known["jacobian"])) @ self.speed_sizes
+
     def reach(self, element: LawElement) -> float:
         return float(self.known["reaches"][self.laws.elements[element.name]])
 
@@ -173,9 +180,8 @@ class LawValues(RowNumbers):
     @property
     def sizes(self) -> Floats:
         """How large (1 + nq + nu,) time, coordinates and speeds are in this run."""
-        slides, scale = self.laws.slides, self.scale
-        lengths = [scale.length if each.unit == "m" else 1.0 for each in self.laws.mechanism.coordinates]
-        return np.concatenate([[scale.time], lengths, slides * scale.speed + (1.0 - slides) * scale.turning])
+        lengths = [self.scale.length if each.unit == "m" else 1.0 for each in self.laws.mechanism.coordinates]
+        return np.concatenate([[self.scale.time], lengths, self.speed_sizes])
 
     @cached_property
     def near(self) -> list[LawElement]:
@@ -203,6 +209,15 @@ class LawValues(RowNumbers):
     def rounded_gap(self, element: LawElement) -> float:
         """Return by how much an element may be off its face by rounding: a mode ends where it has got in so far."""
         return max(self.allowed_gap(element, ROUNDED_GAP), rounded_up(self.rounding_of_gap(element)))
+
+    @cached_property
+    def rounded_gaps(self) -> Floats:
+        """The same of all unilateral elements."""
+        places, turns = self.laws.unilateral_places
+        sizes = self.scale.length if turns is None else np.where(turns, 1.0, self.scale.length)
+        rounding = rounded_up_each(ULPS * EPSILON * self._reaches[places])
+        found: Floats = np.maximum(ROUNDED_GAP * sizes, rounding)
+        return found
 
     def rounded_idle_gap(self, element: LawElement) -> float:
         """Return the same of one that carries nothing, where others may hold its gap: all lengths cancel in it."""
@@ -266,6 +281,13 @@ class LawValues(RowNumbers):
 def rounded_up(value: float) -> float:
     """Return a value rounded up to a power of two, beside which forces are rare: it does not hang on digits."""
     return 2.0 ** math.ceil(math.log2(BETWEEN_POWERS * value)) / BETWEEN_POWERS if value > 0.0 else 0.0
+
+
+def rounded_up_each(values: Floats) -> Floats:
+    """Return each of some values rounded up so."""
+    some = values > 0.0
+    powers = np.ceil(np.log2(BETWEEN_POWERS * np.where(some, values, 1.0))).astype(int)
+    return np.where(some, np.ldexp(1.0, powers) / BETWEEN_POWERS, 0.0)
 
 
 def has_sliding_friction(facts: LawValues, entered: Mechanism) -> bool:

@@ -54,7 +54,7 @@ from multibody_sym.motion.switching.legs import (
     strikes_now,
     times_to_check,
 )
-from multibody_sym.motion.switching.modes import ModePrograms, key_of, settled_direction
+from multibody_sym.motion.switching.modes import EveryMode, ModePrograms, key_of, settled_direction
 from multibody_sym.motion.switching.prepared import PreparedRuns
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled
@@ -538,7 +538,7 @@ def one_way_runs(
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
     template = replace(template, project=settings.project, moments=looks)
-    served = None if every is None else (every, laws.compiled)
+    served = None if every is None else EveryMode(every, laws.compiled)
 
     def runs(of: Problem, stabilised: tuple[float, float] | None) -> PreparedRuns:
         modes = ModePrograms(declared, make, of, stabilised or (0.0, 0.0), served)

@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.programs.reactions import Switching, switchings
+from multibody_sym.contact_laws.problem import Places
+from multibody_sym.dynamics.programs.reactions import Switching, switchings, switchings_of
 from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import (
@@ -20,6 +21,8 @@ from multibody_sym.mechanics.modes import (
     in_mode,
     mode_numbers,
     mode_words,
+    number_places,
+    taking_part,
 )
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
@@ -50,13 +53,14 @@ Key = tuple[tuple[tuple[str, int], ...], ...]
 
 def key_of(mode: Mode) -> Key:
     """Return what tells modes apart: not the directions of slip in space, nor shares, which are numbers of a run."""
+    sides = tuple(sorted((name, side) for name, side in mode.sides.items() if side != INACTIVE))
     starts = tuple((name, 1) for name in sorted(mode.directions))
     shared = tuple(
         (row, len(x.rows)) for x in (mode.shares.elements if mode.shares is not None else ()) for row in x.rows
     )
     idle = tuple((name, 0) for name in sorted(mode.idle))
-    maps = (tuple(sorted(each.items())) for each in (mode.sides, mode.slips, mode.carried))
-    return (*maps, starts, idle, shared)
+    maps = (tuple(sorted(each.items())) for each in (mode.slips, mode.carried))
+    return (sides, *maps, starts, idle, shared)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +68,8 @@ class ModeProgram:
     """A mechanism in a mode, `entered`, the mechanism that its Programs are of, and switching functions.
 
     The Programs are those of the mode alone, or of the mechanism `in_every_mode`; then functions at which this mode
-    does not end are None. The `mode` is one of those that only differ in numbers of a run.
+    does not end are None. The `mode` is one of those that only differ in numbers of a run; `own` are the places of all
+    functions but those by which what is apart closes.
     """
 
     entered: Mechanism
@@ -72,6 +77,8 @@ class ModeProgram:
     compiled: Compiled
     switchings: tuple[Switching | None, ...]
     mode: Mode
+    every: EveryMode | None
+    own: tuple[int, ...]
 
     @cached_property
     def key(self) -> Key:
@@ -81,8 +88,8 @@ class ModeProgram:
     @cached_property
     def active(self) -> tuple[str, ...]:
         """The unilateral elements that are closed."""
-        elements = self.mechanism.one_way
-        return tuple(x.name for x in elements if x.unilateral and self.mode.sides.get(x.name, INACTIVE))
+        elements = taking_part(self.mechanism, self.mode)
+        return tuple(x.name for x in elements if x.unilateral and self.mode.acts(x))
 
     @cached_property
     def words(self) -> dict[str, str]:
@@ -92,21 +99,33 @@ class ModeProgram:
     def numbers(self, mode: Mode) -> Floats:
         """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""
         found = self._numbers.copy()
-        for name, x in chosen_parameters(mode).items() if len(found) else ():
-            found[self._places[name]] = x
+        if self.every is not None:
+            places = number_places(self.every.mechanism)
+            for name, x in chosen_parameters(mode).items():
+                found[places[name]] = x
         return found
 
     @cached_property
-    def _numbers(self) -> Floats:
-        if not self.mechanism.mode_numbers:
-            return _NONE
-        assert self.mechanism.mode is not None
-        names = dict.fromkeys(map(function_of, filter(None, self.switchings)))
-        return np.array(mode_numbers(self.mechanism, self.mechanism.mode, self.entered.held, names))
+    def limiting(self) -> tuple[int, ...]:
+        """The functions that keep adaptive steps short."""
+        return tuple(k for k in self.own if (one := self.switchings[k]) is not None and one.shortens)
+
+    def margins(self, mode: Mode, at: LawValues, largest: float) -> tuple[float, ...]:
+        """Return by how much each function may exceed zero, as a mode begins with a largest force."""
+        found = np.zeros(len(self.switchings))
+        if self.every is not None:
+            found[self.every.gaps] = at.rounded_gaps
+        for k in self.own:
+            one = self.switchings[k]
+            found[k] = 0.0 if one is None else _margin(one, mode, at, largest)
+        return tuple(found.tolist())
 
     @cached_property
-    def _places(self) -> dict[str, int]:
-        return {name: k for k, name in enumerate(self.mechanism.mode_numbers)}
+    def _numbers(self) -> Floats:
+        if self.every is None:
+            return _NONE
+        watched = (name for name, one in zip(self.every.places, self.switchings, strict=True) if one is not None)
+        return np.array(mode_numbers(self.every.mechanism, self.entered, watched))
 
 
 def function_of(one: Switching) -> str:
@@ -130,11 +149,55 @@ _FLATTER: Final = -1e-20
 _NONE: Final = np.zeros(0)
 
 
+@dataclass(frozen=True, eq=False)
+class EveryMode:
+    """A mechanism `in_every_mode` with its Programs, and the switching functions of what is apart."""
+
+    mechanism: Mechanism
+    compiled: Compiled
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """The places of all functions by their names."""
+        return {name: k for k, name in enumerate(functions(self.mechanism))}
+
+    @cached_property
+    def apart(self) -> tuple[list[Switching | None], dict[str, int]]:
+        """The functions where all unilateral elements are apart, each of which closes, and their places by elements."""
+        found: list[Switching | None] = [None] * len(self.places)
+        places = dict[str, int]()
+        for element in (x for x in self.mechanism.one_way if x.unilateral):
+            for one in switchings_of(Mode({}), element):
+                places[element.name] = self.places[function_of(one)]
+                found[places[element.name]] = one
+        return found, places
+
+    def of_mode(self, mode: Mode) -> tuple[list[Switching | None], list[int]]:
+        """Return the functions at which a mode ends, None where it does not, and where those are that are no gaps."""
+        found, places = self.apart[0].copy(), self.apart[1]
+        own = set[int]()
+        for element in taking_part(self.mechanism, mode):
+            if element.unilateral:
+                found[places[element.name]] = None
+                own.add(places[element.name])
+            for one in switchings_of(mode, element):
+                k = self.places[function_of(one)]
+                found[k] = one
+                own.add(k)
+        own.update(places[x.name] for x in self.mechanism.one_way if is_tip(x))
+        return found, sorted(own)
+
+    @cached_property
+    def gaps(self) -> Places:
+        """The places of the functions by which unilateral elements close, in their order."""
+        return np.array([self.apart[1][x.name] for x in self.mechanism.one_way if x.unilateral], dtype=np.intp)
+
+
 class ModePrograms:
     """The modes that a run of a mechanism has been in; `make` compiles, `template` is the run's problem.
 
-    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s). `every` is
-    the mechanism `in_every_mode`, with its Programs, where one set of these serves all modes.
+    Rows of every mode are put back after each step if the template is, or `stabilised` by alpha, beta (1/s). `every`
+    has the Programs that serve all modes, where one set of them does.
     """
 
     def __init__(
@@ -143,7 +206,7 @@ class ModePrograms:
         make: Callable[[Mechanism], Compiled],
         template: Problem,
         stabilised: tuple[float, float] = (0.0, 0.0),
-        every: tuple[Mechanism, Compiled] | None = None,
+        every: EveryMode | None = None,
     ) -> None:
         self.mechanism = mechanism
         self.every = every
@@ -158,18 +221,17 @@ class ModePrograms:
         if key not in self._known:
             entered = in_mode(self.mechanism, mode)
             values = self.parameters(entered, at.laws.parameters, mode, 0)
-            held = held_speeds(entered, values, at.t, at.q)
+            held = held_speeds(entered, values, at)
             self._known[key] = self._made(replace(entered, held=held), mode)
         return self._known[key]
 
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
-        own = switchings(entered)
         if self.every is None:
-            return ModeProgram(entered, entered, self._make(entered), own, mode)
-        known = {function_of(one): one for one in own}
-        mechanism, compiled = self.every
-        every = replace(mechanism, mode=mode, held=entered.held)
-        return ModeProgram(entered, every, compiled, tuple(map(known.get, functions(mechanism))), mode)
+            own = switchings(entered)
+            return ModeProgram(entered, entered, self._make(entered), own, mode, None, tuple(range(len(own))))
+        every = replace(self.every.mechanism, mode=mode, held=entered.held)
+        found, places = self.every.of_mode(mode)
+        return ModeProgram(entered, every, self.every.compiled, tuple(found), mode, self.every, tuple(places))
 
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
@@ -217,10 +279,8 @@ class ModePrograms:
             independent=float(independent),
             crosses=not has_sliding_friction(at, entered),  # friction may jam there
             terminal=own + (True,) * count,
-            margins=tuple(
-                0.0 if one is None else _margin(one, mode, at, state.largest) for one in program.switchings
-            ),
-            limiting=tuple(k for k, one in enumerate(program.switchings) if one is not None and one.shortens),
+            margins=program.margins(mode, at, state.largest),
+            limiting=program.limiting,
             begun=begun,
         )
         return problem, program

@@ -67,7 +67,8 @@ class SwitchMemory:
         pairs, mechanism = template.pairing, laws.mechanism
         smooth = template.step is None and not isinstance(template.method, LibraryMethod)
         rates = not pairs.balls and len(pairs.plain) == len(mechanism.coordinates)
-        follows = laws.compiled.backend == "c" and smooth and rates and all(plain(x) for x in mechanism.one_way)
+        self._plain = all(plain(x) for x in mechanism.one_way)
+        follows = laws.compiled.backend == "c" and smooth and rates and self._plain
         few = len(laws.places) * len(mechanism.speeds) <= _MOST_ENTRIES
         # A declared stop may end a run where a mode ends without impact: by its state, or by forces, which jump.
         stops = bool(mechanism.state_stops or leaves(mechanism.stops.values(), "quantity"))
@@ -80,7 +81,7 @@ class SwitchMemory:
     def learn(self, found: NextState, leg: ModeLeg, index: int) -> None:
         """Remember where a switch led: for forces at a limit all ways, for others the last one."""
         cause = leg.switching(index)
-        switch = known_switch(found, leg.mode, cause)
+        switch = known_switch(found, leg.mode, cause) if self._plain else None
         others = self.known(leg, index) if cause.limits else ()
         others = tuple(x for x in others if switch is None or x.mode != switch.mode)
         self._led[leg.program.key, index] = (*others, *(() if switch is None else (switch,)))

@@ -17,6 +17,7 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contact_solids import corners_of
 from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
+from multibody_sym.mechanics.modes import taking_part
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import direction, position, separation
 from multibody_sym.mechanics.row_records import (
@@ -499,6 +500,6 @@ def _axes(facts: LawValues, tip: Vertex) -> Floats:
 
 def remembered_normals(at: LawValues, mode: Mode) -> tuple[float, ...]:
     """Return the normals of points that are held where they met: which speeds a mode holds at rest depends on them."""
-    held = [x.name for x in at.laws.mechanism.one_way if is_tip(x) and mode.acts(x)]
+    held = [x.name for x in taking_part(at.laws.mechanism, mode) if is_tip(x) and mode.acts(x)]
     places = at.laws.mechanism.parameters.places
     return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
