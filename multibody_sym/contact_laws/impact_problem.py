@@ -88,15 +88,24 @@ class ImpactPhase:
 
     `stage`: what holds both ways is `joined` first; the normal speeds fall (`compression`) and rise (`restitution`),
     or both `at once`; friction is `given back` last. `rows` are the unilateral rows that are struck, `slips` (by part)
-    0 for what sticks or takes no part, 1 or -1 the sign of v_t, 2 in space; `impulses` (m) what it adds to z. Several
-    impacts one after the other are counted by `number`.
+    0 for what sticks or takes no part, 1 or -1 the sign of v_t, 2 in space; of `count` rows z of those at `places` grew
+    by `added`. Several impacts one after the other are counted by `number`.
     """
 
     stage: Stage
     rows: tuple[int, ...]
     slips: tuple[int, ...]
-    impulses: Floats
+    places: Places
+    added: Sequence[float] | Floats
+    count: int
     number: int = 0
+
+    @cached_property
+    def impulses(self) -> Floats:
+        """What the phase adds to z (m)."""
+        z = np.zeros(self.count)
+        z[self.places] = self.added
+        return z
 
 
 @dataclass(frozen=True)
@@ -218,7 +227,17 @@ class ImpactProgress:
 
     def closing(self) -> Places:
         """Return the unilateral rows that close now."""
-        return self.unilateral[self.v[self.unilateral] < -self.allowed[self.unilateral]]
+        return self.unilateral[self.v[self.unilateral] < self._floor]
+
+    @cached_property
+    def _floor(self) -> Floats:
+        """The speeds of unilateral rows below which they close."""
+        return -self.allowed[self.unilateral]
+
+    def still(self) -> Places:
+        """Return the unilateral rows that do not bounce."""
+        found: Places = self.unilateral[self.restitution[self.unilateral] == 0.0]
+        return found
 
     def unfulfilled(self) -> bool:
         """Return whether what holds both ways has another speed than the wanted one."""
@@ -237,6 +256,7 @@ class ImpactProgress:
     def copy(self) -> ImpactProgress:
         """Return a copy to come back to."""
         kept = replace(self)
+        kept.x, kept.z, kept.v, kept.compression = (each.copy() for each in (self.x, self.z, self.v, self.compression))
         kept.restitution, kept.lost = self.restitution.copy(), self.lost.copy()
         kept.phases, kept.notes = list(self.phases), list(self.notes)
         kept.struck, kept.unsure = set(self.struck), set(self.unsure)
@@ -263,38 +283,40 @@ class ImpactProgress:
 
         An impulse is none where its effect is a rounding of that of the largest one.
         """
-        z, x, before = self._without_rounding(impulses[0], self._sizes), impulses[1], self.v
+        x, before, moved = impulses[1], self.v, np.abs(impulses[0]) * self._sizes
+        z = np.where((self._sizes > 0.0) & (moved <= ROUNDED * moved.max(initial=0.0)), 0.0, impulses[0])
         self.v = speeds(self.rows, self.x + x, self.z + z)
         self.lost += self._taken(z, x, before, stage) if lost is None else lost
         self.x = self.x + x
-        self._note(stage, rows, slips, z)
+        self._note(stage, tuple(sorted(rows)), slips, np.arange(len(z)), z)
         return z
 
     def push(self, push: Push, row: int, phases: Sequence[PushPhase], lost: Sequence[float]) -> None:
         """Add phases of impulses at a row, which is struck, and its tangents; `lost` (k) is what these rows took."""
-        x, v = self.x.copy(), self.v.copy()
+        total = np.zeros(len(push.own))
         for stage, slips, f in phases:
-            z = np.zeros(len(self.z))
-            z[push.rows] = self._without_rounding(push.Z @ f, push.sizes)
-            self._note(stage, (row,), slips, z)
-        f = sum((f for *_, f in phases), np.zeros(len(push.own)))
-        x[push.columns] += push.X @ f
-        v[push.moved] += push.V @ f
-        self._pushes += 1
-        self.x, self.v = x, v if self._pushes % AFRESH else speeds(self.rows, x, self.z)
+            total += f
+            self._note(stage, (row,), slips, push.rows, push.impulses(f))
+        self.x[push.columns] += push.X @ total
+        self.v[push.moved] += push.V @ total
         self.lost[push.own] += lost
+        self._pushes += 1
+        if self._pushes % AFRESH == 0:
+            self.v = speeds(self.rows, self.x, self.z)
 
-    def _note(self, stage: Stage, rows: Collection[int], slips: tuple[int, ...], z: Floats) -> None:
-        self.z = self.z + z
-        self.struck |= set(rows)
-        self.phases.append(ImpactPhase(stage, tuple(sorted(rows)), slips, z, self.impacts))
+    def _note(
+        self,
+        stage: Stage,
+        rows: tuple[int, ...],
+        slips: tuple[int, ...],
+        places: Places,
+        added: Sequence[float] | Floats,
+    ) -> None:
+        self.z[places] += added
+        self.struck.update(rows)
+        self.phases.append(ImpactPhase(stage, rows, slips, places, added, len(self.z), self.impacts))
         if stage == "compression":
-            self.compression = self.compression + z
-
-    @staticmethod
-    def _without_rounding(z: Floats, sizes: Floats) -> Floats:
-        moved = np.abs(z) * sizes
-        return np.where((moved <= ROUNDED * moved.max(initial=0.0)) & (sizes > 0.0), 0.0, z)
+            self.compression[places] += added
 
     def _taken(self, z: Floats, x: Floats, before: Floats, stage: Stage) -> Floats:
         """Return the energy (m) that rows take while impulses grow in proportion from before to now: minus their work.
@@ -364,7 +386,7 @@ def start_impact(problem: ImpactProblem) -> ImpactProgress:
     rounding = np.maximum(ROUNDED * largest * lengths, ARITHMETIC * allowed)
     x = np.zeros(size)
     v = speeds(rows, x, zeros)
-    return ImpactProgress(problem, x, zeros, v, zeros, zeros.copy(), e, allowed, rounding, unilateral)
+    return ImpactProgress(problem, x, zeros, v, zeros.copy(), zeros.copy(), e, allowed, rounding, unilateral)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -388,7 +410,7 @@ class ImpulseResponse:
 class Push:
     """What impulses f (k) at rows `own` change in all: z of `rows` by Z f, x at `columns` by X f, v of `moved` by V f.
 
-    `sizes` is how much each of the `rows` exerts.
+    `sizes` is how much each of the `rows` exerts. `alone`: no other row takes an impulse.
     """
 
     own: Places
@@ -398,7 +420,15 @@ class Push:
     Z: Floats
     X: Floats
     V: Floats
-    sizes: Floats
+    sizes: list[float]
+    alone: bool
+
+    def impulses(self, f: Sequence[float]) -> list[float]:
+        """Return those of the `rows`: none where the effect is a rounding of that of the largest one."""
+        z: list[float] = list(f) if self.alone else (self.Z @ f).tolist()
+        moved = [abs(x) * size for x, size in zip(z, self.sizes, strict=True)]
+        least = ROUNDED * max(moved)
+        return [x if effect > least else 0.0 for x, effect in zip(z, moved, strict=True)]
 
     @staticmethod
     def of(problem: LawProblem, some: Chosen, response: ImpulseResponse) -> Push:
@@ -407,11 +437,12 @@ class Push:
         every, X = np.array(some.rows), response.X[columns]
         V = problem.matrix[:, columns] @ X
         moved = np.flatnonzero(V.any(axis=1))
-        sizes: Floats = np.linalg.norm(some.problem.exerted[takes], axis=1)
-        return Push(every[response.own], every[takes], columns, moved, response.Z[takes], X, V[moved], sizes)
+        sizes: list[float] = np.linalg.norm(some.problem.exerted[takes], axis=1).tolist()
+        alone = takes.tolist() == response.own
+        return Push(every[response.own], every[takes], columns, moved, response.Z[takes], X, V[moved], sizes, alone)
 
 
-PushPhase = tuple[Stage, tuple[int, ...], Floats]
+PushPhase = tuple[Stage, tuple[int, ...], Sequence[float]]
 """A stage, the slips of all parts, and the impulses (k)."""
 
 

@@ -219,7 +219,7 @@ def _newton(account: ImpactProgress, closed: Collection[int]) -> bool:
     wanted[rows] = -account.restitution[rows] * np.minimum(now[rows], 0.0)
     z = _search(account, closed, wanted, "at once")
     if z is not None:
-        account.compression = account.compression + z / (1.0 + account.restitution)
+        account.compression += z / (1.0 + account.restitution)
     return z is not None
 
 
@@ -436,6 +436,7 @@ class _Counts:
         self.account, self.near = account, _near(account.rows)
         self.cluster = np.array(_numbers(self.near), dtype=np.intp)
         self.counts: dict[int, int] = {}
+        self._sizes = np.bincount(self.cluster[account.unilateral], minlength=len(self.cluster)).tolist()
 
     def of(self, row: int) -> Places:
         """Return the unilateral rows that are connected with one."""
@@ -460,12 +461,13 @@ class _Counts:
 
     def has_collapsed(self, row: int) -> bool:
         """Count an impact of the cluster of a row; if there were too many, let it collapse, and say so."""
-        account, rows = self.account, self.of(row).tolist()
+        account, cluster = self.account, int(self.cluster[row])
         account.impacts += 1
-        count = self.counts[int(self.cluster[row])] = self.number(row) + 1
-        most = 100 + 20 * len(rows)
+        count = self.counts[cluster] = self.counts.get(cluster, 0) + 1
+        most = 100 + 20 * self._sizes[cluster]
         if count <= most:
             return False
+        rows = self.of(row).tolist()
         names = ", ".join(account.problem.name(k) for k in rows)
         if count > PATIENCE * most:
             raise NoSolutionError(f"impacts do not end at {names}, without bouncing neither", number="N108")
@@ -500,16 +502,17 @@ def at_once(account: ImpactProgress) -> None:
 
 def one_by_one(account: ImpactProgress) -> None:
     """Strike what closes fastest, with what closes as fast, until nothing closes; what does not bounce is held."""
-    counts, known = _Counts(account), dict[int, Single]()
+    counts, known, still = _Counts(account), dict[int, Single](), account.still()
     while len(closing := account.closing()):
-        v = account.v
-        fastest = int(closing[np.argmin(v[closing])])
+        speeds = account.v[closing]
+        fastest = int(closing[speeds.argmin()])
         if counts.has_collapsed(fastest):
+            still = account.still()
             continue
-        together = counts.cluster == counts.cluster[fastest]
-        rows = closing[together[closing] & (v[closing] <= (1.0 - ALIKE) * v[fastest])].tolist()
-        still = account.unilateral[account.restitution[account.unilateral] == 0.0]
-        held = still[together[still] & (np.abs(v[still]) <= account.allowed[still])].tolist()
+        own = counts.cluster[fastest]
+        rows = [k for k in closing[speeds <= (1.0 - ALIKE) * speeds.min()].tolist() if counts.cluster[k] == own]
+        slow = still[np.abs(account.v[still]) <= account.allowed[still]] if len(still) else still
+        held = [k for k in slow.tolist() if counts.cluster[k] == own]
         for island in counts.islands(rows, held):
             _strike(account, island, known)
     # What struck in turn until it closed by less than counts has no last impact: speeds of closing and of slip shrink

@@ -10,7 +10,8 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
-from typing import Final, Literal
+from operator import add, mul
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.limits import pressing, room, sliding
+from multibody_sym.scalars.limits import most, pressing, room, sliding
 from multibody_sym.scalars.rank import least_squares, scaled_rows
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -47,8 +48,7 @@ AT_REST = 1e-12
 """Part of the largest speed below which v_t is rounding."""
 
 
-@dataclass(frozen=True)
-class ImpulseRates:
+class ImpulseRates(NamedTuple):
     """Rates by the normal impulse, over the rows (k) that a course follows: of impulses f, of speeds v; slips by parts.
 
     `x` (n) where other parts rub than that of the contact, or several: then the rows are those of a chosen problem.
@@ -75,7 +75,7 @@ def rates_of_contact(K: Table, part: FrictionLaw | None, v: list[float], small: 
         sticks, held = False, list[float]()
         if not speed > small:
             held = _holding(K)
-            sticks = part.enough or room(part.static, 1.0 + AT_REST, [math.hypot(*held)]) >= 0.0
+            sticks = part.enough or math.hypot(*held) <= most(part.static, 1.0 + AT_REST)
             if not sticks:
                 line = [math.copysign(1.0, K[1][0])]
                 along = line if len(along) == 1 else departing_direction(np.array(K), part.kinetic).tolist()
@@ -83,7 +83,7 @@ def rates_of_contact(K: Table, part: FrictionLaw | None, v: list[float], small: 
         f += held if sticks else sliding(part.kinetic, along, speed)
         if not sticks:
             slip = IN_SPACE if len(along) > 1 else 1 if along[0] > 0.0 else -1
-    rates = [sum(k * x for k, x in zip(row, f, strict=True)) for row in K]
+    rates = [sum(map(mul, row, f)) for row in K]
     if part is not None and slip == STICKS:
         rates[1:] = [0.0] * len(held)
     return ImpulseRates(f, rates, () if part is None else (slip,))
@@ -148,8 +148,7 @@ def rates_with_joints(
 # When one contact has been compressed, and when it lets go: by speeds, by impulses or by works.
 
 
-@dataclass(frozen=True)
-class Normal:
+class Normal(NamedTuple):
     """The normal state on the way: the speed v, the impulse p so far, and its work W."""
 
     v: float
@@ -170,11 +169,12 @@ class Goal:
 
     def missing(self, at: Normal) -> float:
         """Return what is missing: the stage has ended where nothing is."""
-        return self.value - {"v": at.v, "p": at.p, "W": at.W}[self.what]
+        reached: float = getattr(at, self.what)
+        return self.value - reached
 
     def slope(self, at: Normal, rate: float) -> float:
         """Return by how much it changes with p."""
-        return {"v": rate, "p": 1.0, "W": at.v}[self.what]
+        return rate if self.what == "v" else 1.0 if self.what == "p" else at.v
 
     def ahead(self, at: Normal, rate: float) -> float:
         """Return the dp after which the stage ends while v' = rate; inf if it never does."""
@@ -190,7 +190,7 @@ class Goal:
 
     def met(self, at: Normal) -> Normal:
         """Return the state at the end, without the rounding on the way."""
-        return Normal(**{**at.__dict__, self.what: self.value})
+        return at._replace(**{self.what: self.value})
 
 
 COMPRESSED = Goal("v", 0.0)
@@ -588,7 +588,7 @@ class _Course:
         at = at.on(dp, rate)
         at = goal.met(at) if ended else at
         if not ended and abs(at.v) <= self.small[self.row]:  # it stops as the slip does
-            at = replace(at, v=0.0)
+            at = at._replace(v=0.0)
         before = self.v
         self.v = [v + dp * change for v, change in zip(before, pace.v, strict=True)]
         self.v[self.row] = at.v
@@ -623,12 +623,13 @@ class _Course:
         self, stage: Stage, slips: tuple[int, ...], f: list[float], lost: list[float], x: Floats | None = None
     ) -> None:
         """Add impulses f (k) of the rows that are followed, which take so much; x (n) is what joints make of them."""
-        account, some, impulses, taken = self.account, self.some, np.array(f), None
+        account, some = self.account, self.some
         every = some.of_all(slips, account.rows)
         if self.single.push is not None:
-            self._phases.append((stage, every, impulses))
-            self._lost = [one + more for one, more in zip(self._lost, lost, strict=True)]
+            self._phases.append((stage, every, f))
+            self._lost = list(map(add, self._lost, lost))
             return
+        impulses, taken = np.array(f), None
         z = np.zeros(len(account.z))
         z[some.rows] = impulses if self.moved is None else self.moved.Z @ impulses
         if self.moved is not None:

@@ -84,8 +84,9 @@ class Fall:
 
     @staticmethod
     def of(facts: LawValues, element: LawElement, gap: float, udot: Floats) -> Fall:
-        """Return how an element flies from a gap (m) on, under accelerations (nu,)."""
-        return Fall(gap, facts.rate(element), facts.falling(element, udot))
+        """Return how an element flies from a gap (m) on, under accelerations (nu,); what is rounding of rest rests."""
+        rate = facts.rate(element) if gap > 0.0 or facts.sense(element) else 0.0
+        return Fall(gap, rate, facts.falling(element, udot))
 
     @property
     def left(self) -> float:

@@ -193,7 +193,7 @@ class LawValues(RowNumbers):
 
     def lying(self, elements: Iterable[LawElement]) -> str:
         """Return which rim of some elements lies flat on its plane, in words; empty where none does."""
-        rows = ((x.name, x.normals[0]) for x in elements)
+        rows = ((x.name, x.normals[0]) for x in elements if x.normals[0].rim is not None)
         return next((f"{name}: {flat}" for name, row in rows for flat in flat_rims([row], self.motion)), "")
 
     @cached_property
@@ -249,10 +249,14 @@ class LawValues(RowNumbers):
 
     def farthest(self, element: LawElement) -> float:
         """Return the largest length (m), or angle where the gap is one, of which the gap of an element is made."""
-        turns = element.name in self.laws.turning
-        pairs = zip(self.laws.mechanism.coordinates, np.abs(self.q).tolist(), strict=True)
-        own = (q for coordinate, q in pairs if (coordinate.unit == "rad") == turns)
-        return float(max([self.allowed_gap(element, 1.0), *own]))
+        return max(self.allowed_gap(element, 1.0), self._farthest[element.name in self.laws.turning])
+
+    @cached_property
+    def _farthest(self) -> tuple[float, float]:
+        """The largest coordinate that is a length, and the largest angle."""
+        turns = np.array([each.unit == "rad" for each in self.laws.mechanism.coordinates], dtype=bool)
+        sizes = np.abs(self.q)
+        return float(sizes[~turns].max(initial=0.0)), float(sizes[turns].max(initial=0.0))
 
     def falling(self, element: LawElement, udot: Floats) -> float:
         """Return the acceleration (m/s^2) with which an element closes under accelerations (nu,)."""
