@@ -733,11 +733,17 @@ _ASIDE: Final = 1e-3
 """How far, as turns and against the model's size, the position lies aside at which the rows hold the same speeds."""
 
 
-def held_speeds(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tuple[int, ...]:
+Holding = tuple[int, tuple[str, ...]]
+"""A speed by its place, and the rows that would hold it, by their names."""
+
+
+def held_speeds(
+    mechanism: Mechanism, parameters: Floats, at: LawValues, known: dict[Holding, bool]
+) -> tuple[int, ...]:
     """Return the places of the speeds that the rows of a mechanism in a mode hold at zero, here and beside.
 
     A speed is held if its unit vector lies in the space of rows that have no part of their own in motion, as a belt's
-    or a drive's has: H u = 0 and H udot = 0 for u = 0.
+    or a drive's has: H u = 0 and H udot = 0 for u = 0. `known` are speeds of which other modes have shown it.
     """
     if not mechanism.rows:
         return ()
@@ -745,22 +751,27 @@ def held_speeds(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tupl
     if not all(row.restricts for row in rows):
         return _held_beside_too(mechanism, parameters, at)
     shares = _shares_of_held(at.by_speeds[[at.place(row) for row in rows]])
-    if not shares.shape[1]:
-        return ()
-    own = tuple(row for row, share in zip(rows, shares, strict=True) if (np.abs(share) > _HELD).any())
-    held = _held_beside_too(replace(mechanism, rows=own), parameters, at)
-    return held if len(held) == shares.shape[1] else _held_beside_too(mechanism, parameters, at)
+    asked = {(k, tuple(rows[j].name for j in np.flatnonzero(np.abs(share) > _HELD))) for k, share in shares.items()}
+    new = {name for one in asked if one not in known for name in one[1]}
+    if new:
+        own = tuple(row for row in rows if row.name in new)
+        held = _held_beside_too(replace(mechanism, rows=own), parameters, at)
+        known |= {one: one[0] in held for one in asked if one not in known}
+    if all(known[one] for one in asked):
+        return tuple(sorted(shares))
+    return _held_beside_too(mechanism, parameters, at)
 
 
-def _shares_of_held(jacobian: Floats) -> Floats:
-    """Return (rows, k) what parts rows of unit length have in the unit vectors of the speeds that they could hold."""
+def _shares_of_held(jacobian: Floats) -> dict[int, Floats]:
+    """Return by place the speeds that rows of unit length could hold, and what part of each row that takes."""
     lengths = np.linalg.norm(jacobian, axis=1)
     left, sizes, right = np.linalg.svd(jacobian / np.where(lengths > 0.0, lengths, 1.0)[:, None], full_matrices=False)
     count = int((sizes > _HELD * sizes.max(initial=0.0)).sum())
     kept = right[:count]
     missed = np.linalg.norm(np.eye(jacobian.shape[1]) - kept.T @ kept, axis=0)
-    found: Floats = left[:, :count] @ (kept[:, missed <= _HELD] / sizes[:count, None])
-    return found
+    places = np.flatnonzero(missed <= _HELD)
+    found = left[:, :count] @ (kept[:, places] / sizes[:count, None])
+    return dict(zip(places.tolist(), found.T, strict=True))
 
 
 def _held_beside_too(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tuple[int, ...]:

@@ -27,7 +27,7 @@ from multibody_sym.mechanics.modes import (
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.switching.decision import NextState
-from multibody_sym.motion.switching.impact import held_speeds
+from multibody_sym.motion.switching.impact import Holding, held_speeds
 from multibody_sym.motion.switching.law_values import LawValues, has_sliding_friction, rounded_up
 from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.program.loading import Compiled
@@ -214,6 +214,7 @@ class ModePrograms:
         self._make = make
         self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
         self._known: dict[tuple[Key, tuple[float, ...]], ModeProgram] = {}
+        self._holding: dict[Holding, bool] = {}
 
     def program(self, mode: Mode, at: LawValues) -> ModeProgram:
         """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
@@ -221,7 +222,7 @@ class ModePrograms:
         if key not in self._known:
             entered = in_mode(self.mechanism, mode)
             values = self.parameters(entered, at.laws.parameters, mode, 0)
-            held = held_speeds(entered, values, at)
+            held = held_speeds(entered, values, at, {} if key[1] else self._holding)  # normals change rows
             self._known[key] = self._made(replace(entered, held=held), mode)
         return self._known[key]
 
