@@ -35,7 +35,7 @@ What is expected, where PATH leads into the object that `--json` prints (`answer
 - `formula: {PATH: TEXT}`: the formula is printed so; null: there is none.
 - `equal: {PATH: EXPRESSION}`: the formula has that value at the model's parameters, at others nearby, and at those of
   `at: {NAME: NUMBER}`.
-- `exactly: {PATH: VALUE}`: what stands there, such as `states.c: stick` or `conditions: []`.
+- `exactly: {PATH: VALUE}`: what stands there, such as `states.c: stick`, `conditions: []` or `errors.0.where.line: 3`.
 - `holds_for: {NAME: NUMBER}`: solved again with these parameters, every number is that of the formula printed before.
 - `says`, `silent`: a text, or a list of them, that the print has, and that it has not.
 - `error`: the number of the first error, with which alone a command may fail. `wrong: [PLACE, ..]`: where in the model
@@ -288,8 +288,8 @@ def test_a_command_answers_as_expected(
     verify_print(printed.err, case)
     if "error" in case:
         verify_errors(found, code, case, printed.err)
-        return
-    assert "error" not in found, printed.err
+    else:
+        assert "error" not in found, printed.err
     computed = case.keys() & {"value", "within", "events", "along", "equal"}
     letters = letters_of(text, options_of(case).get("set", {})) if computed else {}
     known = {**letters, "event": lambda k: found["events"][k]["t"]}

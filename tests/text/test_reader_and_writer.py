@@ -8,8 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.model_files import ModelPlaces, dump, dumps, load, load_with_places, loads, yaml_text
-from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.model_files import dump, dumps, load, loads, yaml_text
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.yaml_tree import read_text
 
@@ -27,12 +26,6 @@ joints:
 outputs:
   x: "position(bob, x)"
 """
-
-
-def check(text: str, name: str) -> None:
-    system = loads(text, name)
-    with ModelPlaces(name, read_text(text, name)).shown():
-        mechanism(system)
 
 
 @pytest.mark.parametrize("path", EXAMPLES + DATA, ids=lambda p: p.stem)
@@ -75,51 +68,6 @@ def test_the_text_is_what_people_would_write():
     assert "  bob: {mass: m, com: [0, -l, 0]}\n" in text
     assert '{x: "position(bob, x)"}' in text
     assert text.splitlines()[:2] == ["multibody_sym: 1", "name: pendulum"]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "column", "path", "part"),
-    [
-        ("1 kg", "1 kgg", 4, 19, "parameters.m", "did you mean kg?"),
-        ("-g, 0]", "-g*(1 + 2, 0]", 3, 14, "", "contains a comma is quoted"),
-        ("-g, 0]", "-g*, 0]", 3, 17, "gravity.1", "something is missing"),
-        ('"position(bob, x)"', '"1 + postion(bob, x)"', 10, 11, "outputs.x", "did you mean position?"),
-        ("mass: m,", "mass: 2 x,", 6, 17, "bodies.bob.mass", "2*x"),
-        ("mass: m", "mas: m", 6, 9, "bodies.bob.mas", "did you mean mass?"),
-        ("type: revolute", "type: revolut", 8, 17, "joints.hinge.type", "revolute"),
-        ("axis: z", "axis: w", 8, 61, "joints.hinge.axis", "'w'"),
-        ("[0, -l, 0]", "[0, -l]", 6, 18, "bodies.bob.com", "three"),
-        ("name: pendulum\n", "", 1, 1, "", "name is missing"),
-        ("multibody_sym: 1", "multibody_sym: 3", 1, 16, "multibody_sym", "multibody_sym: 1"),
-        ("0, -l, 0", "0, -l - m, 0", 6, 27, "bodies.bob.com.1", "a sum of m and kg"),
-        ('"position(bob, x)"', '"position(bob, x) + total_energy()"', 10, 6, "outputs.x", "a sum of"),
-        ("bodies:", "bodys:", 5, 1, "bodys", "did you mean bodies?"),
-    ],
-)
-def test_errors_of_the_model_have_their_place(old, new, line, column, path, part):
-    assert old in PENDULUM
-    with pytest.raises(InputError) as caught:
-        check(PENDULUM.replace(old, new), "p.yaml")
-    where = caught.value.where
-    assert (where.file, where.line, where.column) == ("p.yaml", line, column), str(caught.value)
-    assert ".".join(where.path) == path
-    assert part in caught.value.message
-
-
-def test_errors_that_come_up_later_have_their_place_too(tmp_path):
-    path = tmp_path / "p.yaml"
-    path.write_text(PENDULUM.replace("mass: m,", "mass: mm,"))
-    system, places = load_with_places(path)
-    with pytest.raises(InputError) as caught, places.shown():
-        mechanism(system)
-    assert str(caught.value).startswith(f"{path}:6:15: bodies.bob.mass: 'mm' is not declared")
-
-
-def test_a_column_inside_a_block_scalar_is_that_of_the_block():
-    with pytest.raises(InputError) as caught:
-        loads(PENDULUM.replace('"position(bob, x)"', ">\n    1 +\n    sine(theta)"))
-    where = caught.value.where
-    assert (where.line, where.column, "did you mean sin?" in caught.value.message) == (10, 6, True)
 
 
 @pytest.mark.parametrize(
