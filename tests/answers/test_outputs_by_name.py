@@ -52,21 +52,3 @@ def test_what_adds_up_along_a_run_is_asked_by_its_name() -> None:
     run = mbs.simulate(mbs.loads(text), t_end=0.2)
     assert answers["W"].value == pytest.approx(run["W"][-1], rel=1e-9)
     assert answers["W"].unit == "J"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("E: total_energy()}", "E: 2*E}", "outputs name each other, or themselves: E; none comes first"),
-        ("2*N, E: total_energy()", "2*E, E: twice", "outputs name each other, or themselves: twice, E"),
-        ("mass: m,", "mass: m*N,", "'N' is an output; here an expression names parameters only"),
-        ("stop: {slack: N < 12}", "stop: {slack: W < 12}", "stop.slack: W adds up along a run"),
-        ("n: N,", "n: M,", "'M' is not declared"),
-    ],
-)
-def test_wrong_names_of_outputs_are_told(old: str, new: str, said: str) -> None:
-    text = MODEL.replace(old, new)
-    text = text.replace("outputs: {", "outputs: {W: work(weight), ") if "W <" in new else text
-    with pytest.raises(mbs.ModelError) as caught:
-        mbs.solve(mbs.loads(text))
-    assert said in str(caught.value)

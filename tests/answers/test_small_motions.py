@@ -112,18 +112,6 @@ def told(rows: object) -> list[list[str]]:
     return [[text(x.expression) for x in row] for row in rows]
 
 
-def test_matrices_and_shapes_of_two_masses() -> None:
-    modes = found("two_equal_masses_three_springs")
-    assert modes.coordinates == ("x1", "x2")
-    assert told(modes.mass) == [["m", "0"], ["0", "m"]]
-    assert told(modes.stiffness) == [["k + kc", "-kc"], ["-kc", "k + kc"]]
-    shapes = [{name: text(x.expression) for name, x in mode.shape.items()} for mode in modes.modes]
-    assert shapes == [{"x1": "1", "x2": "1"}, {"x1": "1", "x2": "-1"}]
-    assert modes.stable is True
-    assert modes.about == "equilibrium"
-    assert not modes.found
-
-
 def test_shapes_solve_the_equations() -> None:
     for name in ("double_pendulum_of_two_masses", "linear_triatomic_molecule", "rod_on_a_string"):
         modes = found(name)
@@ -142,72 +130,7 @@ def test_what_moves_off_is_told_apart() -> None:
     assert [x.value for x in modes.modes[2].shape.values()] == [1.0, 1.0, 1.0]
 
 
-def test_conditions_of_stability() -> None:
-    assert found("inverted_pendulum_on_a_torsional_spring").conditions == ("c > g*l*m",)
-    assert found("bead_on_a_turning_hoop").conditions == ("R*W^2 > g",)
-    assert found("bead_on_a_turning_hoop_below").conditions == ("g > R*W^2",)
-
-
-def test_an_unstable_position_tells_how_it_is_left_and_why() -> None:
-    system = mbs.loads(BY_NAME["inverted_pendulum_on_a_torsional_spring"].text)
-    modes = mbs.modes(system, parameters={"c": 3})
-    assert modes.stable is False
-    assert modes.conditions == ("g*l*m > c",)
-    (mode,) = modes.modes
-    assert mode.motion == "grows"
-    assert precise(mode.rate.expression, {"g": 9.81, "m": 2, "l": 0.5, "c": 3}) ** 2 == pytest.approx(
-        (2 * 9.81 * 0.5 - 3) / (2 * 0.25), rel=1e-14
-    )
-
-
-def test_a_damper_slows_and_fades_one_freedom() -> None:
-    modes = found("damped_oscillator")
-    (mode,) = modes.modes
-    assert text(mode.rate.expression) == "-c/(2*m)"
-    assert abs(modes.eigenvalues[0].imag) == pytest.approx(mode.frequency.value, rel=1e-12)
-    slow = mbs.modes(mbs.loads(BY_NAME["damped_oscillator"].text), parameters={"c": 100})
-    assert [mode.motion for mode in slow.modes] == ["decays", "decays"]
-    assert sorted(mode.rate.value for mode in slow.modes) == pytest.approx(sorted(x.real for x in slow.eigenvalues))
-
-
-def test_of_several_freedoms_dampers_are_left_out_and_told() -> None:
-    text_with = BY_NAME["two_equal_masses_three_springs"].text + "  d: {type: damper, joint: A, damping: 0.1}\n"
-    modes = mbs.modes(mbs.loads(text_with))
-    assert [text(x.expression) for x in modes.frequencies] == ["sqrt(k/m)", "sqrt((k + 2*kc)/m)"]
-    assert any("dampers" in note for note in modes.notes)
-    assert max(x.real for x in modes.eigenvalues) < 0.0
-
-
 # --- the state ------------------------------------------------------------------------------------------------------
-
-
-def test_an_equilibrium_is_found_beside_the_start_with_its_formula() -> None:
-    system = mbs.loads(BY_NAME["bead_on_a_turning_hoop"].text)
-    modes = mbs.modes(system, initial={"theta": 1.0})
-    assert modes.found
-    assert text(modes.at["theta"].expression) == "acos(g/(R*W^2))"
-    assert modes.frequencies == found("bead_on_a_turning_hoop").frequencies
-
-
-@pytest.mark.parametrize("start", [1.3, 2.0, 120 * math.pi / 180])
-def test_a_place_with_a_formula_has_its_value(start: float) -> None:
-    """What a search leaves of its way to theta = 0 is not told as the number of 0."""
-    place = mbs.modes(mbs.loads(BY_NAME["simple_pendulum"].text), initial={"theta": start}).at["theta"]
-    assert (text(place.expression), place.value, str(place)) == ("0", 0.0, "0 rad")
-
-
-def test_a_steady_motion_is_found_with_the_momenta_of_the_start() -> None:
-    """From r = R a little faster than a circular orbit: the circle of the same p has radius p^2/(m k)."""
-    system = mbs.loads(BY_NAME["circular_orbit_of_keplers_force"].text)
-    speed = math.sqrt(3 / (2 * 1.5**3)) * 1.1
-    modes = mbs.modes(system, initial={"u_phi": speed})
-    radius = (2 * 1.5**2 * speed) ** 2 / (2 * 3)
-    assert modes.about == "steady motion"
-    assert modes.found
-    assert modes.held == ("phi",)
-    assert modes.at["r"].value == pytest.approx(radius, rel=1e-12)
-    assert modes.frequencies[0].value == pytest.approx(math.sqrt(3 / (2 * radius**3)), rel=1e-12)
-    assert text(modes.frequencies[0].expression) == "sqrt(k/(m*r^3))"
 
 
 def test_static_stretch_is_solved() -> None:
@@ -251,21 +174,6 @@ def test_the_record_shows_pickles_and_prints() -> None:
     data = modes.as_json()
     assert data["frequencies"][0]["expression"] == "sqrt(g*(2 - sqrt(2))/l)"
     assert data["M"][0][1] == {"value": 1.0, "expression": "2*m*l^2", "unit": ""}
-
-
-def test_a_stable_equilibrium_is_looked_for_where_the_nearest_is_not() -> None:
-    system = mbs.loads(BY_NAME["bead_on_a_turning_hoop"].text)
-    modes = mbs.modes(system, initial={"theta": 0.01})
-    assert modes.stable is True
-    assert text(modes.at["theta"].expression) == "acos(g/(R*W^2))"
-    assert mbs.modes(system, initial={"theta": 0.01}, at="equilibrium").stable is False
-
-
-def test_a_motion_that_passes_a_rest_is_told_about_that() -> None:
-    modes = mbs.modes(mbs.loads(BY_NAME["simple_pendulum"].text), initial={"u_theta": 1.0})
-    assert modes.about == "equilibrium"
-    assert text(modes.frequencies[0].expression) == "sqrt(g/l)"
-    assert any("speeds are left out" in note for note in modes.notes)
 
 
 TOP = """

@@ -1,38 +1,20 @@
-"""States that begin, in `stop` and `ask`: textbook runs, the last sample, and how they are written back."""
+"""States that begin, in `stop`: textbook runs, and the last sample of a run that a state ends."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from test_solved_modes import HEAD
 
 import multibody_sym as mbs
 
 TEXTBOOK = Path(__file__).parents[2] / "examples" / "textbook"
-THROWN = """
-parameters: {g: 10 m/s^2, a: 30 deg, mu: 0.9, m: 2 kg, v: 5 m/s}
-bodies: {ground: {surfaces: {ramp: {plane: [0, 0, 0], normal: [-sin(a), cos(a), 0]}}}, block: {mass: m}}
-joints: {J: {type: point, parent: ground, child: block, initial: {u: [v*cos(a), v*sin(a)]}}}
-contacts: {c1: {between: [block, ground.ramp], static: mu}}
-simulation: {t_end: 3 s}
-"""
-
-
-def thrown(rest: str) -> mbs.System:
-    return mbs.loads(HEAD + THROWN + rest)
 
 
 @pytest.mark.parametrize(("name", "stop", "time"), [("growing_force", "slip", 3.0), ("drum_brake", "stands", 5.0)])
 def test_textbook_runs_end_where_the_question_ends(name: str, stop: str, time: float) -> None:
     run = mbs.simulate(mbs.load(TEXTBOOK / f"{name}.yaml"), backend="python")
     assert run.stop == {"t": pytest.approx(time, rel=1e-9), "kind": "stop", "element": stop}
-
-
-def test_states_are_written_back() -> None:
-    system = thrown("stop: {rests: c1 sticks}\nask: {turn: c1 sticks, speed: {of: block, at: c1 slides}}")
-    again = mbs.loads(mbs.dumps(system))
-    assert (again.stop, again.ask) == (system.stop, system.ask)
 
 
 @pytest.mark.parametrize("omega", [50, 49.95])

@@ -38,6 +38,8 @@ joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {u: [v, 
 contacts: {c: {between: [b, ground.floor], static: mu, kinetic: mu}}
 simulation: {t_end: 5 s}
 """
+
+
 def solved(model: str, *questions: str) -> mbs.Solution:
     return mbs.solve(mbs.loads(f"{model}ask:\n" + "".join(f"  {question}\n" for question in questions)))
 

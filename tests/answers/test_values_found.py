@@ -25,6 +25,8 @@ forces: {s: {type: spring_damper, joint: j, stiffness: k, damping: c}}
 simulation: {t_end: 0.6}
 ask: {deepest: {min: y}, fastest: {min: u_y}, """
 )
+
+
 def test_an_equation_that_names_a_formula_of_time_has_no_root():
     solution = mbs.solve(mbs.loads(SPRING + "motion: {formula: y}, K: {find: k, so: motion == 0}}"))
     assert solution.answers["K"].value is None

@@ -34,7 +34,7 @@ What is expected, where PATH leads into the object that `--json` prints (`answer
   time, the names of others are their values, and `NAME_end` is a value at the end.
 - `formula: {PATH: TEXT}`: the formula is printed so; null: there is none.
 - `equal: {PATH: EXPRESSION}`: the formula has that value at the model's parameters, at others nearby, and at those of
-  `at: {NAME: NUMBER}`.
+  `at: {NAME: NUMBER}`, which may give `t` to formulas of time too.
 - `exactly: {PATH: VALUE}`: what stands there, such as `states.c: stick`, `conditions: []` or `errors.0.where.line: 3`.
 - `holds_for: {NAME: NUMBER}`: solved again with these parameters, every number is that of the formula printed before.
 - `says`, `silent`: a text, or a list of them, that the print has, and that it has not.
@@ -292,6 +292,7 @@ def test_a_command_answers_as_expected(
         assert "error" not in found, printed.err
     computed = case.keys() & {"value", "within", "events", "along", "equal"}
     letters = letters_of(text, options_of(case).get("set", {})) if computed else {}
+    letters = {**case.get("at", {}), **letters}
     known = {**letters, "event": lambda k: found["events"][k]["t"]}
     verify_values(found, case, known)
     verify_run(found, case, known)
