@@ -1,6 +1,14 @@
-"""Model files with impacts that several tests ask."""
+"""Model files with impacts that several tests ask, and what `solve` finds of the impact of a model."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import multibody_sym as mbs
+from multibody_sym.answers.records import ImpactFound
+
+STRUCK = "multibody_sym: 1\nname: struck\n"
+"""The first lines of a model without gravity."""
 
 TWO_BALLS = """
 multibody_sym: 1
@@ -18,15 +26,6 @@ joints:
 impact: {between: [a, b], normal: -x, restitution: e}
 """
 
-COIN = """
-multibody_sym: 1
-name: coin
-parameters: {m: {value: 2 kg, positive: true}, r: {value: 0.5 m, positive: true}, I: 3 N*s}
-bodies: {coin: {mass: m, inertia: {Izz: m*r^2/2}, points: {edge: [r, 0, 0]}}}
-joints: {P: {type: planar, parent: ground, child: coin}}
-impact: {impulse: [0, I, 0], at: coin.edge}
-"""
-
 CHAIN = """
 multibody_sym: 1
 name: struck chain
@@ -39,3 +38,10 @@ joints:
       initial: {q: [cos(a) + cos(2*a) + cos(3*a)/2, -sin(a) - sin(2*a) - sin(3*a)/2], u: [-sin(3*a), -cos(3*a)]}}
 impact: {between: [ball, rod3.middle], normal: [sin(3*a), cos(3*a), 0], restitution: e}
 """
+
+
+def impact_of(model: str, **options: Any) -> ImpactFound:
+    """Return the impact of a model file's text, solved with the options of `solve`."""
+    found = mbs.solve(mbs.loads(model), **options).impact
+    assert found is not None
+    return found

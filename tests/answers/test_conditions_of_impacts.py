@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from impact_models import STRUCK, impact_of
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import ImpactFound
@@ -29,7 +30,7 @@ NEAR = 1e-6
 
 def decisions(model: str, ranges: Mapping[str, tuple[float, float]], sets: int = SETS) -> tuple[int, int]:
     """Return how many parameter sets fulfil all conditions, and how many do not: each decides, or it fails."""
-    system = mbs.loads("multibody_sym: 1\nname: struck\n" + model)
+    system = mbs.loads(STRUCK + model)
     told = mbs.solve(system).impact
     assert told is not None
     assert told.conditions, told.notes
@@ -111,9 +112,8 @@ def test_of_a_rod_that_strikes_a_rough_floor(law: str, u: str, angle: str) -> No
 @pytest.mark.parametrize(("law", "u", "angle"), [COURSES[2], COURSES[1]])
 def test_energy_that_slip_takes_which_turns_round_has_a_formula(law: str, u: str, angle: str) -> None:
     """At other parameters in the range of its conditions it is what the kinetic energies of an impact there say."""
-    text = "multibody_sym: 1\nname: struck\n" + ROD.replace("LAW", law).replace("U,", f"{u},").replace("ANGLE", angle)
-    told = mbs.solve(mbs.loads(text)).impact
-    assert told is not None
+    text = STRUCK + ROD.replace("LAW", law).replace("U,", f"{u},").replace("ANGLE", angle)
+    told = impact_of(text)
     assert told.energy_lost.expression is not None, told.notes
     rng, ranges, held = np.random.default_rng(5), {"u": (0.1, 2.0), **WIDE}, 0
     while held < 3:
@@ -137,8 +137,7 @@ def test_of_a_rod_that_strikes_a_rough_floor_often(law: str, u: str, angle: str)
 def test_more_friction_than_lets_a_rod_slide_breaks_a_condition() -> None:
     """At 60 deg and mu = 1.5 the harder it is pressed the more it slips: 13 - 9 sqrt(3) mu < 0 there."""
     model = ROD.replace("LAW", "newton").replace("U,", "1.5,").replace("ANGLE", "60 deg")
-    told = mbs.solve(mbs.loads("multibody_sym: 1\nname: struck\n" + model)).impact
-    assert told is not None
+    told = impact_of(STRUCK + model)
     given = {"u": 1.5, "v": 3.0, "e": 0.5, "mu": 0.2, "a": math.radians(60)}
     assert all_hold(told.conditions, given) is True
     assert all_hold(told.conditions, given | {"mu": 1.5}) is False
@@ -189,6 +188,5 @@ impact: {c1: {between: [b, a], normal: x, restitution: e}, c2: {between: [c, b],
 
 def test_equal_balls_one_by_one_say_that_the_first_closes_again_unless_nothing_is_lost() -> None:
     """After c1 and c2 the first closes with (1 - e)^2 v/4."""
-    told = mbs.solve(mbs.loads("multibody_sym: 1\nname: row\n" + ROW_OF_THREE)).impact
-    assert told is not None
+    told = impact_of("multibody_sym: 1\nname: row\n" + ROW_OF_THREE)
     assert dict(told.limits) == {"(e - 1)^2 <= 0": "c1 closes again"}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
+from impact_models import STRUCK, impact_of
 
 import multibody_sym as mbs
-from multibody_sym.answers.records import ImpactFound
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.scalars.elementary import leaves
@@ -15,7 +15,6 @@ from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
-HEAD = "multibody_sym: 1\nname: struck\n"
 ROD = """
 parameters: {m: {value: 1 kg, positive: true}, l: {value: 1 m, positive: true}, v: {value: 3 m/s, positive: true},
   u: {value: 1.5 m/s, positive: true}, e: {value: 0.5, positive: true}, mu: {value: 0.2, positive: true}}
@@ -27,12 +26,6 @@ joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a],
 contacts: {c: {between: [rod.tip, ground.floor], static: mu, kinetic: mu, restitution: e}}
 impact: {contacts: c, law: LAW}
 """
-
-
-def found(model: str, **asked: object) -> ImpactFound:
-    told = mbs.solve(mbs.loads(HEAD + model), **asked).impact  # type: ignore[arg-type]
-    assert told is not None
-    return told
 
 
 def at(value: Value, **numbers: float) -> float:
@@ -51,7 +44,7 @@ def test_a_rod_whose_tip_slips_back_has_rouths_formula(law: str) -> None:
     knn, ktt, knt = 1 + 12 * 0.09, 1 + 12 * 0.16, 12 * 0.3 * 0.4
     assert abs(knt) > 0.2 * ktt  # it does not stick
     mu, e, vn = 0.2, 0.5, -3.0
-    back = found(model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
+    back = impact_of(STRUCK + model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
     stop = 0.3 / (mu * ktt + knt)
     first, then = knn + mu * knt, knn - mu * knt
     reached = vn + first * stop
@@ -69,7 +62,7 @@ def test_a_rod_whose_tip_slips_back_has_rouths_formula(law: str) -> None:
     for value in (normal, friction, back.after["u_a"], *([back.energy_lost] if law == "newton" else [])):
         assert at(value, **NUMBERS | {"u": -0.3}) == pytest.approx(value.value, rel=1e-10)
     changed = {"v": 2.0, "u": -0.2, "e": 0.4}
-    system = mbs.loads(HEAD + model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
+    system = mbs.loads(STRUCK + model.replace("u: {value: 1.5 m/s, positive: true}", "u: -0.3 m/s"))
     again = outcome(posed_impact(Overrides(changed).of(system)))
     assert at(normal, **NUMBERS | changed) == pytest.approx(again.impulses[0], rel=1e-10)
     assert back.conditions
@@ -89,7 +82,7 @@ impact: {contacts: c, tangential_restitution: b}
 
 
 def test_a_superball_has_the_books_formula() -> None:
-    told = found(SUPERBALL)
+    told = impact_of(STRUCK + SUPERBALL)
     expression = told.after["u_x"].expression
     assert expression is not None
     assert len(text(expression)) < 60
@@ -113,7 +106,7 @@ impact: {contacts: c}
 
 def test_in_space_what_sticks_stays_within_its_cone() -> None:
     """A particle stops along the floor where m sqrt(a^2 + b^2) <= mu m (1 + e) v; 0.5 <= 0.9 here."""
-    told = found(BALL_IN_SPACE)
+    told = impact_of(STRUCK + BALL_IN_SPACE)
     assert [told.after[name].value for name in list(told.after)[:2]] == pytest.approx([0, 0], abs=1e-15)
     (condition,) = told.conditions
     assert told.limits[condition] == "c slips"
@@ -122,13 +115,13 @@ def test_in_space_what_sticks_stays_within_its_cone() -> None:
         sides = [eval(side.replace("^", "**"), {"sqrt": math.sqrt, **NUMBERS, "a": 0.3, "b": 0.4, "mu": mu})
                  for side in (left, right)]
         assert (sides[0] >= sides[1]) is holds
-    slid = found(BALL_IN_SPACE, parameters={"mu": 0.1})
+    slid = impact_of(STRUCK + BALL_IN_SPACE, parameters={"mu": 0.1})
     assert slid.after[next(iter(slid.after))].value == pytest.approx(0.3 * (1 - 0.45 / 0.5), rel=1e-12)
     assert all("slips" not in broken for broken in slid.limits.values())
 
 
 def test_the_energy_that_several_contacts_take_has_a_formula() -> None:
-    told = found("""
+    told = impact_of(STRUCK + """
 parameters: {m: {value: 1 kg, positive: true}, v: {value: 2 m/s, positive: true}, e: {value: 0.5, positive: true}}
 bodies: {b1: {mass: m}, b2: {mass: m}, b3: {mass: m}}
 joints:

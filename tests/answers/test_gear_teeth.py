@@ -10,7 +10,6 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import generalized_forces
 from multibody_sym.mechanics.resolve import mechanism
@@ -331,29 +330,6 @@ joints:
 constraints:
   g: {type: gear, joints: [A, B], ratio: -s/r, radii: [r, s]}
 """
-
-
-@pytest.mark.parametrize(
-    ("change", "message", "place"),
-    [
-        (("ratio: -s/r", "ratio: -r/s"), "-0.5 and the radii 0.1 and 0.2 contradict", "ratio"),
-        (("ratio: -s/r", "ratio: s/r"), "inside each other need axes 0.1 m apart", "radii"),
-        (("d: 0.3", "d: 0.35"), "0.35 m apart; wheels of radii 0.1 and 0.2 m that touch outside need 0.3", "radii"),
-        (("radii: [r, s]", "radii: [r, s], acts: in_joints"), "at the tooth or in the joints", "acts"),
-        (("radii: [r, s]", "at: ground.p"), "goes with radii", "at"),
-        (("radii: [r, s]", "radii: [r, -s]"), "radii are positive", "radii"),
-        (("ground.p, child: b", "ground.high, child: b"), "lie in one plane", "at"),
-        (("ground.p, child: b", "ground.skew, child: b"), "neither parallel nor meet", "radii"),
-        (("parent: ground.p, child: b", "parent: box, child: b"), "one body, on which both axes stay", "joints"),
-        (("type: revolute, parent: ground, child: a, axis: z", "type: prismatic, parent: ground, child: a, axis: z"),
-         "'A' is no revolute joint", "joints"),
-    ],
-)  # fmt: skip
-def test_radii_that_contradict_are_refused(change: tuple[str, str], message: str, place: str) -> None:
-    assert change[0] in PAIR
-    with pytest.raises(ModelError, match=message) as caught:
-        mechanism(mbs.loads(PAIR.replace(*change)))
-    assert caught.value.where.path[:3] == ("constraints", "g", place)
 
 
 def test_a_point_tells_the_plane_of_the_wheels() -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
+from impact_models import STRUCK, impact_of
 
 import multibody_sym as mbs
-from multibody_sym.answers.records import ImpactFound
 
-HEAD = "multibody_sym: 1\nname: struck\n"
 WALL = """
 parameters: {m: 2, l: 1, mu: 0.6, r: 0.1, e: 0.5, f: 0}
 bodies:
@@ -19,12 +18,6 @@ joints: {H: {type: revolute, parent: ground, child: rod, axis: z, q: a, initial:
 forces: {rub: {type: friction, joint: H, kinetic: mu, radius: r}}
 contacts: {c: {between: [rod.tip, ground.wall], restitution: e, kinetic: f}}
 """
-
-
-def found(model: str) -> ImpactFound:
-    told = mbs.solve(mbs.loads(HEAD + model)).impact
-    assert told is not None
-    return told
 
 
 def test_a_journal_and_a_wall_by_the_body_cut_free() -> None:
@@ -41,7 +34,7 @@ def test_a_journal_and_a_wall_by_the_body_cut_free() -> None:
     for _ in range(200):  # p that stops it: dw = -w
         p = (low + high) / 2
         low, high = (p, high) if left(-w, p) > 0 else (low, p)
-    told = found(WALL + "impact: {law: poisson}\n")
+    told = impact_of(STRUCK + WALL + "impact: {law: poisson}\n")
     compressed = p
     assert told.impulses["c"]["normal"].value == pytest.approx((1 + e) * compressed, rel=1e-12)
     after = told.after["u_a"].value
@@ -54,10 +47,10 @@ def test_a_journal_and_a_wall_by_the_body_cut_free() -> None:
 @pytest.mark.parametrize("f", [0, 0.3])
 @pytest.mark.parametrize("e", [0, 0.5, 1])
 def test_solve_and_runs_have_one_answer(e: float, f: float) -> None:
-    model = mbs.loads(HEAD + WALL)
+    model = mbs.loads(STRUCK + WALL)
     changed = {"e": e, "f": f}
     run = mbs.simulate(model, parameters=changed, t_end=1e-9)
-    told = mbs.solve(mbs.loads(HEAD + WALL + "impact: closing\n"), parameters=changed).impact
+    told = mbs.solve(mbs.loads(STRUCK + WALL + "impact: closing\n"), parameters=changed).impact
     assert told is not None
     assert told.law == "poisson"
     assert told.impulses["c"]["normal"].value == pytest.approx(run.events[0]["impulse"], rel=1e-12)
@@ -67,9 +60,9 @@ def test_solve_and_runs_have_one_answer(e: float, f: float) -> None:
 def test_what_bounces_in_a_run_rubs_in_its_joints() -> None:
     """An impulse in proportion to the speed, as by the body cut free above: a smooth hinge would ask for 7/6 of it."""
     smooth = WALL.replace(", kinetic: f}", "}")
-    model = mbs.loads(HEAD + smooth + "gravity: [0, -9.81, 0]\nsimulation: {samples: 20001}\n")
+    model = mbs.loads(STRUCK + smooth + "gravity: [0, -9.81, 0]\nsimulation: {samples: 20001}\n")
     run = mbs.simulate(model, initial={"a": -0.9, "u_a": -3}, t_end=0.5)
     hit = next(event for event in run.events if "impulse" in event)
     before = float(run["u_a"][int(run.t.searchsorted(hit["t"])) - 1])
-    told = found(WALL + "impact: {law: poisson}\n").impulses["c"]["normal"].value
+    told = impact_of(STRUCK + WALL + "impact: {law: poisson}\n").impulses["c"]["normal"].value
     assert hit["impulse"] / before == pytest.approx(told / -3.0, rel=1e-3)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import random
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import pytest
 
 import multibody_sym as mbs
@@ -96,43 +94,3 @@ def test_a_ladder_that_slides_at_both_ends_has_short_forms(wall: str) -> None:
         assert {name: value(formula, point) for name, formula in found.items()} == expected
     assert max(len(text(formula)) for formula in found.values()) <= LONGEST
     assert not solution.notes
-
-
-POLE = """\
-multibody_sym: 1
-name: pole
-gravity: [0, -g, 0]
-parameters: {g: 9.81, m: 10 kg, l: 3 m, h: 1 m, al: 40 deg, mu: 0.2}
-bodies:
-  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, edge: {point: ["h/tan(al)", h, 0]}}}
-  pole: {mass: m, inertia: {Izz: m*l^2/12}, points: {foot: [-l/2, 0, 0]}, surfaces: {side: SIDE}}
-joints: {j: {type: planar, parent: ground, child: pole, initial: {q: ["l/2*cos(al)", "l/2*sin(al)", al]}}}
-contacts:
-  foot: {between: [pole.foot, ground.floor], static: mu}
-  edge: {between: [pole.side, ground.edge], static: mu}
-"""
-BAR = "{segment: [[-l/2, 0, 0], [l/2, 0, 0]]NORMAL}"
-
-
-def test_a_bar_whose_both_sides_are_touched_says_that_one_may_be_meant() -> None:
-    """A pole over the edge of a wall: by both sides it is clamped by any force; from below it slides, in one way."""
-    clamped, lies = (mbs.solve(mbs.loads(POLE.replace("SIDE", BAR.replace("NORMAL", x)))) for x in ("", ", normal: -y"))
-    assert clamped.verdict == "several"
-    assert any("edge.left and edge.right press at once" in note and "normal" in note for note in clamped.notes)
-    assert (lies.verdict, dict(lies.states)) == ("one", {"foot": "slide-", "edge": "slide-"})
-    assert not any("at once" in note for note in lies.notes)
-    c, s = math.cos(math.radians(40)), math.sin(math.radians(40))
-    arm = 1 / s - 1.5  # of the edge, from the middle
-    x, y, turn, foot, edge = np.linalg.solve(  # x'', y'', theta'', N of the floor, N of the edge across the pole
-        [
-            [10, 0, 0, -0.2, s - 0.2 * c],
-            [0, 10, 0, -1, -c - 0.2 * s],
-            [0, 0, 7.5, 1.5 * (c - 0.2 * s), -arm],
-            [0, 1, -1.5 * c, 0, 0],
-            [-s, c, arm, 0, 0],
-        ],
-        [0, -98.1, 0, 0, 0],
-    )
-    found = [lies.accelerations[name].value for name in ("j_x", "j_y", "j_theta")]
-    assert found == pytest.approx([x, y, turn], rel=1e-12)
-    assert min(foot, edge) > 0.0

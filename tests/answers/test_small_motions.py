@@ -108,10 +108,6 @@ def test_frequencies_are_eigenvalues_at_many_parameters(name: str) -> None:
 # --- matrices, shapes, stability ------------------------------------------------------------------------------------
 
 
-def told(rows: object) -> list[list[str]]:
-    return [[text(x.expression) for x in row] for row in rows]
-
-
 def test_shapes_solve_the_equations() -> None:
     for name in ("double_pendulum_of_two_masses", "linear_triatomic_molecule", "rod_on_a_string"):
         modes = found(name)
