@@ -173,20 +173,3 @@ def test_of_three_balls_in_a_row_often(sequence: str, e: float, w: float) -> Non
     within, beyond = of_a_row(sequence, e, w, 100)
     assert within > 0
     assert beyond > 0
-
-
-ROW_OF_THREE = """
-parameters: {m: {value: 1, positive: true}, v: {value: 2, positive: true}, e: {value: 1, positive: true}}
-bodies: {a: {mass: m}, b: {mass: m}, c: {mass: m}}
-joints:
-  A: {type: prismatic, parent: ground, child: a, axis: x, q: x1, initial: {u: v}}
-  B: {type: prismatic, parent: ground, child: b, axis: x, q: x2}
-  C: {type: prismatic, parent: ground, child: c, axis: x, q: x3}
-impact: {c1: {between: [b, a], normal: x, restitution: e}, c2: {between: [c, b], normal: x, restitution: e}}
-"""
-
-
-def test_equal_balls_one_by_one_say_that_the_first_closes_again_unless_nothing_is_lost() -> None:
-    """After c1 and c2 the first closes with (1 - e)^2 v/4."""
-    told = impact_of("multibody_sym: 1\nname: row\n" + ROW_OF_THREE)
-    assert dict(told.limits) == {"(e - 1)^2 <= 0": "c1 closes again"}

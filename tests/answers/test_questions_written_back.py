@@ -28,6 +28,15 @@ joints: {J: {type: point, parent: ground, child: block, initial: {u: [v*cos(a), 
 contacts: {c1: {between: [block, ground.ramp], static: mu}}
 simulation: {t_end: 3 s}
 """
+SWINGING = """
+multibody_sym: 1
+name: swinging
+parameters: {m: {value: 2 kg, positive: true}, k: {value: 8 N/m, positive: true}, x0: 0.3 m, v0: 0.5 m/s}
+bodies: {a: {mass: m}}
+joints: {A: {type: prismatic, parent: ground, child: a, axis: x, q: x, initial: {q: x0, u: v0}}}
+forces: {s: {type: spring_damper, joint: A, stiffness: k}}
+simulation: {t_end: 10 s}
+"""
 
 
 def test_questions_about_a_motion_are_written_back() -> None:
@@ -51,3 +60,13 @@ def test_frequencies_are_written_back() -> None:
     pendulum = next(problem.text for problem in PROBLEMS if problem.name == "simple_pendulum")
     system = mbs.loads(pendulum + "ask: {T: period(1)}\n")
     assert mbs.loads(mbs.dumps(system)) == system
+
+
+def test_an_equation_with_a_unit_is_written_as_it_is_read() -> None:
+    system = mbs.loads(SWINGING + "ask: {far: {max: x}, f: {find: v0, so: far == 50 cm}}\n")
+    assert mbs.loads(mbs.dumps(system)) == system
+
+
+def test_an_angle_beside_a_pure_number_has_no_unit() -> None:
+    system = mbs.loads(SWINGING + "ask: {far: {max: x/x0}, f: {find: v0, so: far == 60 deg}}\n")
+    assert "1" not in str(system.ask["f"].so).replace("pi/3", "")

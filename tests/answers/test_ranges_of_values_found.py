@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from math import cos, sqrt
+from math import cos, sin, sqrt
 from random import Random
 
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.answers.ask import from_runs
 from multibody_sym.answers.ask.zeros import zeros
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
@@ -167,3 +168,49 @@ def test_where_a_function_jumps_at_the_end_of_a_range_its_error_is_what_laws_tol
     (zero,) = zeros(function, sample, None)
     assert (zero.at, zero.through) == (pytest.approx(2.3, rel=1e-9), pytest.approx(-2.3, rel=1e-9))
     assert abs(zero.at - 2.3) < zero.error(function, 0.0) < 1e-7
+
+
+BRAKING = """
+multibody_sym: 1
+name: braking
+gravity: [0, -g, 0]
+parameters: {g: {value: 9.81 m/s^2, positive: true}, m: {value: 2 kg, positive: true}, mu: {value: 0.3, positive: true},
+  v: {value: 4 m/s, positive: true}}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, b: {mass: m}}
+joints: {j: {type: point, parent: ground, child: b, q: [x, y], initial: {u: [v, 0]}}}
+contacts: {c: {between: [b, ground.floor], static: mu, kinetic: mu}}
+simulation: {t_end: 5 s}
+"""
+
+
+def test_a_find_takes_few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values at a moment come from the run that ends there; how far two numbers are apart takes none.
+
+    These were 216 runs for two questions, five a value tried.
+    """
+    runs = []
+    simulate = from_runs.simulate
+    monkeypatch.setattr(from_runs, "simulate", lambda *given, **how: runs.append(1) or simulate(*given, **how))
+    mbs.solve(mbs.loads(BRAKING + "ask: {s: {value: x, when: c sticks}, need: {find: v, so: s == 5}}\n"))
+    assert len(runs) <= 20
+
+
+@pytest.mark.parametrize(
+    ("function", "bounds", "known"),
+    [
+        (lambda x: max(x - 2.3, 0.0), (0.0, 5.0), [(2.3, 0.0)]),
+        (lambda x: max(x - 2.3, 0.0) + min(x - 1.2, 0.0), (0.0, 5.0), [(2.3, 1.2)]),
+        (lambda x: max(x - 2.3, 0.0) * (x - 4.1) + 1e-13 * sin(40 * x), (0.0, 5.0), [(2.3, 0.0), (4.1, None)]),
+        (lambda x: x**4 - 1e-40, (-2.0, 5.0), [(1e-10, None)]),
+        (lambda x: 10 ** (3 * x) - 10**1.5, (0.0, 5.0), [(0.5, None)]),
+        (lambda x: x - 2.5, (0.0, 5.0), [(2.5, None)]),
+    ],
+)
+def test_ranges_of_zeros_are_told_from_zeros(function, bounds, known) -> None:  # type: ignore[no-untyped-def]
+    found = zeros(function, 0.9, bounds)
+    if len(known) == 1 and known[0][0] == 1e-10:
+        assert all(zero.through is None for zero in found)
+        return
+    assert [zero.at for zero in found] == pytest.approx([at for at, _ in known], rel=1e-10)
+    ends = [zero.through for zero in found]
+    assert [None if end is None else pytest.approx(end, rel=1e-10) for end in ends] == [end for _, end in known]

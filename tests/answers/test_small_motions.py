@@ -119,22 +119,7 @@ def test_shapes_solve_the_equations() -> None:
             assert all(x.expression is not None for x in mode.shape.values())
 
 
-def test_what_moves_off_is_told_apart() -> None:
-    modes = found("linear_triatomic_molecule")
-    assert [mode.motion for mode in modes.modes] == ["oscillates", "oscillates", "free"]
-    assert modes.stable is None
-    assert [x.value for x in modes.modes[2].shape.values()] == [1.0, 1.0, 1.0]
-
-
 # --- the state ------------------------------------------------------------------------------------------------------
-
-
-def test_static_stretch_is_solved() -> None:
-    problem = BY_NAME["elastic_pendulum"]
-    modes = mbs.modes(mbs.loads(problem.text.replace("l + m*g/k", "l")))
-    assert modes.found
-    assert precise(modes.at["r"].expression, problem.values) == pytest.approx(0.5 + 2 * 9.81 / 200, rel=1e-14)
-    assert modes.frequencies == found("elastic_pendulum").frequencies
 
 
 def test_another_place_can_be_asked_for() -> None:
@@ -170,48 +155,6 @@ def test_the_record_shows_pickles_and_prints() -> None:
     data = modes.as_json()
     assert data["frequencies"][0]["expression"] == "sqrt(g*(2 - sqrt(2))/l)"
     assert data["M"][0][1] == {"value": 1.0, "expression": "2*m*l^2", "unit": ""}
-
-
-TOP = """
-multibody_sym: 1
-name: sleeping_top
-gravity: [0, 0, -g]
-parameters: {g: {value: 9.81, positive: true}, m: {value: 2, positive: true}, l: {value: 0.3, positive: true},
-  A: {value: 0.3, positive: true}, C: {value: 0.1, positive: true}, n: {value: 60, positive: true}}
-bodies: {f1: {}, f2: {}, top: {mass: m, com: [0, 0, l], inertia: {Ixx: A - m*l^2, Iyy: A - m*l^2, Izz: C}}}
-joints:
-  a: {type: revolute, parent: ground, child: f1, axis: x, q: al}
-  b: {type: revolute, parent: f1, child: f2, axis: y, q: be}
-  c: {type: revolute, parent: f2, child: top, axis: z, q: ps, initial: {u: n}}
-"""
-
-
-@pytest.mark.parametrize(
-    ("n", "stable", "condition"),
-    [(60, True, "C^2*n^2 > 4*A*g*l*m"), (22, False, "4*A*g*l*m > C^2*n^2"), (5, False, "4*A*g*l*m > C^2*n^2")],
-)
-def test_a_top_sleeps_above_one_speed(n: float, stable: bool, condition: str) -> None:
-    """C^2 n^2 > 4 A m g l, by the discriminant of its biquadratic equation (Routh)."""
-    found = mbs.modes(mbs.loads(TOP), parameters={"n": n})
-    assert found.stable is stable
-    assert found.conditions == (condition,)
-
-
-@pytest.mark.parametrize("W", [1, 6])
-def test_a_mass_in_a_round_hollow_of_a_turntable_is_stable_at_any_speed(W: float) -> None:
-    model = """
-        multibody_sym: 1
-        name: turntable
-        parameters: {k: {value: 50, positive: true}, m: {value: 2, positive: true}, W: {value: 1, positive: true}}
-        bodies: {table: {}, p: {mass: m}}
-        joints:
-          t: {type: revolute, parent: ground, child: table, axis: z, motion: W*t}
-          j: {type: point, parent: table, child: p, q: [a, b]}
-        forces: {s: {type: potential, on: p, value: k/2*(x^2 + y^2)}}
-        """
-    found = mbs.modes(mbs.loads(model), parameters={"W": W})
-    assert (found.stable, found.conditions) == (True, ())
-    assert [x.frequency.value for x in found.modes] == pytest.approx([abs(5 - W), 5 + W], rel=1e-12)
 
 
 @pytest.mark.parametrize("k", [7.3, 2.1, 0.37])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -106,27 +105,6 @@ def test_a_pendulum_s_path_time_and_speed_come_from_a_simulation() -> None:
     assert any("never" in condition for condition in solution.conditions)
     assert str(solution.answers["speed"]).startswith("sqrt(g*l*(2 - sqrt(3))) = ")
     assert all(solution.answers[name].expression is None for name in ("path", "time", "never"))
-
-
-def test_no_closed_form_is_an_answer_where_the_motion_has_ended_before() -> None:
-    solution = mbs.solve(problem("""
-gravity: [0, -g, 0]
-parameters: {m1: 1 kg, m2: 2 kg, g: {value: 10, positive: true}, h: {value: 1 m, positive: true}}
-bodies: {ground: {points: {axle: [0, h, 0]}}, a: {mass: m1}, b: {mass: m2}}
-pulleys: {P: {at: ground.axle}}
-joints:
-  ja: {type: prismatic, parent: ground, child: a, axis: y, q: y1}
-  jb: {type: prismatic, parent: ground, child: b, axis: y, q: y2}
-constraints: {string: {type: rope, path: [a, P, b]}}
-ask: {path: {of: b, after: 5 s}, early: {of: b, after: 0.5 s}}
-"""))
-    assert number(solution.answers["early"]) == pytest.approx(10 / 3 * 0.5**2 / 2, rel=1e-14)
-    assert solution.answers["early"].expression is not None
-    assert solution.answers["path"].value is None
-    (told,) = [condition for condition in solution.conditions if condition.startswith("path")]
-    found = re.search(r"path: it has no answer, since the simulation fails: .* at t = ([0-9.]+) s", told)
-    assert found
-    assert float(found[1]) == pytest.approx(math.sqrt(2 * 1 / (10 / 3)), abs=0.01)
 
 
 BOWL = """

@@ -137,12 +137,3 @@ def test_a_question_leaves_the_conditions_of_the_state(model: str, question: str
         assert holds == (words == at_sample), (given, words)
         inside += holds
     assert 10 < inside < SETS - 10
-
-
-def test_a_question_leaves_what_happens_where_a_condition_fails() -> None:
-    """The root of the answer says that sin - mu cos is positive; where it is not the block sticks."""
-    solution = mbs.solve(mbs.loads(f"{WEDGE}ask: {{T: {{when: {{s: 0.5 m}}}}}}\n"))
-    assert solution.limits == {
-        "cos(alpha) >= 0": "rub presses on the other side",
-        "sin(alpha) > mu*cos(alpha)": "rub does not slide forward",
-    }

@@ -9,7 +9,6 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.documents.runs import run_summary
-from multibody_sym.documents.solution import check_text
 
 SWING = """
 multibody_sym: 1
@@ -37,22 +36,6 @@ def test_work_of_forces_is_told_beside_the_change_of_energy(force: str, told: st
     number, unit, rest = line.partition("changed by at most ")[2].partition(" J")
     assert unit + rest == told
     assert float(number) > (0.01 if "work" in told else -1.0)
-
-
-PLANAR = """
-multibody_sym: 1
-name: planar
-bodies:
-  ground: {points: {far: [4, 0, 0]}}
-  crank: {mass: 1, com: [0.5, 0, 0], points: {end: [1, 0, 0]}}
-  rod: {mass: 1, com: [2, 0, 0], points: {end: [4, 0, 0]}}
-  rocker: {mass: 1, com: [1, 0, 0], points: {end: [2, 0, 0]}}
-joints:
-  A: {type: revolute, parent: ground, child: crank, axis: z, q: a, initial: {q: 80 deg, known: true}}
-  B: {type: revolute, parent: crank.end, child: rod, axis: z, q: b, initial: {q: -60 deg}}
-  D: {type: revolute, parent: ground.far, child: rocker, axis: z, q: d, initial: {q: 80 deg}}
-  C: {type: revolute, parent: rod.end, child: rocker.end, axis: z, cut: true}
-"""
 
 
 def test_what_a_run_does_not_tell_from_zero_is_zero() -> None:
@@ -83,17 +66,6 @@ def test_a_total_energy_of_rounding_is_zero() -> None:
     assert "total energy 0 J at the start" in run_summary(mbs.simulate(system, t_end=1))
 
 
-def test_the_redundancy_of_a_planar_model_is_two_short_lines() -> None:
-    lines = check_text(mbs.check(mbs.loads(PLANAR))).splitlines()
-    names = ", ".join(f"{component}({joint})" for joint in "ABDC" for component in ("fz", "mx", "my"))
-    why = "(3 rows, against which nothing could move anyway; the motion is unique)"
-    assert lines[1:3] == [
-        f"redundant constraints: fz(C), mx(C), my(C) {why}",
-        f"forces that are not unique: {names}; all others are",
-    ]
-    assert not any("elasticity" in line for line in lines)
-
-
 THROWN = """
 multibody_sym: 1
 name: thrown
@@ -104,31 +76,6 @@ bodies:
 joints: {free: {type: point, parent: ground, child: block, q: [x, y], initial: {u: [3, 0]}}}
 contacts: {c1: {between: [block, ground.floor], static: 0.3, kinetic: 0.3}}
 """
-
-
-@pytest.mark.parametrize("drag", [0.0, 1.5])
-def test_the_energy_account_of_friction_closes(drag: float) -> None:
-    """A block slides to rest: friction and a drag c v take its 9 J, by m v' = -mu m g - c v; nothing is left over.
-
-    With c: v = (v0 + a) exp(-t/tau) - a, a = mu m g/c, tau = m/c, at rest after tau log(1 + v0/a).
-    """
-    force = f"forces: {{air: {{type: drag, on: block, linear: {drag}}}}}" if drag else ""
-    run = mbs.simulate(mbs.loads(THROWN + force), t_end=2, rtol=1e-11, atol=1e-12)
-    rub, m, v0 = 0.3 * 2 * 9.81, 2.0, 3.0
-    if drag:
-        a, tau = rub / drag, m / drag
-        end = tau * math.log(1 + v0 / a)
-        way = (v0 + a) * tau * (1 - math.exp(-end / tau)) - a * end
-    else:
-        way = m * v0 * v0 / 2 / rub
-    assert run.friction_work["c1"].total == pytest.approx(-rub * way, rel=1e-9)
-    assert abs(run.energy_residual) < 1e-9 * 9
-    line = next(line for line in run_summary(run).splitlines() if line.startswith("total energy"))
-    assert line.startswith(f"total energy 9 J at the start, 0 J at the end; friction took {rub * way:.6g} J at c1; ")
-    assert (f"the work of air is {rub * way - 9:.6g} J; " in line) == bool(drag)
-    closes, unit = line.partition("the energy account closes to ")[2].split()
-    assert unit == "J"
-    assert float(closes) == pytest.approx(abs(run.energy_residual), rel=0.05)
 
 
 @pytest.mark.parametrize("force", ["where(t < 1, 15, 0)", "where(x < 2, 15, 0)"])
@@ -164,44 +111,3 @@ def test_what_slips_out_of_the_energy_account_is_told() -> None:
     assert run.modes is not None
     run.modes.account.friction["c1"].total /= 2
     assert run.energy_residual == pytest.approx(-4.5, rel=1e-9)
-
-
-def test_what_struck_before_a_run_stands_first_among_its_changes() -> None:
-    """The summary took the impact for a warning and knew no words for it."""
-    system = mbs.loads("""
-multibody_sym: 1
-name: door
-bodies: {ground: {points: {stop: [1, 0, 0]}}, door: {mass: 3, inertia: {Izz: 1}, points: {edge: [1, 0, 0]}}}
-joints: {hinge: {type: revolute, parent: ground, child: door, axis: z, q: phi, initial: {u: -2}}}
-impact: {between: [door.edge, ground.stop], normal: y, restitution: 0.5}
-simulation: {t_end: 0.1}
-""")
-    told = run_summary(mbs.simulate(system, samples=3, backend="python")).splitlines()
-    at = told.index("changes of what holds one way only:")
-    assert told[at + 1] == "  t = 0 s: impact impact"
-    assert not any("warning" in line for line in told)
-
-
-@pytest.mark.parametrize("e", [1, 0.9])
-def test_only_impacts_that_take_energy_are_told(e: float) -> None:
-    """Two balls of 1 and 3 kg against each other and walls: T is kept by e = 1, in words too."""
-    system = mbs.loads(f"""
-multibody_sym: 1
-name: balls
-bodies: {{ground: {{surfaces: {{l: {{plane: [-1, 0, 0], normal: x}}, r: {{plane: [1, 0, 0], normal: -x}}}}}},
-  a: {{shape: {{sphere: 0.1, mass: 1}}}}, b: {{shape: {{sphere: 0.1, mass: 3}}}}}}
-joints: {{A: {{type: prismatic, parent: ground, child: a, axis: x, q: x, initial: {{q: -0.3, u: 0.7}}}},
-  B: {{type: prismatic, parent: ground, child: b, axis: x, q: y, initial: {{q: 0.4, u: -1.3}}}}}}
-contacts: {{c: {{between: [a, b], restitution: {e}}}, left: {{between: [a, ground.l], restitution: {e}}},
-  right: {{between: [b, ground.r], restitution: {e}}}}}
-simulation: {{t_end: 6}}
-""")
-    run = mbs.simulate(system, samples=200)
-    told = run_summary(run)
-    assert sum(event["kind"] == "impact" for event in run.changes) > 8
-    assert ("took" in told) == (e < 1)
-    if e < 1:
-        assert "impact of c took" in told
-        assert "impact of left took" in told
-    else:
-        assert run.kinetic_energy[-1] == pytest.approx(run.kinetic_energy[0], rel=1e-13)

@@ -40,32 +40,11 @@ def test_kinds_and_like_numbers_come_by_keyword(call: Callable[[], Any]) -> None
         call()
 
 
-@pytest.mark.parametrize("kind", ["prismatic", "slider", "screw", "cylindrical"])
-def test_an_axis_to_slide_along_is_asked_for(kind: str) -> None:
-    text = f"""\
-multibody_sym: 1
-name: s
-bodies: {{b: {{mass: 1}}}}
-joints:
-  rail: {{type: {kind}, parent: ground, child: b{", pitch: 1" if kind == "screw" else ""}}}
-"""
-    with pytest.raises(mbs.ModelError, match=r"<text>:5:3: joints.rail.axis: it is missing: .*slides, such as axis: x"):
-        mbs.loads(text)
-
-
 def test_the_same_in_python() -> None:
     for cls in (mbs.Prismatic, mbs.Screw, mbs.Cylindrical):
         with pytest.raises(mbs.ModelError, match="axis: it is missing"):
             cls("ground", "b", **{name: x for name, x in JOINTS[cls].items() if name != "axis"})
     assert mbs.Prismatic("ground", "b", axis="y").steps[0].axis == mbs.Prismatic("ground", "b", axis=[0, 1, 0]).axis
-
-
-def test_a_screw_without_pitch_would_be_a_hinge() -> None:
-    with pytest.raises(mbs.ModelError, match="pitch is missing"):
-        mbs.loads(
-            "{multibody_sym: 1, name: s, bodies: {b: {mass: 1}},"
-            " joints: {A: {type: screw, parent: ground, child: b, axis: x}}}"
-        )
 
 
 def test_a_hinge_turns_about_the_normal_of_the_plane() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import re
 
 import pytest
 
@@ -47,24 +46,3 @@ def test_runs_answers_and_files_tell_units_as_declared() -> None:
     assert "c: 3 N*s/m" in written
     assert "k: 20 kg/s^2" in written
     assert mbs.loads(written) == system
-
-
-@pytest.mark.parametrize(
-    ("force", "told"),
-    [
-        ("type: pull, between: [ground, b], value: 'min(c*distance_rate, k)'", "c*distance_rate is in N"),
-        ("type: potential, between: [ground, b], value: 'k*distance + c'", "k*distance is in N"),
-        ("type: potential, on: b, value: 'k*x + c'", "k*x is in N"),
-    ],
-)
-def test_errors_name_what_laws_have_of_their_own_as_it_is_typed(force: str, told: str) -> None:
-    text = f"""
-multibody_sym: 1
-name: laws
-parameters: {{k: 100 N/m, c: 3 N*s/m}}
-bodies: {{b: {{mass: 1}}}}
-joints: {{J: {{type: point, parent: ground, child: b, q: [p, q]}}}}
-forces: {{f: {{{force}}}}}
-"""
-    with pytest.raises(mbs.InputError, match=re.escape(told)):
-        mbs.solve(mbs.loads(text))
