@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.equilibrium import equilibrium as equilibrium
     from multibody_sym.analysis.frequency_response import FrequencyResponse as FrequencyResponse
     from multibody_sym.analysis.frequency_response import bode as bode
+    from multibody_sym.analysis.inverse_kinematics import Posture as Posture
+    from multibody_sym.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from multibody_sym.analysis.linearize import Linearization as Linearization
     from multibody_sym.analysis.linearize import Multipliers as Multipliers
     from multibody_sym.analysis.linearize import linearize as linearize
@@ -150,6 +152,7 @@ _NAMES = {
     "analysis.check": "CheckReport check",
     "analysis.equilibrium": "Equilibrium equilibrium",
     "analysis.frequency_response": "FrequencyResponse bode",
+    "analysis.inverse_kinematics": "Posture inverse_kinematics",
     "analysis.linearize": "Linearization Multipliers linearize period_multipliers",
     "analysis.modes.modes": "modes",
     "analysis.modes.record": "Modes",

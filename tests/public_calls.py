@@ -204,6 +204,7 @@ def _doors(system: mbs.System) -> list[Call]:
         "parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "coordinates": "relative",
         "project": False, "formalism": None,
     }
+    reach = {"frame": "bob", "position": [0, 0, 0], "rotation": None, "initial": {"theta": 0.1}, "limits": True}
     trimmed = {name: changes[name] for name in ("parameters", "initial", "inputs")}
     asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
     asked |= {"drives": (), "mode": None}
@@ -226,6 +227,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("linearize", mbs.linearize, {**whole, "at": {"theta": 0}, **changes}, slow=True),
         Call("bode", mbs.bode, {**whole, "omega": [1.0], "inputs": "F", "outputs": (), "at": {"theta": 0}}, slow=True),
         Call("trim", mbs.trim, {**whole, "at": {"theta": 0}, "unknown": "F", **trimmed}, slow=True),
+        Call("inverse_kinematics", mbs.inverse_kinematics, {**whole, **reach}, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
@@ -308,7 +310,7 @@ def _results(system: mbs.System) -> list[Call]:
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
-    records += [mbs.FrequencyResponse, mbs.Trim]
+    records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture]
     records += [mbs.Figure, mbs.Animation, mbs.Report]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")

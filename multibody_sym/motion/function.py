@@ -86,8 +86,9 @@ def function(
 
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
     bias, gravity, coriolis_matrix, energies, momentum, centroidal_momentum, constraints, reactions, regressor, outputs,
-    frame or jacobian (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions. `drives`: the
-    joints whose forces inverse dynamics finds where constraints act; of more than need be those of least norm.
+    frame, jacobian or operational_space (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions.
+    `drives`: the joints whose forces inverse dynamics finds where constraints act; of more than need be those of least
+    norm.
     `mode`: which contacts, stops and friction act in functions of forces: "found", as the laws have it at the start, or
     words by name such as {"floor": "stick"}; others are open. `native` and `backend` as for `simulate`.
 
@@ -333,6 +334,30 @@ class Function:
     def least_norm(self) -> bool:
         """Whether more joints are driven than the freedoms need, so that forces are those of least norm."""
         return self._question.least_norm
+
+    def to_pinocchio(self) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Return the places of our q and u in Pinocchio's order: `q[.., places_q]`, `u[.., places_u]`.
+
+        Pinocchio goes depth-first, and where joints part by their names; quaternions end with w. Its speeds of a free
+        base are along the base's axes, ours along the world's: v = R^T u[:3]. `pin.JointModelFreeFlyer` is a free
+        joint, and a continuous joint of a URDF has cos and sin there, which are no coordinates here.
+        """
+        bodies = self._question.mechanism.bodies
+        carried: dict[int, list[int]] = {}
+        for k, body in enumerate(bodies):
+            carried.setdefault(body.parent, []).append(k)
+        places_q, places_u, waiting = list[int](), list[int](), [-1]
+        while waiting:
+            k = waiting.pop()
+            waiting += sorted(carried.get(k, ()), key=lambda child: bodies[child].joint_name, reverse=True)
+            if k >= 0:
+                own = list(bodies[k].q)
+                for ball in bodies[k].quaternions:
+                    first = own.index(ball[0])
+                    own[first : first + 4] = [*ball[1:], ball[0]]
+                places_q += own
+                places_u += bodies[k].u
+        return np.array(places_q, dtype=np.intp), np.array(places_u, dtype=np.intp)
 
     @property
     def sparsity(self) -> dict[str, tuple[np.ndarray[Any, np.dtype[np.intp]], ...]]:

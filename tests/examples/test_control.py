@@ -53,3 +53,13 @@ def test_lqr_places_the_eigenvalues_that_it_designs(name: str) -> None:
         run = mbs.simulate(closed, initial=beside, t_end=12, samples=13)
         off = [abs(run[q][-1] - x) for q, x in place.items() if not q.startswith("u_")]
         assert max(off) < 1e-3
+
+
+def test_masses_are_identified_as_far_as_torques_tell_them() -> None:
+    """Without noise torques of other motions follow to rounding, whatever the model took the payload for."""
+    module = script("identify")
+    exact, count = module.identified(0.8, 0.0)
+    assert exact < 1e-10
+    assert 8 < count < 30
+    noisy, _ = module.identified(0.8, 0.1)
+    assert 0.001 < noisy < 0.3

@@ -528,3 +528,15 @@ def test_states_without_an_answer_are_found(backend: Any) -> None:
     assert not f.failed(f(t, q, u))
     with pytest.raises(mbs.InputError, match="no results of state_derivative"):
         f.failed((1.0, 2.0, 3.0))
+
+
+def test_operational_space_inertia_is_that_of_the_jacobian() -> None:
+    """A free body with a hinged rod: (J M^-1 J^T)^-1, of the body alone its own mass where the rod is light."""
+    system = mbs.loads(BALL)
+    f = mbs.function(system, "operational_space", frame="rod.com", axes="local_world_aligned")
+    given = state(f)
+    J = mbs.function(system, "jacobian", frame="rod.com", axes="local_world_aligned")(*given).jacobian
+    mobility = J @ np.linalg.solve(mbs.function(system, "mass_matrix")(*given), J.T)
+    found = f(*given)
+    np.testing.assert_allclose(found.mobility, mobility, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(found.inertia @ mobility, np.eye(6), atol=1e-10)

@@ -7,7 +7,7 @@ S udot + r) with r = -omega x R^T u, and derivatives follow by the product rule.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,8 @@ pin = pytest.importorskip("pinocchio", reason="the peer pinocchio (extra: peers)
 
 from test_robots import ROBOTS, path_of  # noqa: E402 - which needs pinocchio, too
 
-STATES = {"UR5": 20, "Panda": 20, "ANYmal": 6, "Talos": 1}
+MODELS = {**ROBOTS, "Solo12": ("solo_description/robots/solo12.urdf", True)}
+STATES = 20
 NEAR = 1e-10
 
 
@@ -35,12 +36,17 @@ class Pair:
     floating: bool
     q_order: list[int]
     v_order: list[int]
+    made: dict[Any, mbs.Function] = field(default_factory=dict)
 
     def asked(self, what: Any, at: State, by: tuple[Any, ...] = (), **options: Any) -> dict[str, np.ndarray]:
         """Return our values, by the interpreter."""
-        f = mbs.function(self.system, what, **options)
-        for variable in by:
-            f = f.derivative(variable)
+        key = (what, by, *options.items())
+        if key not in self.made:
+            f = mbs.function(self.system, what, **options)
+            for variable in by:
+                f = f.derivative(variable)
+            self.made[key] = f
+        f = self.made[key]
         given = [0.0, at.q, at.u, np.empty(0), np.empty(0), np.empty(0)]
         values = interpret(f.program, *given, *([at.udot] if "udot" in f.arguments else []))
         return dict(zip(f.names, values, strict=True))
@@ -58,9 +64,9 @@ class State:
     r: np.ndarray
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=MODELS)
 def pair(request: pytest.FixtureRequest) -> Pair:
-    file, floating = ROBOTS[request.param]
+    file, floating = MODELS[request.param]
     path = path_of(file)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", mbs.UrdfNotice)
@@ -77,7 +83,7 @@ def pair(request: pytest.FixtureRequest) -> Pair:
 
 def states(pair: Pair) -> list[State]:
     rng = np.random.default_rng(5)
-    return [random_state(pair, rng) for _ in range(STATES[pair.name])]
+    return [random_state(pair, rng) for _ in range(STATES)]
 
 
 def random_state(pair: Pair, rng: np.random.Generator) -> State:
@@ -194,7 +200,13 @@ def test_regressors(pair: Pair) -> None:
 
 
 AXES = {"world": "WORLD", "local": "LOCAL", "local_world_aligned": "LOCAL_WORLD_ALIGNED"}
-TOOLS = {"UR5": "wrist_3_link", "Panda": "panda_link7", "ANYmal": "LF_SHANK", "Talos": "arm_left_7_link"}
+TOOLS = {
+    "UR5": "wrist_3_link",
+    "Panda": "panda_link7",
+    "ANYmal": "LF_SHANK",
+    "Talos": "arm_left_7_link",
+    "Solo12": "FL_LOWER_LEG",
+}
 
 
 @pytest.mark.parametrize("axes", AXES)
@@ -220,3 +232,25 @@ def test_jacobians_of_frames_and_their_rates(pair: Pair, axes: Any) -> None:
         assert_near(place["position"], pair.data.oMi[joint].translation)
         assert_near(place["rotation"], pair.data.oMi[joint].rotation)
         assert_near(place["velocity"], pin.getVelocity(pair.model, pair.data, joint, their_axes).vector)
+
+
+def test_operational_space_inertia(pair: Pair) -> None:
+    """(J M^-1 J^T)^-1 with Pinocchio's J and M."""
+    name = TOOLS[pair.name]
+    (body,) = (body for body in mbs.mechanism(pair.system).bodies if body.name == name)
+    joint = pair.model.getJointId(body.joint_name)
+    for at in states(pair)[:6]:
+        pin.computeJointJacobians(pair.model, pair.data, at.their_q)
+        J = pin.getJointJacobian(pair.model, pair.data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        M = pin.crba(pair.model, pair.data, at.their_q)
+        mobility = J @ np.linalg.solve(np.triu(M) + np.triu(M, 1).T, J.T)
+        ours = pair.asked("operational_space", at, frame=name, axes="local_world_aligned")
+        assert_near(ours["mobility"], mobility)
+        assert_near(ours["inertia"] @ mobility, np.eye(6), size=max(1.0, float(np.linalg.cond(mobility)) * 1e-2))
+
+
+def test_the_order_of_pinocchio(pair: Pair) -> None:
+    places_q, places_u = mbs.function(pair.system, "mass_matrix").to_pinocchio()
+    at = states(pair)[0]
+    np.testing.assert_array_equal(at.q[places_q], at.their_q)
+    np.testing.assert_array_equal(np.argsort(places_u), pair.v_order)

@@ -311,6 +311,34 @@ def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
     return trace.finish({"jacobian": (shape, list(columns)), "rate": (shape, list(rates))})
 
 
+def _operational_space(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return -> mobility J M^-1 J^T (6, 6) of a frame, and its inverse: the operational-space inertia (6, 6).
+
+    Both are those of the tree, whatever its rows. The inertia is not finite where fewer than six directions are free.
+    Source: O. Khatib, A unified approach for motion and force control of robot manipulators (1987).
+    """
+    jacobian = _jacobian(mechanism, options)
+    trace = Trace("operational_space", arrays(mechanism))
+    columns = trace.call(jacobian, [trace[array.name] for array in jacobian.inputs])[0]
+    count, factors = len(mechanism.speeds), tree_factors(motion_of(mechanism, slot_state(mechanism)))
+    rows = [factors.weighted(columns[k * count : (k + 1) * count]) for k in range(6)]
+    mobility = [[as_node(sum(x * y for x, y in zip(a, b, strict=True))) for b in rows] for a in rows]
+    return trace.finish({"inertia": _matrix(_inverse(mobility), 6), "mobility": _matrix(mobility, 6)})
+
+
+def _inverse(matrix: Sequence[Sequence[Node]]) -> list[list[Node]]:
+    """Return the inverse of a positive definite matrix, which needs no pivots."""
+    size = len(matrix)
+    rows = [[*row, *(ONE if i == k else ZERO for i in range(size))] for k, row in enumerate(matrix)]
+    for k in range(size):
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(size):
+            if i != k:
+                factor = rows[i][k]
+                rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[size:] for row in rows]
+
+
 def _marker(mechanism: Mechanism, options: FunctionOptions) -> Marker:
     name = options.frame
     if name is None:
@@ -386,6 +414,7 @@ Name = Literal[
     "outputs",
     "frame",
     "jacobian",
+    "operational_space",
 ]
 STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Program]]] = {
     "state_derivative": _state_derivative,
@@ -404,6 +433,7 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
     "outputs": _outputs,
     "frame": _frame,
     "jacobian": _jacobian,
+    "operational_space": _operational_space,
 }
 OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "hybrid_dynamics": ("given",),
@@ -411,6 +441,7 @@ OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     **dict.fromkeys(("state_derivative", "constraints", "reactions", "outputs"), ("mode",)),
     "frame": ("frame", "axes"),
     "jacobian": ("frame", "axes"),
+    "operational_space": ("frame", "axes"),
 }
 """The options that a function has; others have none."""
 
