@@ -114,7 +114,8 @@ class _Builder:
 # ----------------------------------------------------------------------------------------------------------------------
 # What a URDF file says about dynamics: links with inertia and joints, checked, every error with line and column.
 #
-# Visual and collision geometry, transmissions and simulators' own elements are not read; meshes are never opened.
+# Visual and collision geometry and simulators' own elements are not read, of transmissions the joints that they drive;
+# meshes are never opened.
 # Source: the specification at http://wiki.ros.org/urdf/XML.
 
 
@@ -122,7 +123,7 @@ Triple = tuple[float, float, float]
 
 ONE_COORDINATE: Final = ("revolute", "continuous", "prismatic")
 JOINT_TYPES: Final = (*ONE_COORDINATE, "fixed", "floating", "planar")
-_READ: Final = ("link", "joint", "material")
+_READ: Final = ("link", "joint", "material", "transmission")
 _DECIMAL: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _LARGEST: Final = 1e100  # its square is a number yet
 _INERTIA: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -183,7 +184,8 @@ class UrdfJoint:
 class Robot:
     """Links and joints by name in the order of the file; `root` is the link that no joint carries.
 
-    `skipped` names the kinds of elements beside links and joints that were not read, `meshed` the links with meshes.
+    `skipped` names the kinds of elements beside links and joints that were not read, `meshed` the links with meshes,
+    `driven` the joints that transmissions drive.
     """
 
     name: str
@@ -192,6 +194,7 @@ class Robot:
     root: str
     skipped: tuple[str, ...]
     meshed: tuple[str, ...] = ()
+    driven: tuple[str, ...] = ()
 
 
 def read_robot(tree: XmlElement, file_name: str) -> Robot:
@@ -222,7 +225,9 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
         geometries = [geometry for part in element.children for geometry in part.named("geometry")]
         if any(geometry.named("mesh") for geometry in geometries):
             meshed.append(link)
-    return Robot(name, masses, joints, _find_root(links, elements, joints), skipped, tuple(meshed))
+    ends = (end for transmission in tree.named("transmission") for end in transmission.named("joint"))
+    driven = tuple(dict.fromkeys(end.attributes.get("name", "").strip() for end in ends))
+    return Robot(name, masses, joints, _find_root(links, elements, joints), skipped, tuple(meshed), driven)
 
 
 @contextmanager
@@ -418,8 +423,9 @@ def load_urdf(
 
     The root link is fixed to ground, or free to move if `floating`. Joints with `damping` get dampers, unless it is
     False (Drake applies them, Pinocchio does not), those that `mimic` another one a coupler (Pinocchio leaves them
-    free). With `torques` each joint with one coordinate that mimics none has an input tau_<coordinate>, zero unless it
-    is given: its torque (N m) or, of a slide, force (N). Angles within 1e-9 of a multiple of 90 degrees are exactly
+    free). With `torques` each joint with one coordinate that mimics none, and that a transmission drives if there are
+    any, has an input tau_<coordinate>, zero unless it is given: its torque (N m) or, of a slide, force (N), whose limit
+    is `system.joints[name].limits.effort`. Angles within 1e-9 of a multiple of 90 degrees are exactly
     that. Friction in joints is not read; a UrdfNotice says so.
 
     Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
@@ -468,8 +474,12 @@ def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool, torques
 
 
 def _torque_inputs(robot: Robot, joints: Mapping[str, Tree], couplers: Mapping[str, Tree]) -> dict[str, str]:
-    """Return the name of the input that drives each joint with one coordinate that mimics none."""
+    """Return the name of the input that drives each joint with one coordinate that mimics none.
+
+    Where the file has transmissions those are the joints that they drive.
+    """
     moving = [name for name, joint in robot.joints.items() if joint.type in ONE_COORDINATE]
+    moving = [name for name in moving if name in robot.driven] if robot.driven else moving
     driven = [name for name in moving if f"{name}_mimic" not in couplers]
     symbols = {q for name, tree in joints.items() for q in tree.get("q", [name])}
     return {name: _unique(f"tau_{joints[name].get('q', [name])[0]}", symbols) for name in driven}
@@ -629,6 +639,7 @@ def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
     kinds = {
         "not read: ": list(robot.skipped),
         "meshes are not read (declare surfaces for contacts): ": list(robot.meshed),
+        "transmissions drive no such joint: ": [name for name in robot.driven if name not in robot.joints],
         "friction is not applied: ": [name for name, joint in joints if joint.friction],
         damped: list(_damped_joints(robot)),
         "damping of joints with several freedoms is not applied: ": [

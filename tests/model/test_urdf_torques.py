@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import multibody_sym as mbs
 
@@ -56,3 +57,31 @@ def test_what_mimics_another_joint_has_no_torque_of_its_own(tmp_path: Path) -> N
         warnings.simplefilter("ignore", mbs.UrdfNotice)
         system = mbs.load_urdf(tmp_path / "arm.urdf", torques=True)
     assert list(system.inputs) == ["tau_lift", "tau_shoulder_1", "tau_elbow"]
+
+
+def test_transmissions_say_which_joints_are_driven(tmp_path: Path) -> None:
+    arm(tmp_path)
+    text = (tmp_path / "arm.urdf").read_text()
+    given = "".join(
+        f'<transmission name="t{k}"><joint name="{name}"><role>a</role></joint></transmission>'
+        for k, name in enumerate(("lift", "shoulder-1", "nothing"))
+    )
+    (tmp_path / "arm.urdf").write_text(text.replace("</robot>", f"{given}</robot>"))
+    with pytest.warns(mbs.UrdfNotice, match="transmissions drive no such joint: nothing"):
+        system = mbs.load_urdf(tmp_path / "arm.urdf", torques=True)
+    assert list(system.inputs) == ["tau_lift", "tau_shoulder_1"]
+    assert str(system.joints["lift"].limits.effort) == "9"
+
+
+def test_drives_of_joints_that_mimic(tmp_path: Path) -> None:
+    """What the elbow needs to move the wrist along, which turns twice as far: tau = tau_elbow + 2 tau_wrist."""
+    free = arm(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", mbs.UrdfNotice)
+        tied = mbs.load_urdf(tmp_path / "arm.urdf")
+    q, u, udot = np.random.default_rng(2).standard_normal((3, 4))
+    q[3], u[3], udot[3] = 2 * q[2] + 0.1, 2 * u[2], 2 * udot[2]
+    each = mbs.function(free, "inverse_dynamics")(0.0, q, u, udot)
+    drives = ["lift", "shoulder-1", "elbow"]
+    found = mbs.function(tied, "inverse_dynamics", drives=drives)(0.0, q, u, udot)
+    np.testing.assert_allclose(found, [each[0], each[1], each[2] + 2 * each[3], 0.0], atol=1e-12)
