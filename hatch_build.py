@@ -26,7 +26,7 @@ class Objects(BuildHookInterface):  # type: ignore[type-arg]
         if not platform or version == "editable":
             return
         sys.path.insert(0, self.root)
-        from multibody_sym.program.compiler import BROUGHT, objects_to_bring
+        from multibody_sym.program.loading import BROUGHT, objects_to_bring
         from multibody_sym.program.target_layout import runtime_files, stand_in_files
 
         with tempfile.NamedTemporaryFile(delete=False) as file:

@@ -29,7 +29,7 @@ import numpy as np
 import multibody_sym as mbs
 from multibody_sym.motion.simulate import Prepared
 from multibody_sym.motion.sweep.rows import open_journal
-from multibody_sym.motion.sweep.task import Task
+from multibody_sym.motion.sweep.study import Task
 
 MODEL = Path(__file__).parents[1] / "examples" / "double_pendulum.yaml"
 MASSES = (1.0, 2.0)

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from multibody_sym.documents.draw import draw as draw
     from multibody_sym.documents.report import Report as Report
     from multibody_sym.documents.report import report as report
-    from multibody_sym.dynamics.theorems.conserved import Conserved as Conserved
-    from multibody_sym.dynamics.theorems.conserved import conserved_quantities as conserved_quantities
+    from multibody_sym.dynamics.conserved import Conserved as Conserved
+    from multibody_sym.dynamics.conserved import conserved_quantities as conserved_quantities
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -167,7 +167,7 @@ _NAMES = {
     "documents.animation.animate": "Animation animate",
     "documents.draw": "draw",
     "documents.report": "Report report",
-    "dynamics.theorems.conserved": "Conserved conserved_quantities",
+    "dynamics.conserved": "Conserved conserved_quantities",
     "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
     "mechanics.model_files": "dump dumps load loads",
     "mechanics.resolve": "mechanism",

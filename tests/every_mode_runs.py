@@ -27,7 +27,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.errors import MultibodyError
 from multibody_sym.motion.switching.legs import ModeLeg
 from multibody_sym.motion.switching.modes import function_of
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 INDEPENDENT = 1e-6
 """Smallest part of a row that others leave from which on accelerations are compared."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from multibody_sym.program import compiler
+from multibody_sym.program import loading
 
 
 def compile_soon(patch: pytest.MonkeyPatch) -> None:
@@ -17,17 +17,17 @@ def compile_soon(patch: pytest.MonkeyPatch) -> None:
     What all models share is optimised as ever. Models are linked with what they call, libm, alone: the process has the
     rest, and to look through it takes the linker longer than everything else.
     """
-    compiled, linked = compiler._Build._compile, compiler._Build._link
+    compiled, linked = loading._Build._compile, loading._Build._link
 
-    def also(build: compiler._Build, flag: str) -> compiler._Build:
+    def also(build: loading._Build, flag: str) -> loading._Build:
         return replace(build, compiler=replace(build.compiler, flags=(*build.compiler.flags, flag)))
 
-    def compiled_soon(build: compiler._Build, units: Sequence[str]) -> None:
+    def compiled_soon(build: loading._Build, units: Sequence[str]) -> None:
         quick = list(units) == ["model"] and "-ffp-contract=off" in build.compiler.flags
         compiled(also(build, "-O0") if quick else build, units)
 
-    def linked_soon(build: compiler._Build) -> None:
+    def linked_soon(build: loading._Build) -> None:
         linked(also(build, "-nostdlib") if sys.platform == "linux" else build)
 
-    patch.setattr(compiler._Build, "_compile", compiled_soon)
-    patch.setattr(compiler._Build, "_link", linked_soon)
+    patch.setattr(loading._Build, "_compile", compiled_soon)
+    patch.setattr(loading._Build, "_link", linked_soon)

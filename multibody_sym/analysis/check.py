@@ -16,19 +16,18 @@ from multibody_sym.analysis.hints import Hint, declared_hints, first_at_each_pla
 from multibody_sym.analysis.independent_checks import beyond_rounding, compare_formalisms, short_run_misses
 from multibody_sym.contact_laws.problem import Verdict
 from multibody_sym.derivation.routes import FORMALISMS, MANY_SPEEDS, ROUTES, formalism_name
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
-from multibody_sym.dynamics.constraints.left_over import Redundancy
-from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
+from multibody_sym.dynamics.balance import NEGLIGIBLE, terms_at_states, theorems
+from multibody_sym.dynamics.closing import ConstraintRows
+from multibody_sym.dynamics.conserved import MOST, find_conserved
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.redundancy import Redundancy, contradiction_of, redundancy
 from multibody_sym.dynamics.start.declared_impact import from_impact
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import blame_numbers, check_numbers, end_of_run, holes, on_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, sampled_states, verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at
-from multibody_sym.dynamics.theorems.balance import NEGLIGIBLE, terms_at_states, theorems
-from multibody_sym.dynamics.theorems.conserved import MOST, find_conserved
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import with_driving_inputs

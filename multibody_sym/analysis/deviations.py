@@ -15,16 +15,16 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.programs.quantities import Sources
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program, state_derivative
 from multibody_sym.mechanics.energy import potential_energy
+from multibody_sym.mechanics.forces import varies_with_time
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import carried_deviations, coordinate_rates, deviation_suffixes, motion_of
 from multibody_sym.mechanics.motion import displaced as step_displaced
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import arrays, slot_state
-from multibody_sym.mechanics.variable_mass import varies_with_time
 from multibody_sym.program.backend import Native
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.loading import load

@@ -19,19 +19,19 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import DeviationFlow, Tangents, displaced
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, normalize
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near, normalize
 from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import mechanism_in_mode, rows_at, start_in_mode
 from multibody_sym.mechanics.energy import stored_energy
+from multibody_sym.mechanics.forces import verify_kept
 from multibody_sym.mechanics.law_elements import ACTIVE, LawElement, Mode
 from multibody_sym.mechanics.load_records import JointPotential, JointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.variable_mass import verify_kept
 from multibody_sym.model.bodies import Pose
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats

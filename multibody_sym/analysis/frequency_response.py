@@ -14,8 +14,7 @@ from multibody_sym.errors import ArgumentError, InputError, short_repr
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.numbers import floats
+from multibody_sym.scalars.arrays import Floats, floats
 
 if TYPE_CHECKING:
     from multibody_sym.pictures.notebook_figure import ShownFigure
@@ -61,7 +60,7 @@ class FrequencyResponse:
 
         Raises OutputError where matplotlib is missing or the file cannot be written.
         """
-        from multibody_sym.pictures.page.plot_files import write_figure
+        from multibody_sym.pictures.page.raster import write_figure
         from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, figure_of
 
         pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]

@@ -12,11 +12,10 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.balance import INTEGRAL, NEGLIGIBLE, THEOREMS
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
-from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, exertions, resultant
-from multibody_sym.dynamics.programs.quantities import quantities
-from multibody_sym.dynamics.theorems.balance import INTEGRAL, NEGLIGIBLE, THEOREMS
+from multibody_sym.dynamics.programs.quantities import angular_momentum, body_momenta, exertions, quantities, resultant
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.mechanics.forces import AppliedForces, apart, applied_forces, span

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from multibody_sym.analysis.deviations import displaced
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.start.number_checks import on_numbers
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError
@@ -24,10 +24,9 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import function
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.arrays import Floats, vector
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
-from multibody_sym.scalars.numbers import vector
 
 _NEAR: Final = 1e-10
 """How far (m, rad) a frame may be from where it should be."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from multibody_sym.analysis.deviations import DeviationFlow
 from multibody_sym.analysis.equilibrium_search import MOST, SECONDS, guesses, keeps_mode, search_from
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.parameters import value_or_none
 from multibody_sym.dynamics.start.start import Start, start_beside

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from multibody_sym.answers.records import Solution
-from multibody_sym.derivation.force_letters import (
+from multibody_sym.derivation.free_bodies import (
     FRICTION,
     MOMENT,
     NORMAL,
@@ -25,10 +25,10 @@ from multibody_sym.derivation.force_letters import (
     row_letter,
     spell_forces,
 )
-from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import LawForces, ropes
+from multibody_sym.dynamics.redundancy import idle_combinations
 from multibody_sym.mechanics.contact_geometry import touch
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, LawElement, component_names
@@ -43,7 +43,7 @@ from multibody_sym.model.bodies import GROUND, mass_of
 from multibody_sym.model.joints import Joint
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.model.system import System
-from multibody_sym.pictures.scene.arrows import letter_of
+from multibody_sym.pictures.scene.forces import letter_of
 from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.pictures.scene.stage import Stage

@@ -8,11 +8,10 @@ from itertools import islice
 from typing import Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
-from multibody_sym.answers.instant.conditions import validity
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.reactions import is_lettered, place_of, reactions_of, unique_sums, with_letters
-from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found
+from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found, validity
 from multibody_sym.answers.records import OtherState, RowKind, Solution
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import numbers_of
@@ -64,7 +63,7 @@ def solve(
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
     """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
-    from multibody_sym.answers.impact.answer import answers_after, impact_found  # which few systems need
+    from multibody_sym.answers.impact import answers_after, impact_found  # which few systems need
 
     found, solved = impact_found(system, formalism)
     answers = answers_after(solved)
@@ -73,7 +72,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
     worked_out = None
     if steps:
-        from multibody_sym.answers.impact.worked import worked_impact
+        from multibody_sym.answers.impact_solution import worked_impact
 
         worked_out = worked_impact(solved, found)
     mechanism, begin = solved.mechanism, solved.begin

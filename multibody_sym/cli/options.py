@@ -9,7 +9,7 @@ from keyword import iskeyword
 from types import ModuleType
 from typing import Any, Final, NoReturn, cast, get_args
 
-from multibody_sym.errors import InputError, Where, nearest
+from multibody_sym.errors import InputError, OutputError, Where, nearest
 from multibody_sym.model.run_options import ASSIGNED, MODEL_OPTIONS, RUN_OPTIONS, ModelOptions, RunOptions
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -216,8 +216,6 @@ class _Completion(argparse.Action):
     """Show the script with which a shell completes words of the command line."""
 
     def __call__(self, _parser_: Any, _namespace: Any, shell: Any, _option: str | None = None) -> NoReturn:
-        from multibody_sym.cli.completion import completion
-
         raise ShownText(completion(shell, *_parser()))
 
 
@@ -318,3 +316,51 @@ def _parser(
         one.usage = usage(one)
         made.update(dict.fromkeys(aliases, one))
     return parser, made
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Shell completion, by the library shtab: a script for bash, zsh or tcsh that knows commands, options and words.
+
+
+SHELLS: Final = ("bash", "zsh", "tcsh")
+_FILES: Final = ("FILE", "OUT", "PNG")
+
+
+def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[str, argparse.ArgumentParser]) -> str:
+    """Return the script of a shell. Raises OutputError where shtab is missing."""
+    try:
+        import shtab
+    except ImportError:
+        message = "completion needs shtab: pip install 'multibody_sym[completion]'"
+        raise OutputError(message, number="O104") from None
+    words = _words()
+    for name, command in commands.items():
+        for action in command._actions:
+            found: Any = action
+            if action.metavar in _FILES:
+                found.complete = shtab.FILE
+            elif action.metavar == "DIR":
+                found.complete = shtab.DIRECTORY
+            elif action.choices is None and action.nargs != 0:
+                known = words.get((name, action.dest)) or words.get(("", action.dest))
+                action.choices = known
+    return str(shtab.complete(parser, shell=shell))
+
+
+def _words() -> dict[tuple[str, str], list[str]]:
+    """Return the words that fit where the command or option takes any text."""
+    from multibody_sym.cli.commands.new import examples
+    from multibody_sym.cli.error_pages import EXPLAINED
+    from multibody_sym.derivation.derive import IN_MOMENTA, METHODS
+    from multibody_sym.derivation.routes import FORMALISMS
+    from multibody_sym.model.settings import COORDINATES
+    from multibody_sym.motion.methods.table import SUMMARIES
+
+    return {
+        ("new", "name"): list(examples()),
+        ("explain", "number"): list(EXPLAINED),
+        ("derive", "method"): [*METHODS, *IN_MOMENTA],
+        ("", "method"): list(SUMMARIES),
+        ("", "formalism"): list(FORMALISMS),
+        ("", "coordinates"): list(COORDINATES),
+    }

@@ -1,4 +1,4 @@
-"""The run that a command asks for: recalled where the same was made before, else prepared from the model."""
+"""The run that a command asks for, recalled or prepared from the model, and its table, written while it runs."""
 
 from __future__ import annotations
 
@@ -6,19 +6,125 @@ import argparse
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from multibody_sym.cli.options import run_options
+from multibody_sym.errors import OutputError, Where
+from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.run import FailedRunError
+from multibody_sym.text.files import file_state, is_special
+from multibody_sym.text.tables import GrowingCsv, Table, growing_csv, table_format, write_table
+from multibody_sym.text.values import SI, Units
 
-if TYPE_CHECKING:  # a run that is recalled needs none of it
+if TYPE_CHECKING:
     from multibody_sym.motion.prepare.records import PreparedSystem
-    from multibody_sym.motion.results.run_record import RunStart
-    from multibody_sym.motion.results.trajectory import Trajectory
+    from multibody_sym.motion.results.samples import RunStart
     from multibody_sym.motion.runs.run import Progressed
     from multibody_sym.motion.simulate import Prepared
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Results written while they arise: what is in the file survives whatever happens to the process.
+
+
+_LONG: Final = 2.0  # seconds after which a result that does not grow by itself is kept as CSV beside it
+_GROWS: Final = ".csv"
+
+
+def verify_target(path: str) -> None:
+    """Raise InputError for an unknown ending and OutputError for a folder that cannot be written, before a run."""
+    table_format(path)
+    folder = os.path.dirname(os.path.realpath(path))
+    if os.path.isdir(path) or not (is_special(path) or os.access(folder, os.W_OK)):
+        reason = "it is a folder" if os.path.isdir(path) else "its folder does not exist or cannot be written to"
+        raise OutputError(f"the file cannot be written: {reason}", where=Where(file=path), number="O102")
+
+
+class Recording:
+    """The table of a run in a file: made before the run, `recorded` during it, `finish`ed after it.
+
+    CSV, which has no other place for units, is in those that were chosen, and its header names them then. NPZ and
+    Parquet are SI.
+    `place` is the file in the end: beside `path` where another run wrote that meanwhile.
+    """
+
+    def __init__(self, path: str, units: Units = SI) -> None:
+        """Raise InputError for an unknown ending and OutputError for a folder that cannot be written."""
+        verify_target(path)
+        self.path = self.place = path
+        self.units = units
+        self._begin, self._through = file_state(path), is_special(path)
+        self._grows = table_format(path) == _GROWS
+        self._growing: GrowingCsv | None = None
+
+    @property
+    def lost(self) -> bool:
+        """Whether another run was first."""
+        return self.place != self.path
+
+    @contextmanager
+    def recorded(self) -> Iterator[Callable[[Samples], None]]:
+        """Give a function that keeps new samples: in `<path>.partial`, or for other formats in `<path>.csv.partial`.
+
+        CSV grows from the start; NPZ and Parquet, which cannot, have a CSV beside them while a long run lasts. After a
+        run that failed the partial file stays, and the error names it.
+        """
+        begin, waiting = time.monotonic(), list[Samples]()
+        with ExitStack() as stack:
+
+            def write() -> None:
+                for new in waiting:
+                    table = self._table(new)
+                    if self._growing is None:
+                        self._growing = stack.enter_context(self._opened(list(table.columns)))
+                    for rows in table.blocks():
+                        self._growing(rows)
+                waiting.clear()
+
+            def keep(new: Samples) -> None:
+                waiting.append(new)
+                if self._grows or (not self._through and time.monotonic() - begin > _LONG):
+                    write()
+
+            try:
+                yield keep
+            except FailedRunError as error:
+                write()
+                kept = self._growing.partial if self._growing is not None else self.path
+                named = os.path.join(os.path.dirname(self.path), os.path.basename(kept))  # as the user names the folder
+                message = f"{error.message}; what was computed until then is in {named}"
+                raise type(error)(message, error.trajectory) from None
+        if self._grows and self._growing is not None:
+            self.place = self._growing.place
+
+    def _table(self, samples: Samples) -> Table:
+        return samples.table(self.units).labelled() if self._grows and self.units.chosen else samples.table()
+
+    def _opened(self, names: list[str]) -> AbstractContextManager[GrowingCsv]:
+        if self._grows:
+            return growing_csv(self.path, names, self._begin)
+        return growing_csv(self.path + _GROWS, names, meanwhile=True)
+
+    def finish(self, run: Trajectory) -> None:
+        """Write what does not grow by itself, and a CSV that Ctrl-C may have torn or that tells work.
+
+        Raises OutputError.
+        """
+        if not self._grows:
+            self.place = write_table(self._table(run), self.path, self._begin)
+            if self._growing is not None:
+                self._growing.discard()
+        elif (run.interrupted or run.ready.told.run_outputs) and not self._through:
+            write_table(self._table(run), self.place)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The run that a command asks for: recalled where the same was made before, else prepared from the model.
+
 
 Run = Callable[["Progressed"], "Trajectory"]
 _T = TypeVar("_T")

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.contact_laws.check_laws import fulfils, holds_equations
 from multibody_sym.contact_laws.impact_problem import (
     Chosen,
     ImpactProblem,
@@ -44,7 +43,7 @@ from multibody_sym.contact_laws.problem import (
 )
 from multibody_sym.contact_laws.routh_method import AT_REST, Single, give_back, routh
 from multibody_sym.contact_laws.search import connected_groups, find, modes_of
-from multibody_sym.contact_laws.solve_mode import Reduced, eliminate_equalities, solve_mode
+from multibody_sym.contact_laws.solve_mode import Reduced, eliminate_equalities, fulfils, holds_equations, solve_mode
 from multibody_sym.contact_laws.uniqueness import SEEN, admissible_solution, open_forces
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.records import dataclass

@@ -15,7 +15,6 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.contact_laws.check_laws import flip, fulfils, holds_equations, label_by_motion, violations
 from multibody_sym.contact_laws.enumeration import MOST, candidate_modes, count_modes
 from multibody_sym.contact_laws.lemke import Proposal, closer_edges, propose
 from multibody_sym.contact_laws.problem import (
@@ -41,10 +40,15 @@ from multibody_sym.contact_laws.solve_mode import (
     Reduced,
     active_rows,
     eliminate_equalities,
+    flip,
     forces_of,
+    fulfils,
+    holds_equations,
+    label_by_motion,
     press,
     roughly,
     solve_mode,
+    violations,
 )
 from multibody_sym.contact_laws.uniqueness import (
     SEEN,

@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.contact_laws.check_laws import TIED, force_tolerance, gap_tolerance
 from multibody_sym.contact_laws.problem import (
     IN_SPACE,
     STICKS,
@@ -28,7 +27,7 @@ from multibody_sym.contact_laws.problem import (
     beyond,
     limits_of,
 )
-from multibody_sym.contact_laws.solve_mode import ModeSolution, sticking
+from multibody_sym.contact_laws.solve_mode import TIED, ModeSolution, force_tolerance, gap_tolerance, sticking
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.limits import Kind

@@ -12,17 +12,16 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.simplify import Subexpressions
-from multibody_sym.derivation.force_letters import describe_forces, force_letters
-from multibody_sym.derivation.free_bodies import FreeBodies
+from multibody_sym.derivation.free_bodies import FreeBodies, describe_forces, force_letters
 from multibody_sym.derivation.lagrange import Energies, LagrangeTerms, RowTerms, known_nodes, totals
 from multibody_sym.derivation.notation import Equation, Label, Notation, Step, Symbols, upright
+from multibody_sym.mechanics.forces import flow_wrench, mass_rates
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import slot_state
-from multibody_sym.mechanics.variable_mass import flow_wrench, mass_rates
 from multibody_sym.model.bodies import Pose
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node

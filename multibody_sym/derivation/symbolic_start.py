@@ -18,11 +18,11 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import absolute, exact, exact_solve, register_angles, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, roots
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
-from multibody_sym.dynamics.constraints.redundancy import held_coordinates
+from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import LawForces
+from multibody_sym.dynamics.redundancy import held_coordinates
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, seen_axis
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.errors import ExpressionError

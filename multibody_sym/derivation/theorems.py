@@ -21,12 +21,12 @@ from multibody_sym.derivation.lagrange import known_nodes
 from multibody_sym.derivation.notation import Derivation, Equation, Label, Step
 from multibody_sym.derivation.prepare import readable
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
-from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, momentum, power_of, resultant
-from multibody_sym.dynamics.theorems.balance import idle_reactions
-from multibody_sym.dynamics.theorems.conserved import Conserved, conserved_quantities
+from multibody_sym.dynamics.balance import idle_reactions
+from multibody_sym.dynamics.conserved import Conserved, conserved_quantities
+from multibody_sym.dynamics.programs.quantities import angular_momentum, body_momenta, momentum, power_of, resultant
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.energy import split
-from multibody_sym.mechanics.forces import applied_forces
+from multibody_sym.mechanics.forces import applied_forces, carried_by_flows, carried_momentum
 from multibody_sym.mechanics.load_records import Load, MassFlow
 from multibody_sym.mechanics.mechanism import TreeBody
 from multibody_sym.mechanics.motion import Motion, motion_of
@@ -34,7 +34,6 @@ from multibody_sym.mechanics.points import Wrench
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import AngleRow, ContactRow, DistanceRow, PositionRow, RopeRow
 from multibody_sym.mechanics.state import slot_state
-from multibody_sym.mechanics.variable_mass import carried_by_flows, carried_momentum
 from multibody_sym.model.bodies import IDENTITY, ORIGIN
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
@@ -139,7 +139,7 @@ def _arrows(
 def _with_open(shown: FigureContent, run: Trajectory, scene: Scene) -> FigureContent:
     """Return what is shown with what is not unique: the elements, each once, whether they are drawn and how."""
     from multibody_sym.answers.free_bodies import shown_components
-    from multibody_sym.derivation.force_letters import component_label
+    from multibody_sym.derivation.free_bodies import component_label
     from multibody_sym.text.parser import force_name
 
     seen, dashed = shown_components(scene), {arrow.name for arrow in shown.reactions if arrow.open}

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from multibody_sym.derivation.notation import dotted, latex_name
 from multibody_sym.errors import MultibodyError
-from multibody_sym.pictures.page.svg import svg
+from multibody_sym.pictures.page.vector_files import svg
 from multibody_sym.text.values import Value
 
 _ROUNDING: Final = 1e-12
@@ -36,7 +36,7 @@ SHOWN: Final = (
     ShownType("multibody_sym.answers.records", "Solution", "text/markdown", "solution_markdown"),
     ShownType("multibody_sym.analysis.linearize", "Linearization", "text/markdown", "linearization_markdown"),
     ShownType("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
-    ShownType("multibody_sym.dynamics.constraints.redundancy", "Redundancy", "text/html", "redundancy_html"),
+    ShownType("multibody_sym.dynamics.redundancy", "Redundancy", "text/html", "redundancy_html"),
     ShownType("multibody_sym.analysis.rest.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
     ShownType("multibody_sym.analysis.check", "CheckReport", "text/html", "check_html"),
 )

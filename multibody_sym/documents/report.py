@@ -20,7 +20,7 @@ from multibody_sym.answers.free_bodies import CutFree, all_arrows, at_start, ope
 from multibody_sym.answers.records import Solution
 from multibody_sym.answers.solve import solve
 from multibody_sym.derivation.derive import derive
-from multibody_sym.derivation.force_letters import component_label
+from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.derivation.notation import Equation, Notation, breakable, escaped, latex_name
 from multibody_sym.documents.animation.animate import player
 from multibody_sym.documents.animation.frames import frames_of
@@ -40,8 +40,7 @@ from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.pictures.draw import Figure, FigureContent
 from multibody_sym.pictures.draw import draw as draw_scene
-from multibody_sym.pictures.page.svg import svg
-from multibody_sym.pictures.page.tikz import tikz
+from multibody_sym.pictures.page.vector_files import svg, tikz
 from multibody_sym.pictures.scene.scene import Scene, scene_of
 from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.records import dataclass

@@ -7,13 +7,12 @@ from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Final
 
-from multibody_sym.mechanics.forces import apart, own_leaves, span, span_rate
+from multibody_sym.mechanics.forces import apart, own_leaves, span, span_rate, varies
 from multibody_sym.mechanics.load_records import JointPotential, JointSpring, Load, PointDrag, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.mechanics.points import velocity
 from multibody_sym.mechanics.row_records import Multiplier, VelocityRow
-from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node

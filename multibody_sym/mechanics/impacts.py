@@ -12,18 +12,20 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contacts import verify_bodies
-from multibody_sym.mechanics.impact_records import (
+from multibody_sym.mechanics.law_elements import (
+    BOUNDLESS,
     INSTANT,
     JUMPED,
     MEETING,
+    FrictionPart,
     GivenRow,
     JumpRow,
+    LawElement,
     MeetingRow,
     SpeedJump,
     StruckImpacts,
     jump_leaf,
 )
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion

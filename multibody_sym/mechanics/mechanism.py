@@ -13,8 +13,7 @@ from functools import cached_property, wraps
 from typing import ClassVar, Final, TypeVar
 
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.impact_records import StruckImpacts
-from multibody_sym.mechanics.law_elements import LawElement, Mode
+from multibody_sym.mechanics.law_elements import LawElement, Mode, StruckImpacts
 from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.row_records import AngleRow, CutJoint, Marker, PositionRow, Row
 from multibody_sym.model.bodies import GROUND, Mass, Pose

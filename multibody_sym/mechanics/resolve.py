@@ -35,7 +35,6 @@ from multibody_sym.mechanics.mechanism import (
     double_name,
 )
 from multibody_sym.mechanics.modes import possible_words
-from multibody_sym.mechanics.questions import verify_questions
 from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.ropes import rope_slips
 from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, Row
@@ -50,7 +49,13 @@ from multibody_sym.mechanics.spanning_tree import (
     speed_names,
     used_joints,
 )
-from multibody_sym.mechanics.vocabulary import meanings, verify_curves, verify_expressions, verify_forces
+from multibody_sym.mechanics.vocabulary import (
+    meanings,
+    verify_curves,
+    verify_expressions,
+    verify_forces,
+    verify_questions,
+)
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import Rope
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint

@@ -19,8 +19,8 @@ import numpy as np
 from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.contact_geometry import contact_direction, rim_across, touch
 from multibody_sym.mechanics.forces import span
-from multibody_sym.mechanics.impact_records import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.joint_friction import part_of_reaction
+from multibody_sym.mechanics.law_elements import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates
 from multibody_sym.mechanics.points import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from multibody_sym.mechanics.impact_records import INSTANT, JUMPED
+from multibody_sym.mechanics.law_elements import INSTANT, JUMPED
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.program.statements import Array
 from multibody_sym.records import dataclass

@@ -16,8 +16,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 from multibody_sym.motion.prepare.records import PreparedSystem
-from multibody_sym.motion.results.run_record import RunStart
-from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.samples import RunStart, Samples
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native

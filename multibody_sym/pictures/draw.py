@@ -12,12 +12,11 @@ import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
-from multibody_sym.pictures.marks.arrows import arrow_marks, free_axes
+from multibody_sym.pictures.marks.forces import arrow_marks, free_axes, strand_marks
 from multibody_sym.pictures.marks.labels import angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.marks.sliders import rail_marks, stop_marks
-from multibody_sym.pictures.marks.strands import strand_marks
 from multibody_sym.pictures.marks.symbols import SYMBOLS
 from multibody_sym.pictures.page.layout import laid_out
 from multibody_sym.pictures.page.picture import (
@@ -34,7 +33,7 @@ from multibody_sym.pictures.page.picture import (
     view_of,
     width_of,
 )
-from multibody_sym.pictures.page.svg import svg
+from multibody_sym.pictures.page.vector_files import svg
 from multibody_sym.pictures.scene.items import (
     ArrowItem,
     Axes,
@@ -362,7 +361,7 @@ class Figure:
     @property
     def tex(self) -> str:
         """The figure as a LaTeX document with TikZ, which pdflatex makes a page of the figure's size of."""
-        from multibody_sym.pictures.page.tikz import tikz
+        from multibody_sym.pictures.page.vector_files import tikz
 
         return tikz(self.picture)
 

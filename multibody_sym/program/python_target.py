@@ -11,8 +11,7 @@ import numpy as np
 
 from multibody_sym.program import floats
 from multibody_sym.program.arithmetic import Language, Texts, expression
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.statements import Assign, Call, Kernel, Loop, Progression, Scan, Solve, Statement
 from multibody_sym.program.target_layout import (
     SHORTEST_RUN,

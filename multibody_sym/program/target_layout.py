@@ -12,8 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program, operation_count, program_hash, verify_program_name
+from multibody_sym.program.program import Program, interpret, operation_count, program_hash, verify_program_name
 from multibody_sym.program.runtime_constants import GOLDEN, constants_header
 from multibody_sym.program.statements import Callee, ProgramError, Solve, callees
 from multibody_sym.records import dataclass

@@ -10,14 +10,16 @@ import pytest
 import sympy
 from random_formulas import L, a, b, k, m1, random_formula, u, v
 
-from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, with_squares
-from multibody_sym.algebra.sums import (
+from multibody_sym.algebra.simplify import (
+    LARGEST_SUM,
+    Readable,
     _product_of_factors,
     expanded_size,
     terms_of,
     with_numbers_outside,
     with_signs,
     with_sizes,
+    with_squares,
 )
 
 m2 = sympy.Symbol("m2", positive=True)

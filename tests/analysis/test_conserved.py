@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.conserved import Conserved, find_conserved
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.dynamics.theorems.conserved import Conserved, find_conserved
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rolling
 from multibody_sym.model.forces import Damper, Drag, Force, Pull, SpringDamper, Torque

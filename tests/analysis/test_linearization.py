@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import multibody_sym as mbs
 from multibody_sym.analysis.deviations import DeviationFlow
 from multibody_sym.analysis.linearize import period_multipliers
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions

@@ -9,10 +9,10 @@ import pytest
 from mechanisms import random_case, random_state
 
 from multibody_sym.analysis.independent_checks import short_run_misses
+from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.state import State
 

@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.derivation.theorems import with_theorems
 from multibody_sym.documents.derivation import derivation_data
-from multibody_sym.dynamics.theorems.conserved import conserved_quantities
+from multibody_sym.dynamics.conserved import conserved_quantities
 
 EXAMPLES = Path(mbs.__file__).parents[1] / "examples"
 

@@ -16,7 +16,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.answers.free_bodies import CutFree, all_arrows, at_end, at_start, force_names, reaction_arrows
 from multibody_sym.cli.main import main
-from multibody_sym.derivation.force_letters import component_label
+from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.pictures.page.picture import Arc, Arrow, Stroke
 from multibody_sym.pictures.scene.items import ArrowItem, unit
 from multibody_sym.pictures.scene.scene import scene_of

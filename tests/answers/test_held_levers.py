@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints.redundancy import held_coordinates
+from multibody_sym.dynamics.redundancy import held_coordinates
 from multibody_sym.dynamics.start.state import examined_state
 
 TRUSS = """

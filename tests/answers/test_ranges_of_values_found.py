@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.answers.ask import from_runs
-from multibody_sym.answers.ask.zeros import zeros
+from multibody_sym.answers.ask.extremes import zeros
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol
 

@@ -13,7 +13,7 @@ from small_motion_problems import PROBLEMS, Problem
 import multibody_sym as mbs
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
-from multibody_sym.analysis.modes.state import place_of
+from multibody_sym.analysis.modes.matrices import place_of
 from multibody_sym.documents.analysis import linearization_text, modes_text
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, NoSolutionError

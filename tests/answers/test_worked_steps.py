@@ -12,8 +12,8 @@ from problem_files import PROBLEMS, read_problem
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import Formula, Sentence, Worked
-from multibody_sym.answers.worked import elimination as exactly
 from multibody_sym.answers.worked import equations
+from multibody_sym.answers.worked import equations as exactly
 from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.errors import ArgumentError, ExpressionError
 from multibody_sym.scalars.functions import evaluate_float

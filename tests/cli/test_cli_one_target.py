@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from command import EXAMPLES
 
-from multibody_sym.cli import recording as recording_module
+from multibody_sym.cli import runs as recording_module
 from multibody_sym.cli.main import main
 from multibody_sym.motion.simulate import Prepared
 from multibody_sym.text.tables import read_table

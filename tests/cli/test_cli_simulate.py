@@ -179,7 +179,7 @@ def test_a_folder_that_takes_no_file_is_an_output_error(ending: str) -> None:
 
 
 def test_a_read_only_folder_is_found_before_the_run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from multibody_sym.cli.recording import verify_target
+    from multibody_sym.cli.runs import verify_target
 
     monkeypatch.setattr(os, "access", lambda _folder, mode: mode != os.W_OK)
     with pytest.raises(OutputError, match="cannot be written"):

@@ -15,7 +15,7 @@ from multibody_sym.cli import runs
 from multibody_sym.cli.main import main
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare import records
-from multibody_sym.motion.runs import recalled_modes, replay
+from multibody_sym.motion.runs import replay
 from multibody_sym.program import cache
 
 SPEED, RUBS, BOUNCES, HEIGHT, G = 3.0, 0.4, 0.8, 1.0, 9.81
@@ -143,7 +143,7 @@ def test_a_run_that_comes_elsewhere_is_made_from_its_model(
 ) -> None:
     """As with other functions of the system's library, some digits of which differ; no row is told twice."""
     first = run()
-    read = recalled_modes.RecalledModes.of
+    read = replay.RecalledModes.of
 
     def changed(values: Any, *given: Any) -> Any:
         if bent == "leg":
@@ -156,7 +156,7 @@ def test_a_run_that_comes_elsewhere_is_made_from_its_model(
             del values["legs"][1:]
         return read(values, *given)
 
-    monkeypatch.setattr(recalled_modes.RecalledModes, "of", changed)
+    monkeypatch.setattr(replay.RecalledModes, "of", changed)
     assert run() == first
     assert told == ["recalled", "made"]
 
@@ -212,7 +212,7 @@ def test_what_a_valid_file_says_wrongly_is_made_again(
 def test_many_switches_are_not_remembered(
     told: list[str], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(recalled_modes, "MOST", 3)
+    monkeypatch.setattr(replay, "MOST", 3)
     assert run() == run()
     assert told == []
 

@@ -16,9 +16,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.mechanics.forces import applied_forces
-from multibody_sym.mechanics.impact_records import MeetingRow, StruckImpacts
 from multibody_sym.mechanics.impacts import state_in_impact
-from multibody_sym.mechanics.law_elements import LawElement
+from multibody_sym.mechanics.law_elements import LawElement, MeetingRow, StruckImpacts
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, from_parent, motion_of

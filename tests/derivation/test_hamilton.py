@@ -35,12 +35,12 @@ from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.lagrange import energies
 from multibody_sym.derivation.prepare import prepare
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations
+from multibody_sym.dynamics.conserved import candidates
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.dynamics.theorems.conserved import candidates
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates

@@ -8,7 +8,7 @@ import pytest
 from textbook import DOWN, cart_pole, double_pendulum, pendulum, positive, spherical_pendulum
 
 import multibody_sym as mbs
-from multibody_sym.derivation.legendre import Reduction, cyclic_speeds, energy_terms, reduce_energies
+from multibody_sym.derivation.canonical import Reduction, cyclic_speeds, energy_terms, reduce_energies
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.scalars.functions import cos, evaluate_float, sin
 from multibody_sym.scalars.node import Node, as_node, slot

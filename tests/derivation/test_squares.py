@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from multibody_sym.algebra.simplify import with_squares
-from multibody_sym.algebra.sums import expression_of, terms_of
+from multibody_sym.algebra.simplify import expression_of, terms_of, with_squares
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.independent_checks import beyond_rounding, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.model.bodies import GroundMotion
 from multibody_sym.model.constraints import CONSTRAINTS, OnCurve
 from multibody_sym.model.forces import FORCES, Friction

@@ -10,10 +10,10 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.independent_checks import beyond_rounding, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import in_mode
@@ -21,7 +21,7 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.forces import Friction
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 RUBBING = {"prismatic": {}, "revolute": {"radius": 0.05}, "cylindrical": {"radius": 0.05}, "screw": {"radius": 0.05}}
 MOST_SPEEDS = 4

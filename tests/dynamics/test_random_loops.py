@@ -12,11 +12,11 @@ from random_loops import blocks, closed
 import multibody_sym as mbs
 from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, compare_formalisms, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, TIME
 from multibody_sym.mechanics.motion import motion_of

@@ -11,10 +11,10 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
+from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.dynamics.theorems.balance import balance_terms, rates_of, theorems
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.bodies import Body, VariableMass
 from multibody_sym.model.fields import Names

@@ -14,16 +14,15 @@ from scipy.integrate import solve_ivp
 from textbook import cart_pole, double_pendulum, elastic_pendulum, hanging_mass, pendulum_in_xy, top
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.conserved import candidates
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.tree_functions import canonical_programs
-from multibody_sym.dynamics.theorems.conserved import candidates
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates
 from multibody_sym.mechanics.state import State
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import operation_count
+from multibody_sym.program.program import interpret, operation_count
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 

@@ -9,9 +9,8 @@ import pytest
 from hand_models import HandModel
 
 from multibody_sym.motion.integrator.loop import steps_before
-from multibody_sym.motion.loop import chain as chains
-from multibody_sym.motion.loop.chain import End, Leg, chain
-from multibody_sym.motion.loop.integrate import integrate
+from multibody_sym.motion.loop import integrate as chains
+from multibody_sym.motion.loop.integrate import End, Leg, chain, integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Problem, RunFailure
 from multibody_sym.motion.loop.python_loop import python_loop

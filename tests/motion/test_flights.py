@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from multibody_sym.motion.switching.flights import Fall
+from multibody_sym.motion.switching.decision import Fall
 
 
 @pytest.mark.parametrize("start", [0.0, 1e-300, 1e-9, 0.3])

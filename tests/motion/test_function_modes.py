@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from test_function import FOUR_BAR
 
 import multibody_sym as mbs
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 CART = """
 multibody_sym: 1

@@ -10,7 +10,7 @@ from test_loops import elliptic_angle, problem
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.python_loop import python_loop
-from multibody_sym.motion.methods.collocation import IMPLICIT
+from multibody_sym.motion.methods.multistep import IMPLICIT
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program.runtime_constants import Status
 

@@ -25,7 +25,7 @@ import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.sweep import rows as tables
-from multibody_sym.motion.sweep import task
+from multibody_sym.motion.sweep import study as studies
 from multibody_sym.motion.sweep.rows import ENDING, Journal, Row, Rows, missing_spans, open_journal
 
 MOST = 2**30
@@ -117,7 +117,7 @@ def started(system: mbs.System, out: Path, log: Path) -> int:
             os.write(file, b"%d\n" % round(run.parameters[0] - 1))
             return {"x": run["theta"][-1]}
 
-        task._SECONDS = 0.02  # more parts than in life
+        studies._SECONDS = 0.02  # more parts than in life
         mbs.sweep(system, {"l": (1, 300, 300)}, reduce=logged, key="logged", output=out, workers=2)
         code = 0
     finally:
@@ -214,7 +214,7 @@ def test_a_file_that_may_not_grow_is_told_and_the_study_goes_on(tmp_path: Path, 
     if not child:
         try:
             resource.setrlimit(resource.RLIMIT_FSIZE, (65536, resource.RLIM_INFINITY))
-            task._SECONDS = 0.002  # more parts than in life
+            studies._SECONDS = 0.002  # more parts than in life
             mbs.sweep(system, vary, output=out, workers=1)
         except OutputError as error:
             told.write_text(str(error))

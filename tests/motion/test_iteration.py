@@ -3,7 +3,7 @@
 import numpy as np
 
 from multibody_sym.motion.integrator.flow import Flow, ordinary
-from multibody_sym.motion.integrator.implicit_steps import CollocationStepper
+from multibody_sym.motion.integrator.runge_kutta_steps import CollocationStepper
 from multibody_sym.motion.methods.table import METHODS
 
 RADAU_5 = METHODS["radau_5"]

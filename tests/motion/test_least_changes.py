@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from multibody_sym.motion.switching.impact import _least_change
-from multibody_sym.scalars.sparse_rows import Pattern, SparseRows
+from multibody_sym.motion.switching.law_values import Pattern, SparseRows
 
 
 def instant(inverse: np.ndarray) -> Any:

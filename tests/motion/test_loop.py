@@ -9,7 +9,7 @@ from scipy.special import ellipj, ellipk
 from multibody_sym.motion.integrator.flow import Events, Flow, StepError
 from multibody_sym.motion.integrator.loop import sample_times, solution, step_count, steps
 from multibody_sym.motion.methods import table
-from multibody_sym.motion.methods.collocation import IMPLICIT
+from multibody_sym.motion.methods.multistep import IMPLICIT
 from multibody_sym.motion.methods.table import LIBRARY
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.tabulated import Rows, Tabulated

@@ -35,7 +35,7 @@ from multibody_sym.motion.loop.native_course import (
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.loop.python_loop import python_loop
-from multibody_sym.motion.methods.collocation import IMPLICIT
+from multibody_sym.motion.methods.multistep import IMPLICIT
 from multibody_sym.motion.methods.table import LIBRARY, METHODS
 from multibody_sym.program.native import (
     CollocationStruct,
@@ -409,6 +409,6 @@ def test_the_structures_of_python_and_c_have_the_same_layout():
 
 
 def _with_source(text):
-    from multibody_sym.program.compiler import build_library, find_compiler
+    from multibody_sym.program.loading import build_library, find_compiler
 
     return ctypes.CDLL(str(build_library(find_compiler(), {"model.c": text, **runtime_files()})))

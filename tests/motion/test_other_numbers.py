@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.program import compiler
+from multibody_sym.program import loading
 
 CRANK = """
 multibody_sym: 1
@@ -41,13 +41,13 @@ NUMBERS = ({"m": 2.1, "a": 0.15, "l": 0.33, "g": -9.81}, {"m": 2.3, "a": 0.17, "
 def compilations(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """Return the commands that compile or link, as they are given."""
     given: list[object] = []
-    run = compiler._run
+    run = loading._run
 
     def counted(commands, *arguments):
         given.extend(command for command in commands if "-o" in command)
         return run(commands, *arguments)
 
-    monkeypatch.setattr(compiler, "_run", counted)
+    monkeypatch.setattr(loading, "_run", counted)
     return given
 
 

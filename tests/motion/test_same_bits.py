@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.program import compiler
+from multibody_sym.program import loading
 from multibody_sym.program.backend import Backend
 
 LEANS = """
@@ -52,7 +52,7 @@ def test_at_every_level_of_optimisation(tmp_path: Path, monkeypatch: pytest.Monk
     wanted = [moved(parameter) for parameter in MODELS]
     for level in ("-O0", "-O1", "-O2", "-O3"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / level))
-        monkeypatch.setattr(compiler._Build, "_flags", lambda build, _unit, level=level: (*build.compiler.flags, level))
+        monkeypatch.setattr(loading._Build, "_flags", lambda build, _unit, level=level: (*build.compiler.flags, level))
         assert [moved(parameter) for parameter in MODELS] == wanted, level
 
 

@@ -14,7 +14,8 @@ import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.loop import native_problem
-from multibody_sym.motion.sweep import rows, task
+from multibody_sym.motion.sweep import rows
+from multibody_sym.motion.sweep import study as studies
 from multibody_sym.motion.sweep.plan import axes_of, plan_of
 from multibody_sym.motion.sweep.rows import Rows, unnamed_journal
 
@@ -199,7 +200,7 @@ def test_tables_have_the_same_bytes_whatever_parts_rows_came_in(
     monkeypatch.setattr(rows, "_LEAST_GROUP", 7)
     files = [tmp_path / f"{most}.{ending}" for most in (2, 5, 2000)]
     for file, most in zip(files, (2, 5, 2000), strict=True):
-        monkeypatch.setattr(task, "_MOST", most)
+        monkeypatch.setattr(studies, "_MOST_ROWS", most)
         mbs.sweep(system, {"l": (0.2, 0.9, 18)}, output=file, workers=1)
     first, *others = (file.read_bytes() for file in files)
     assert others == [first] * 2

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.theorems.balance import INTEGRAL, THEOREMS
+from multibody_sym.dynamics.balance import INTEGRAL, THEOREMS
 from multibody_sym.motion.results.integrals import impact_balance
 from multibody_sym.motion.switching.impact import ImpactOutcome
 

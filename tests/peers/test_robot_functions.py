@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 pin = pytest.importorskip("pinocchio", reason="the peer pinocchio (extra: peers) is not installed")
 

@@ -24,9 +24,8 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.urdf import UrdfNotice, load_urdf
 from multibody_sym.program.backend import Native
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.scalars.node import quantity
 
 pin = pytest.importorskip("pinocchio", reason="the peer pinocchio (extra: peers) is not installed")

@@ -27,7 +27,7 @@ from multibody_sym.pictures.page.picture import (
     words,
 )
 from multibody_sym.pictures.page.raster import DOTS, raster
-from multibody_sym.pictures.page.tikz import escaped_tex, tikz
+from multibody_sym.pictures.page.vector_files import escaped_tex, tikz
 from multibody_sym.text.printer import GREEK
 
 PEN = Pen(0.8, "#102030", (3.0, 2.0))

@@ -13,7 +13,7 @@ from multibody_sym.model.bodies import SHAPES, Surface
 from multibody_sym.model.constraints import CONSTRAINTS
 from multibody_sym.model.forces import FORCES, Force, Torque
 from multibody_sym.model.joints import JOINTS
-from multibody_sym.pictures.scene import arrows, bodies, joints, stage, strands
+from multibody_sym.pictures.scene import bodies, forces, joints, stage
 from multibody_sym.pictures.scene import bodies as machines
 from multibody_sym.pictures.scene.items import Bowl, Disc, Polyline, Symbol
 from multibody_sym.pictures.scene.scene import Scene, scene_of
@@ -22,11 +22,11 @@ from multibody_sym.pictures.scene.scene import Scene, scene_of
 def test_no_kind_of_element_is_forgotten() -> None:
     assert set(JOINTS.table) == set(joints._SIGNS)
     assert set(SHAPES) == set(bodies._SHAPES)
-    seen = {*strands._STRANDS, *machines._CONSTRAINTS, *machines._IN_JOINTS}
+    seen = {*forces._STRANDS, *machines._CONSTRAINTS, *machines._IN_JOINTS}
     assert set(CONSTRAINTS.table.values()) <= seen
     by_arrows = {Force, Torque, mbs.Drag}
     assert set(FORCES.table.values()) <= seen | by_arrows
-    assert {PointForce, BodyTorque, JointForce} <= set(arrows._LAWS)
+    assert {PointForce, BodyTorque, JointForce} <= set(forces._LAWS)
     kinds = {"sphere", "disc", "plane", "segment", "point", "revolution", "curve", "outline"}
     assert kinds == set(stage._FORMS)
     assert kinds <= set(Surface.__dataclass_fields__)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from geometry import faults, shown, texts
 
-from multibody_sym.pictures.page.free_space import crossings
-from multibody_sym.pictures.page.layout import laid_out
+from multibody_sym.pictures.page.layout import crossings, laid_out
 from multibody_sym.pictures.page.picture import (
     AngleArc,
     Arc,
@@ -23,7 +22,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     words,
 )
-from multibody_sym.pictures.page.svg import svg
+from multibody_sym.pictures.page.vector_files import svg
 
 PEN = Pen(0.9)
 

@@ -9,8 +9,8 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import item_marks, scene_marks
+from multibody_sym.pictures.marks.forces import zigzag
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
-from multibody_sym.pictures.marks.strands import zigzag
 from multibody_sym.pictures.page.picture import (
     MARKED,
     AngleArc,

@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import draw
-from multibody_sym.pictures.page.free_space import crossing_count
+from multibody_sym.pictures.page.layout import crossing_count
 from multibody_sym.pictures.page.picture import Arc, Arrow, Hatch, Mark, Picture, Stroke, TextMark
 from multibody_sym.pictures.scene.scene import scene_of
 

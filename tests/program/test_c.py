@@ -16,8 +16,7 @@ from random_programs import ARITHMETIC, FUNCTIONS, Maker
 
 from multibody_sym.program import c_target
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import Trace

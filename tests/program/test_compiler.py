@@ -9,8 +9,8 @@ import pytest
 from hand_models import OSCILLATOR
 
 from multibody_sym.program import cache
-from multibody_sym.program import compiler as module
-from multibody_sym.program.compiler import CompilerError, begin_runtime, build_library, find_compiler
+from multibody_sym.program import loading as module
+from multibody_sym.program.loading import CompilerError, begin_runtime, build_library, find_compiler
 
 REAL = shutil.which("cc") or shutil.which("gcc")
 

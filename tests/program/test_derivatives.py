@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from random_programs import SMOOTH, Maker
 
 from multibody_sym.program.derivatives import gradient, jacobian
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program, operation_count
+from multibody_sym.program.program import Program, interpret, operation_count
 from multibody_sym.program.statements import Array, ShapeError, UndefinedError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import absolute, atan2, exp, log, maximum, minimum, sign, sin, sqrt, tan, where

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from multibody_sym.errors import ExpressionError
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program, operation_count
+from multibody_sym.program.program import Program, interpret, operation_count
 from multibody_sym.program.statements import Array, UndefinedError
 from multibody_sym.program.trace import Trace, fold_input
 from multibody_sym.scalars.functions import cos, sqrt

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from multibody_sym.program.arithmetic import OPERATIONS, power
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 from multibody_sym.program.statements import Array, ShapeError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import BUILD

@@ -11,11 +11,11 @@ import pytest
 from hand_models import DOUBLE_PENDULUM, OSCILLATOR, planar_pendulum
 
 from multibody_sym.errors import OutputError
-from multibody_sym.program import cache, compiler, loading
+from multibody_sym.program import cache, loading
 from multibody_sym.program.backend import Native
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import FallbackNotice, load, load_c, load_python, recall, remember
 from multibody_sym.program.native import Signature
+from multibody_sym.program.program import interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.functions import log, sin, sqrt
@@ -272,7 +272,7 @@ def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     first, second = run.stdout.splitlines()
     assert float(first.split()[0]) == pytest.approx(np.cos(1) + np.sin(1), abs=1e-7)
     assert first.split(" ", 1)[1] == "set()"
-    assert second == "['backend', 'cache', 'compiler', 'loading', 'native', 'runtime_constants']"
+    assert second == "['backend', 'cache', 'loading', 'native', 'runtime_constants']"
 
 
 # --- Programs ------------------------------------------------------------------------------------------------------
@@ -323,8 +323,8 @@ def test_without_c_python_takes_over_with_one_notice(fresh, monkeypatch, tmp_pat
         (tmp_path / "cc").write_text(f'#!/bin/sh\n[ "$1" = --version ] && exit 0\n{scripts[way]}\n')
         (tmp_path / "cc").chmod(0o755)
         monkeypatch.setenv("CC", str(tmp_path / "cc"))
-        monkeypatch.setattr(compiler, "_SECONDS", 0.2)
-        monkeypatch.setattr(compiler, "_BYTES_PER_SECOND", 1e9)
+        monkeypatch.setattr(loading, "_SECONDS", 0.2)
+        monkeypatch.setattr(loading, "_BYTES_PER_SECOND", 1e9)
     programs = {"state_derivative": small_program()}
     with pytest.warns(FallbackNotice, match="runs as Python") as given:
         compiled, again = load(programs), load(programs)

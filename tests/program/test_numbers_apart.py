@@ -10,10 +10,9 @@ from random_programs import ARITHMETIC, Maker
 
 from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
 from multibody_sym.program.native import open_library
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.target_layout import NUMBERS_FILE
 from multibody_sym.program.trace import Trace

@@ -14,8 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_programs import ARITHMETIC, FUNCTIONS, Maker
 
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.python_target import python_source
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.target_layout import spread_samples

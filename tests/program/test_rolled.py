@@ -23,10 +23,9 @@ from multibody_sym.model.system import System
 from multibody_sym.program import loops as rolling
 from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loading import load
 from multibody_sym.program.loops import rolled_up, with_loops
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.programs import Programs
 from multibody_sym.program.statements import Array, Call, Scan
 from multibody_sym.program.trace import Trace

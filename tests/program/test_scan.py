@@ -14,8 +14,7 @@ from random_programs import SMOOTH, Maker
 from random_scans import WIDTH, Passes
 
 from multibody_sym.program.derivatives import gradient, jacobian
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program, operation_count, program_hash
+from multibody_sym.program.program import Program, interpret, operation_count, program_hash
 from multibody_sym.program.statements import (
     Array,
     DefinedTwiceError,

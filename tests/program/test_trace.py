@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from random_programs import FUNCTIONS, ROUNDED, Maker
 
 from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.statements import Array, Assign, Call, ShapeError, Solve, UndefinedError
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import BUILD, postorder

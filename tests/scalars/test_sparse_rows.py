@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from multibody_sym.scalars.sparse_rows import Pattern, SparseRows
+from multibody_sym.motion.switching.law_values import Pattern, SparseRows
 
 
 @pytest.mark.parametrize("shape", [(7, 5), (1, 3), (300, 40)])

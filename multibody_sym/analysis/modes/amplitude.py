@@ -25,8 +25,8 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.system import System
+from multibody_sym.motion.loop.integrate import COARSER, LEFT
 from multibody_sym.motion.results.trajectory import Trajectory
-from multibody_sym.motion.runs.coarser import COARSER, LEFT
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED

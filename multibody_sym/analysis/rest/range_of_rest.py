@@ -15,8 +15,7 @@ from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, rate, roots, shortest_node
-from multibody_sym.analysis.rest.cone_ends import open_end
-from multibody_sym.analysis.rest.exact_ends import ExactEnd, fits, short_number, with_value
+from multibody_sym.analysis.rest.ends import ExactEnd, fits, open_end, short_number, with_value
 from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, search_of
 from multibody_sym.analysis.rest.statics import Position, RestEnd
 from multibody_sym.derivation.routes import verify_formalism
@@ -33,8 +32,8 @@ from multibody_sym.errors import (
     short_repr,
 )
 from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.forces import verify_kept
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source
-from multibody_sym.mechanics.variable_mass import verify_kept
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED

@@ -14,7 +14,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from multibody_sym.analysis.rest.cone_ends import beyond, sharpen_end
+from multibody_sym.analysis.rest.ends import beyond, sharpen_end
 from multibody_sym.analysis.rest.statics import (
     Direction,
     FrictionCurve,

@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.constraints.closing import normalize
+from multibody_sym.dynamics.closing import normalize
 from multibody_sym.dynamics.contact.contact_problem import Numbered, OneWayRows, Scale
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, with_constants

@@ -14,25 +14,36 @@ from multibody_sym import errors
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
-from multibody_sym.answers.ask.extremes import ExtremeQuestion
+from multibody_sym.answers.ask.extremes import (
+    ANYWHERE,
+    TOLERATED,
+    UNKNOWN,
+    ExtremeQuestion,
+    Zero,
+    reach,
+    vanishes_about,
+    zeros,
+)
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import AskedModes
-from multibody_sym.answers.ask.moment import TimeQuestion
 from multibody_sym.answers.ask.named_answers import with_answers
-from multibody_sym.answers.ask.path import PathQuestion
-from multibody_sym.answers.ask.period import PeriodQuestion
+from multibody_sym.answers.ask.number_questions import (
+    PathQuestion,
+    PeriodQuestion,
+    SpeedQuestion,
+    StartValueQuestion,
+    TimeQuestion,
+    ValueAfterQuestion,
+    ValueWhenQuestion,
+)
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, Question, RunNumbers
-from multibody_sym.answers.ask.speed import SpeedQuestion
-from multibody_sym.answers.ask.value import StartValueQuestion, ValueAfterQuestion, ValueWhenQuestion
-from multibody_sym.answers.ask.zeros import ANYWHERE, TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
-from multibody_sym.answers.instant.conditions import conditions_of_mode
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import free_name, put_in
+from multibody_sym.answers.instant.states import conditions_of_mode
 from multibody_sym.derivation.symbolic_start import WORK, limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.questions import in_order, named_by
-from multibody_sym.mechanics.vocabulary import Dimensions
+from multibody_sym.mechanics.vocabulary import Dimensions, in_order, named_by
 from multibody_sym.model.fields import Names, dimension_of_unit
 from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask, Equation

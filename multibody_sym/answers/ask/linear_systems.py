@@ -23,9 +23,8 @@ from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_ang
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
-from multibody_sym.analysis.modes.record import Modes
+from multibody_sym.analysis.modes.record import Modes, coefficients, determinant, spectrum
 from multibody_sym.analysis.modes.small_motion import SmallMotion
-from multibody_sym.analysis.modes.spectrum import coefficients, determinant, spectrum
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted

@@ -14,7 +14,7 @@ from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.questions import named_by
+from multibody_sym.mechanics.vocabulary import named_by
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import with_expressions
 from multibody_sym.records import dataclass

@@ -26,11 +26,11 @@ from multibody_sym.derivation.symbolic_start import (
     unknowns,
     with_directions,
 )
-from multibody_sym.dynamics.constraints.redundancy import idle_combinations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
+from multibody_sym.dynamics.redundancy import idle_combinations
 from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
 from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.dynamics.start.start import Start

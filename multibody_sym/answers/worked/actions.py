@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.derivation.force_letters import (
+from multibody_sym.derivation.free_bodies import (
     FRICTION,
     MOMENT,
     SPRING,

@@ -15,8 +15,7 @@ import sympy
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.records import Formula, Line, Quantity, Sentence, WorkedStep
 from multibody_sym.answers.worked.actions import gripping_ratio, is_grip
-from multibody_sym.answers.worked.elimination import LinearForm, in_sympy, linear
-from multibody_sym.answers.worked.equations import Equations
+from multibody_sym.answers.worked.equations import Equations, LinearForm, in_sympy, linear
 from multibody_sym.derivation.notation import Notation
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.modes import in_mode

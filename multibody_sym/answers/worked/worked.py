@@ -26,8 +26,11 @@ from multibody_sym.answers.records import (
 )
 from multibody_sym.answers.worked.actions import Action, gripping_ratio
 from multibody_sym.answers.worked.alternatives import rejected_alternatives
-from multibody_sym.answers.worked.elimination import (
+from multibody_sym.answers.worked.equations import (
+    BodyForce,
     EliminationStep,
+    Equations,
+    FreeBody,
     HandElimination,
     LinearForm,
     NumberedEquation,
@@ -36,8 +39,7 @@ from multibody_sym.answers.worked.elimination import (
     in_sympy,
     short,
 )
-from multibody_sym.answers.worked.equations import BodyForce, Equations, FreeBody
-from multibody_sym.derivation.force_letters import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
+from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
 from multibody_sym.derivation.notation import (
     MULTIPLIER,
     NAME,

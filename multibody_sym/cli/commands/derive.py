@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> Reply:
     from multibody_sym.derivation.theorems import with_theorems
     from multibody_sym.documents.derivation import derivation_data, derivation_document
     from multibody_sym.documents.document import write_document
-    from multibody_sym.dynamics.theorems.conserved import conserved_quantities
+    from multibody_sym.dynamics.conserved import conserved_quantities
 
     with model(options) as system:
         equations = derive(system, options.method, budget=options.budget, **model_options(options))

@@ -14,7 +14,7 @@ from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import time_stages
 
 if TYPE_CHECKING:
-    from multibody_sym.cli.recording import Recording
+    from multibody_sym.cli.runs import Recording
     from multibody_sym.motion.results.samples import Samples
     from multibody_sym.motion.results.trajectory import Trajectory
 
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> Reply:
         verify_apart(options.file, target)
     table = None
     if options.output is not None:
-        from multibody_sym.cli.recording import Recording
+        from multibody_sym.cli.runs import Recording
 
         table = Recording(options.output, units)
     with time_stages("other") as times:

@@ -19,8 +19,8 @@ from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.results.plot import plot_of
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.draw import item_marks
+from multibody_sym.pictures.marks.forces import strand_marks
 from multibody_sym.pictures.marks.sheet import Sheet
-from multibody_sym.pictures.marks.strands import strand_marks
 from multibody_sym.pictures.page.picture import Picture, Projection, Wanted, in_order, shifted_mark
 from multibody_sym.pictures.page.raster import pixels
 from multibody_sym.pictures.plots import COLOURS, Plot

@@ -14,10 +14,10 @@ import numpy as np
 from multibody_sym.documents.animation.frames import Frames, alike, side_by_side, strand_points
 from multibody_sym.errors import OutputError
 from multibody_sym.pictures.draw import MOST_NAMED, item_marks
+from multibody_sym.pictures.marks.forces import strand_marks
 from multibody_sym.pictures.marks.labels import label_marks
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
-from multibody_sym.pictures.marks.strands import strand_marks
-from multibody_sym.pictures.page.free_space import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
+from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
 from multibody_sym.pictures.page.picture import (
     ROPE,
     Arc,
@@ -34,7 +34,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.page.svg import escaped_xml, number, svg_elements
+from multibody_sym.pictures.page.vector_files import escaped_xml, number, svg_elements
 from multibody_sym.pictures.scene.items import Anchor, Axes, Disc, Item, PlacedStrand, Polyline, TurnStop, across
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats

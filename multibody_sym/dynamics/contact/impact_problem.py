@@ -19,9 +19,8 @@ from multibody_sym.contact_laws.problem import FrictionLaw, LawProblem
 from multibody_sym.contact_laws.routh_method import AT_REST
 from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, tree_dynamics_of, weighted_rows
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
-from multibody_sym.mechanics.impact_records import StruckImpacts
 from multibody_sym.mechanics.impacts import impact_mechanism, jumping_motions, state_in_impact, with_meetings
-from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode, StruckImpacts
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import rows_in_mode
 from multibody_sym.mechanics.motion import Motion, motion_of

@@ -36,9 +36,8 @@ from multibody_sym.dynamics.programs.repeated_bodies import (
     worth_scanning,
 )
 from multibody_sym.dynamics.programs.system import friction_of
-from multibody_sym.mechanics.impact_records import JumpRow, MeetingRow
 from multibody_sym.mechanics.impacts import after_impact, impact_mechanism, state_in_impact
-from multibody_sym.mechanics.law_elements import LawElement
+from multibody_sym.mechanics.law_elements import JumpRow, LawElement, MeetingRow
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (

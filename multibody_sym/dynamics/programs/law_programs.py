@@ -19,7 +19,7 @@ from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import LikeContacts, Weighted, like_contacts
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.energy import kinetic_energy, split
-from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, carried_by_flows
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
@@ -27,7 +27,6 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row as ConstraintRow
 from multibody_sym.mechanics.state import arrays, slot_state
-from multibody_sym.mechanics.variable_mass import carried_by_flows
 from multibody_sym.program.loops import with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array

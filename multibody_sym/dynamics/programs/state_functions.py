@@ -14,8 +14,15 @@ from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_programs import column
-from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, centre_of_mass, momentum
-from multibody_sym.dynamics.programs.quantities import Sources, centre_marker, with_quantities
+from multibody_sym.dynamics.programs.quantities import (
+    Sources,
+    angular_momentum,
+    body_momenta,
+    centre_marker,
+    centre_of_mass,
+    momentum,
+    with_quantities,
+)
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, state_derivative
 from multibody_sym.dynamics.programs.tree_functions import (
@@ -26,7 +33,7 @@ from multibody_sym.dynamics.programs.tree_functions import (
 )
 from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.errors import InputError, ModelError
-from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, spread
 from multibody_sym.mechanics.points import (
@@ -41,7 +48,6 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import arrays, slot_state
-from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import COM
 from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace
 from multibody_sym.program.program import Program

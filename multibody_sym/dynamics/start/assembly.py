@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import (
+from multibody_sym.dynamics.closing import (
     CLOSED,
     ConstraintRows,
     Residual,

@@ -20,9 +20,8 @@ from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.errors import ModelError, NoSolutionError, Where, at
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.impact_records import MEETING, MeetingRow, StruckImpacts
 from multibody_sym.mechanics.impacts import state_in_impact
-from multibody_sym.mechanics.law_elements import LawElement
+from multibody_sym.mechanics.law_elements import MEETING, LawElement, MeetingRow, StruckImpacts
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import direction, position

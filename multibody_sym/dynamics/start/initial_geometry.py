@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
+from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.errors import ModelError, MultibodyError, at, gathered
 from multibody_sym.mechanics.contact_geometry import ON_POINTS, allowed_past_end, fits, flat_rims, reach, touch
 from multibody_sym.mechanics.forces import apart

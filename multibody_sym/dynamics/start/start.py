@@ -13,16 +13,16 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, displaced, normalize
-from multibody_sym.dynamics.constraints.redundancy import (
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near, displaced, normalize
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, verify_inertia
+from multibody_sym.dynamics.programs.system import CompiledRows
+from multibody_sym.dynamics.redundancy import (
     contradiction_of,
     contradictions_named,
     generic_rank,
     verify_regular,
 )
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, verify_inertia
-from multibody_sym.dynamics.programs.closing import CompiledRows
 from multibody_sym.dynamics.start.assembly import absolute_state, assembled_position, assembled_speeds
 from multibody_sym.dynamics.start.initial_geometry import (
     has_curves,

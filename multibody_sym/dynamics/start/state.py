@@ -17,8 +17,8 @@ from typing import Final
 
 from multibody_sym.contact_laws.problem import COLLIDE, LawStates, Verdict
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, Posed, Scale, accelerations_of, one_way_rows
-from multibody_sym.dynamics.programs.closing import CompiledRows
-from multibody_sym.dynamics.programs.literals import with_constants
+from multibody_sym.dynamics.programs.repeated_bodies import with_constants
+from multibody_sym.dynamics.programs.system import CompiledRows
 from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.initial_geometry import value_at, verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.number_checks import check_numbers

@@ -16,7 +16,6 @@ from sys import float_info
 import numpy as np
 
 from multibody_sym.motion.integrator.events import Watch
-from multibody_sym.motion.integrator.explicit_steps import AdamsStepper, ExplicitStepper, StoermerStepper, VerletStepper
 from multibody_sym.motion.integrator.flow import (
     Derivative,
     Flow,
@@ -28,12 +27,17 @@ from multibody_sym.motion.integrator.flow import (
     scaled_norm,
     steps_before,
 )
-from multibody_sym.motion.integrator.implicit_steps import CollocationStepper
 from multibody_sym.motion.integrator.library_steps import library_steps
+from multibody_sym.motion.integrator.runge_kutta_steps import (
+    AdamsStepper,
+    CollocationStepper,
+    ExplicitStepper,
+    StoermerStepper,
+    VerletStepper,
+)
 from multibody_sym.motion.integrator.singular import Approach, moved_far
-from multibody_sym.motion.methods.collocation import Collocation
-from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
-from multibody_sym.motion.methods.runge_kutta import RungeKutta
+from multibody_sym.motion.methods.explicit import RungeKutta
+from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Collocation, Stoermer, StoermerVerlet
 from multibody_sym.motion.methods.table import LibraryMethod, Method
 from multibody_sym.program.runtime_constants import (
     GROWTH,

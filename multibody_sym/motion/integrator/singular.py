@@ -24,8 +24,8 @@ from multibody_sym.motion.integrator.flow import (
     TrialStep,
     require_finite,
 )
-from multibody_sym.motion.methods.collocation import Collocation
-from multibody_sym.motion.methods.runge_kutta import RungeKutta
+from multibody_sym.motion.methods.explicit import RungeKutta
+from multibody_sym.motion.methods.multistep import Collocation
 from multibody_sym.motion.methods.table import Method
 from multibody_sym.program.runtime_constants import (
     ASIDE,

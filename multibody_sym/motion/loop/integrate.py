@@ -1,15 +1,26 @@
-"""Integration of loaded programs: one call that runs the loop in C or Python, shows progress and keeps what it has."""
+"""A problem integrated in C or Python, with progress; once more, coarser, for the error of its end; in legs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Final
+from functools import cached_property
+from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
 
 from multibody_sym.motion.loop.native_loop import native_loop
-from multibody_sym.motion.loop.problem import Chunk, Event, Loop, Problem, Progress, RunFailure, Statistics
+from multibody_sym.motion.loop.problem import (
+    Begun,
+    Chunk,
+    Event,
+    Loop,
+    Passage,
+    Problem,
+    Progress,
+    RunFailure,
+    Statistics,
+)
 from multibody_sym.motion.methods.table import LibraryMethod
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
@@ -126,3 +137,267 @@ def end_at_once(problem: Problem, samples: Floats) -> Iterator[Progress]:
     assert index is not None
     samples[0] = problem.x0
     yield Progress(1, problem.t0, problem.x0, Statistics(), None, (Event(problem.t0, index, True),))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The error of a run's end, as a coarser run shows it: larger tolerances, or twice the step.
+
+
+COARSER: Final = 100
+"""By how much the tolerances of coarser runs are larger."""
+LEFT: Final = 0.1
+"""The part that is left of an error by a tolerance so much smaller; errors fall faster."""
+_MOST_STEPS: Final = 20_000
+"""Steps of a run that is made once more."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndChanges:
+    """By how much a coarser run ends at another time and state; the `part` of it that bounds the error of the run."""
+
+    t: float
+    q: Floats
+    u: Floats
+    part: float
+
+
+def end_changes(problem: Problem, done: Integration) -> EndChanges | None:
+    """Return what a coarser run changes at the end; None of long runs and those that fail, or end otherwise."""
+    if done.failure is not None or done.statistics.steps > _MOST_STEPS or not len(problem.x0):
+        return None
+    if problem.step is None:
+        coarser = replace(problem, samples=2, rtol=COARSER * problem.rtol, atol=COARSER * problem.atol)
+    else:
+        coarser = replace(problem, samples=2, step=2.0 * problem.step)
+    other = integrate(coarser)
+    if other.status is not done.status:
+        return None
+    q, u = np.abs(other.q_final - done.q_final), np.abs(other.u_final - done.u_final)
+    return EndChanges(abs(other.t_final - done.t_final), q, u, LEFT if problem.step is None else 1.0)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Runs that go on in another problem where a switching function of the mode they are in says that it ends.
+#
+# All parts share the samples and the time from which steps are counted; each has Programs of its own.
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A part of a run in one problem: samples number `first` up to `end`, in time up to `until`, by so many `steps`.
+
+    It is the problem `of` a mode, begun where it was entered if that was passed `since`. `before`: the steps that the
+    loop that took these had taken before.
+    """
+
+    of: Problem
+    first: int = 0
+    end: int = 0
+    until: float = 0.0
+    steps: int = 0
+    since: Passage | None = None
+    before: int = 0
+
+    @property
+    def start(self) -> float:
+        """The time at which it begins."""
+        return self.of.start if self.since is None else self.since.time
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem from the start of this part on."""
+        if self.since is None:
+            return self.of
+        passed, nq = self.since, len(self.of.q0)
+        q, u = passed.x[:nq], passed.x[nq:]
+        return replace(self.of, begun=Begun(passed.time, self.first), q0=q, u0=u, margins=passed.margins)
+
+    def come(self, end: int, until: float, steps: int) -> Self:
+        """Return it as far as it has come, by the steps of its loop."""
+        return replace(self, end=end, until=until, steps=steps - self.before)
+
+    def entered(self, of: Problem, at: Progress) -> Self:
+        """Return it as it begins where a run has come to, in a problem."""
+        return replace(self, of=of, first=at.written, end=at.written, until=at.time, steps=0, since=None, before=0)
+
+    def passed_into(self, since: Passage) -> Self:
+        """Return it as it begins where the loop has passed into its mode once more."""
+        first, time, before = since.written, since.time, since.steps
+        return replace(self, first=first, end=first, until=time, steps=0, since=since, before=before)
+
+
+LegT = TypeVar("LegT", bound=Leg)
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Where a leg ended: the state x (nq + nu,) at `begun`, by switching function `index` of its mode.
+
+    Where no step leads on, as rows come to depend on each other, that is `NO_STEP`.
+    """
+
+    begun: Begun
+    x: Floats
+    index: int
+
+
+NO_STEP: Final = -1
+
+
+@dataclass(frozen=True, eq=False)
+class LegAnswer:
+    """Where a leg went on, by its number: the state `after` a jump of speeds, by that of the switching function."""
+
+    leg: int
+    time: float
+    index: int
+    after: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class End(Generic[LegT]):
+    """Where a run ends as it might go on in another leg: it fails, or meets a stop, before that `leg` or `behind` it.
+
+    Behind it the leg tells the state there: it has hardly begun.
+    """
+
+    failure: RunFailure | None = None
+    stop: Event | None = None
+    leg: LegT | None = None
+    behind: bool = False
+
+
+_AT_SAMPLE: Final = 1e-9
+"""The part of the time between samples within which a run stops at the one before."""
+
+NextLeg = Callable[[LegT, Switch], "LegT | End[LegT] | None"]
+"""Returns the leg that follows where one ended, or the end of the run; None where no step leads on and nothing else."""
+
+
+def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
+    """Return the loop of a run from leg to leg: to the first of `legs` it adds others, the one under way last."""
+
+    def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
+        done = Progress(0, problem.start, problem.x0, Statistics(), None)
+        legs[-1], run = legs[-1].entered(problem, done), first_loop(problem)
+        while True:
+            latest = done
+            for progress in run(problem, samples):
+                problem = legs[-1].of  # the loop may have gone on from mode to mode
+                latest = _join_progress(done, progress, problem)
+                legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
+                if _switch_number(progress, problem) is None and not _is_singular(latest, problem):
+                    yield latest
+            at, following = Begun(latest.time, latest.written), None
+            if _is_singular(latest, problem):
+                following = next_leg(legs[-1], Switch(at, latest.x, NO_STEP))
+                if following is None:
+                    yield latest
+                    return
+                latest = replace(latest, failure=None)
+            index = _switch_number(progress, problem)
+            if following is None and (index is None or latest.failure is not None):
+                return
+            if problem.is_over(latest.time) or latest.written == len(samples):
+                yield _over(latest, latest.x, samples, legs)
+                return
+            following = following or next_leg(legs[-1], Switch(at, latest.x, index or 0))
+            assert following is not None  # a mode ends where another follows, or the run
+            if isinstance(following, End):
+                yield _end_progress(latest, following, problem, samples, legs)
+                return
+            left = problem.max_steps - progress.statistics.steps
+            problem, done = replace(following.of, max_steps=max(left, 1)), latest
+            legs[-1] = replace(legs[-1], until=following.start)  # before its last step ended, or behind it
+            legs.append(following.entered(problem, latest))
+            run = loop_for(problem)
+            if problem.is_over(problem.start):  # the end of the run is where it switched
+                yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
+                return
+
+    return loop
+
+
+def _end_progress(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress at the end of a run, a sample telling where it stops."""
+    if end.leg is not None:
+        legs[-1] = replace(legs[-1], until=end.leg.start)
+    if end.stop is None:
+        return replace(latest, failure=end.failure)
+    if end.leg is not None and end.behind:
+        return _stopped_behind(latest, end.stop, end.leg, samples, legs)
+    latest = _sample_end(latest, problem, samples)
+    legs[-1] = replace(legs[-1], end=latest.written)
+    return replace(latest, events=(*latest.events, end.stop))
+
+
+def _over(latest: Progress, x: Floats, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress at the end of the run, what is left of the samples being the state there."""
+    samples[latest.written :] = x
+    legs[-1] = replace(legs[-1], end=len(samples), until=latest.time)
+    return replace(latest, written=len(samples), x=x)
+
+
+def _sample_end(latest: Progress, problem: Problem, samples: Floats) -> Progress:
+    """Return the progress with a sample of where the run stops, if that is behind the last one."""
+    last, following = problem.times()[latest.written - 1 :][:2] if latest.written < len(samples) else (0.0, np.inf)
+    if latest.time - last <= _AT_SAMPLE * (following - last):
+        return latest
+    samples[latest.written] = latest.x
+    return replace(latest, written=latest.written + 1)
+
+
+def _stopped_behind(latest: Progress, stop: Event, leg: LegT, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress that ends behind a switch, in a leg, the last sample telling the state there."""
+    until, first, problem = stop.time, latest.written, leg.of
+    passed = [each for each in problem.times()[first:].tolist() if each <= until]
+    for k, time in enumerate(passed, first):
+        samples[k] = shortly(problem, time)
+    x = shortly(problem, until)
+    told = _sample_end(replace(latest, x=x, time=until, written=first + len(passed)), problem, samples)
+    first = min(first, told.written - 1)
+    samples[told.written - 1] = x
+    legs[-1] = replace(legs[-1], end=first)
+    legs.append(replace(leg, first=first, end=told.written, until=until))
+    return replace(told, events=(*told.events, stop))
+
+
+def shortly(problem: Problem, time: float) -> Floats:
+    """Return the state (nq + nu,) of a run shortly after its start, or before it, by one step of order 4."""
+    step = time - problem.start
+    return problem.x0 if step == 0.0 else runge_kutta_step(problem.rates, problem.start, problem.x0, step)
+
+
+def runge_kutta_step(rates: Callable[[float, Floats], Floats], t: float, x: Floats, step: float) -> Floats:
+    """Return the state (nq + nu,) a step (s) after a state x at time t, of order 4."""
+    half, whole = t + 0.5 * step, t + step
+    k1 = rates(t, x)
+    k2 = rates(half, x + 0.5 * step * k1)
+    k3 = rates(half, x + 0.5 * step * k2)
+    k4 = rates(whole, x + step * k3)
+    state: Floats = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return state
+
+
+def _switch_number(progress: Progress, problem: Problem) -> int | None:
+    """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
+    last = progress.events[-1] if progress.events else None
+    return last.index - problem.switches if last is not None and last.index >= problem.switches else None
+
+
+def _is_singular(progress: Progress, problem: Problem) -> bool:
+    """Return whether a loop ended as near a singular position; where steps do not cross one, they fail."""
+    status = Status.RUNNING if progress.failure is None else progress.failure.status
+    short = status in (Status.STEP_UNDERFLOW, Status.NOT_CONVERGED)
+    return status is Status.SINGULAR or (short and not problem.crosses)
+
+
+def _join_progress(done: Progress, latest: Progress, problem: Problem) -> Progress:
+    """Return the progress of a run with a part that was done before."""
+    events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < problem.switches)
+    return replace(
+        latest,
+        statistics=done.statistics.joined(latest.statistics),
+        events=(*done.events, *events),
+        singular=(*done.singular, *latest.singular),
+    )

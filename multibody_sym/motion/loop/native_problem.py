@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.methods.runge_kutta import RungeKutta, Tableau
+from multibody_sym.motion.methods.explicit import RungeKutta, Tableau
 from multibody_sym.motion.methods.table import Method
 from multibody_sym.program.native import CollocationStruct, MethodStruct, NativeFunction, ProblemStruct, SystemStruct
 from multibody_sym.program.runtime_constants import Family
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.methods.collocation import Collocation
-    from multibody_sym.motion.methods.multistep import Multistep
+    from multibody_sym.motion.methods.multistep import Collocation, Multistep
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -37,8 +36,7 @@ def method_struct(method: Method) -> MethodStruct:
     """
     if isinstance(method, RungeKutta):
         return _struct(Family.EXPLICIT, method, method.tableau, {})
-    from multibody_sym.motion.methods.collocation import Collocation
-    from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Stoermer, StoermerVerlet
+    from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Collocation, Stoermer, StoermerVerlet
 
     if isinstance(method, Collocation):
         return _collocation(method)

@@ -167,7 +167,7 @@ class Problem:
             if not true:
                 raise ValueError(f"not true that {claim}")
         if not ("jacobian" in self.compiled or self.index_2):
-            from multibody_sym.motion.methods.collocation import Collocation
+            from multibody_sym.motion.methods.multistep import Collocation
 
             if isinstance(self.method, Collocation):
                 raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")

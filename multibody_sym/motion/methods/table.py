@@ -48,7 +48,7 @@ def _maker(name: str) -> Callable[[], Method]:
 
     if name in EXPLICIT:
         return EXPLICIT[name]
-    from multibody_sym.motion.methods.collocation import IMPLICIT
+    from multibody_sym.motion.methods.multistep import IMPLICIT
 
     if name in IMPLICIT:
         return IMPLICIT[name]

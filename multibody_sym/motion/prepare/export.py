@@ -24,7 +24,7 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.targets import LANGUAGES
 from multibody_sym.program.trace import fold_input

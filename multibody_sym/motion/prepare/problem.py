@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from multibody_sym.derivation.routes import formalism_name, verify_formalism
-from multibody_sym.dynamics.programs.closing import CompiledRows, closes_by_programs
-from multibody_sym.dynamics.programs.literals import with_constants
 from multibody_sym.dynamics.programs.reactions import switchings
+from multibody_sym.dynamics.programs.repeated_bodies import with_constants
+from multibody_sym.dynamics.programs.system import CompiledRows, closes_by_programs
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.parameters import ARITHMETIC
 from multibody_sym.dynamics.start.start import verify_regular_start
@@ -36,7 +36,7 @@ from multibody_sym.scalars.sign_changes import known_zeros
 from multibody_sym.stages import stage
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.switching.every import LawMechanism
+    from multibody_sym.motion.switching.law_mechanism import LawMechanism
     from multibody_sym.program.programs import Form
 
 
@@ -171,7 +171,7 @@ def prepare_system(
     state = with_numbers_as_data(state.before_a_run)
     laws = None
     if modes and state.declared.one_way:
-        from multibody_sym.motion.switching.every import LawMechanism  # which few runs need
+        from multibody_sym.motion.switching.law_mechanism import LawMechanism  # which few runs need
 
         laws = LawMechanism.of(state.declared, system.simulation)
     if laws is not None and laws.every is not None:

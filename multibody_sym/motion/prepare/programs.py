@@ -48,8 +48,10 @@ def compile_mechanism(
     if recalled is not None:
         return recalled
     loading.begin(_parts(mechanism, form), code)
-    from multibody_sym.dynamics.programs.closing import closing_programs
-    from multibody_sym.dynamics.programs.system import programs  # a run that recalls needs none of it
+    from multibody_sym.dynamics.programs.system import (
+        closing_programs,
+        programs,  # a run that recalls needs none of it
+    )
 
     with without_collection():
         with stage("derive"):

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from multibody_sym.dynamics.start.state import StartState
     from multibody_sym.mechanics.mechanism import Mechanism
     from multibody_sym.model.system import System
-    from multibody_sym.motion.loop.chain import Leg
-    from multibody_sym.motion.switching.every import LawMechanism
+    from multibody_sym.motion.loop.integrate import Leg
+    from multibody_sym.motion.switching.law_mechanism import LawMechanism
     from multibody_sym.scalars.node import Node
 
 

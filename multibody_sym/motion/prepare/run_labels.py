@@ -84,7 +84,7 @@ class RunLabels:
     @cached_property
     def doubles(self) -> dict[str, int]:
         """The joints whose coordinates massless doubles keep, with their speeds."""
-        from multibody_sym.dynamics.constraints.redundancy import doubles_of
+        from multibody_sym.dynamics.redundancy import doubles_of
 
         return doubles_of(self.mechanism)
 
@@ -193,7 +193,7 @@ class RunLabels:
     @cached_property
     def loses_mass(self) -> bool:
         """Whether the mass of a body varies."""
-        from multibody_sym.mechanics.variable_mass import varies
+        from multibody_sym.mechanics.forces import varies
 
         return any(map(varies, self.mechanism.bodies))
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.settings import Baumgarte, Settings
-from multibody_sym.motion.methods.collocation import IMPLICIT, INDEX_2
+from multibody_sym.motion.methods.multistep import IMPLICIT, INDEX_2
 from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, LOOKING_BACK, METHODS, LibraryMethod, Method
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.dynamics.balance import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.programs.momenta import angular_momentum, body_momenta, generalized_momenta
-from multibody_sym.dynamics.programs.quantities import quantities
-from multibody_sym.dynamics.theorems.balance import INTEGRAL, THEOREMS, theorems_program
+from multibody_sym.dynamics.programs.quantities import angular_momentum, body_momenta, generalized_momenta, quantities
 from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row

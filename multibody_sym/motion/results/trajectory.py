@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.dynamics.redundancy import Redundancy
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
@@ -19,21 +19,21 @@ from multibody_sym.motion.prepare.run_labels import freeze
 from multibody_sym.motion.results.remarks import (
     accuracy_of,
     coordinates_too_far,
+    crossed_boxes,
     growing_energy,
     outputs_without_value,
     pulling_wheels,
     pushing_ropes,
 )
-from multibody_sym.motion.results.run_record import RunRecord
-from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.samples import RunRecord, Samples
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
+    from multibody_sym.motion.loop.integrate import EndChanges
     from multibody_sym.motion.results.integrals import FineLeg, Miss
-    from multibody_sym.motion.results.run_record import FrictionWork, RunInModes
-    from multibody_sym.motion.runs.coarser import EndChanges
+    from multibody_sym.motion.results.samples import FrictionWork, RunInModes
     from multibody_sym.text.values import Units
 
 
@@ -120,11 +120,7 @@ class Trajectory(Samples):
 
     @cached_property
     def _crossed_boxes(self) -> list[dict[str, Any]]:
-        if not self._told.boxes:
-            return []
-        from multibody_sym.motion.results.crossed_boxes import crossed_boxes
-
-        return crossed_boxes(self)
+        return crossed_boxes(self) if self._told.boxes else []
 
     @property
     def changes(self) -> list[dict[str, Any]]:
@@ -207,7 +203,7 @@ class Trajectory(Samples):
         """What a coarser run changes of `final`, where one is made: none from mode to mode, nor of long runs."""
         if self.modes is not None:
             return None
-        from multibody_sym.motion.runs.coarser import end_changes
+        from multibody_sym.motion.loop.integrate import end_changes
 
         return end_changes(self.problem, self.integration)
 
@@ -237,8 +233,8 @@ class Trajectory(Samples):
             return Redundancy(rank - sum(told.doubles.values()), (), (), doubles=told.doubles)
         if self.ready.known is not None:
             return Redundancy(**freeze(self.ready.known["redundancy"]))
-        from multibody_sym.dynamics.constraints.redundancy import redundancy  # which few runs need
         from multibody_sym.dynamics.formalisms.composite_body import composite_body
+        from multibody_sym.dynamics.redundancy import redundancy  # which few runs need
         from multibody_sym.mechanics.motion import motion_of
         from multibody_sym.mechanics.state import state_of
 

@@ -10,25 +10,24 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, Residual
-from multibody_sym.dynamics.constraints.redundancy import contradiction_of, nearly_dependent
+from multibody_sym.dynamics.closing import ConstraintRows, Residual
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.reactions import ropes
+from multibody_sym.dynamics.redundancy import contradiction_of, nearly_dependent
 from multibody_sym.errors import InputError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS, fits, flat_rims
-from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces
+from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, why_locked
 from multibody_sym.mechanics.row_records import Marker, RopeRow, VelocityRow
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.mechanics.variable_mass import varies
 from multibody_sym.model.bodies import GROUND, used_up
 from multibody_sym.motion.integrator.flow import Flow, StepError
 from multibody_sym.motion.integrator.loop import first_step, least_step
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem, Reason, RunFailure
-from multibody_sym.motion.methods.collocation import Collocation
+from multibody_sym.motion.methods.multistep import Collocation
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves

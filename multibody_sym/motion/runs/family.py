@@ -14,11 +14,16 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 
 from multibody_sym.derivation.routes import formalism_name
-from multibody_sym.dynamics.constraints.closing import normalize
-from multibody_sym.dynamics.programs.closing import CompiledRows
-from multibody_sym.dynamics.programs.literals import with_constants
-from multibody_sym.dynamics.start.number_bounds import is_driven, is_plain, is_plain_but_for_loops, quick_look
-from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.closing import normalize
+from multibody_sym.dynamics.programs.repeated_bodies import with_constants
+from multibody_sym.dynamics.programs.system import CompiledRows
+from multibody_sym.dynamics.start.number_checks import (
+    check_numbers,
+    is_driven,
+    is_plain,
+    is_plain_but_for_loops,
+    quick_look,
+)
 from multibody_sym.dynamics.start.parameters import evaluation_order, value_or_nan
 from multibody_sym.dynamics.start.start import Start, start_from
 from multibody_sym.dynamics.start.state import StartState
@@ -37,7 +42,7 @@ from multibody_sym.motion.prepare.programs import compile_mechanism
 from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.prepare.settings import form_of, stabilises
-from multibody_sym.motion.results.run_record import SingleRun
+from multibody_sym.motion.results.samples import SingleRun
 from multibody_sym.program import loading
 from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.loading import Compiled

@@ -8,8 +8,7 @@ from typing import Any
 from multibody_sym.errors import RunError
 from multibody_sym.motion.loop.integrate import first_loop, integrate
 from multibody_sym.motion.loop.problem import Chunk
-from multibody_sym.motion.results.run_record import Departed, NewSamples, RunRecord, RunStart, SingleRun
-from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.samples import Departed, NewSamples, RunRecord, RunStart, Samples, SingleRun
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.stages import stage

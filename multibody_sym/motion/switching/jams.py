@@ -18,7 +18,7 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.motion.loop.chain import runge_kutta_step
+from multibody_sym.motion.loop.integrate import runge_kutta_step
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.motion.switching.legs import ModeLeg
@@ -103,7 +103,7 @@ def _state(facts: LawValues) -> Floats:
 
 def jams(now: ModeLeg, t: float, x: Floats) -> bool:
     """Return whether friction, and not what restricts positions, takes next to all of what rows push at a state."""
-    from multibody_sym.dynamics.constraints.redundancy import nearly_dependent  # which few runs need
+    from multibody_sym.dynamics.redundancy import nearly_dependent  # which few runs need
 
     mechanism, parameters = now.program.entered, now.parameters
     if not any(row.sliding for row in mechanism.rows):

@@ -20,8 +20,8 @@ from multibody_sym.mechanics.modes import has_rim
 from multibody_sym.motion.loop.problem import ActiveRows, Rub
 from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.decision import SOON, NextState
+from multibody_sym.motion.switching.law_mechanism import is_tip
 from multibody_sym.motion.switching.law_values import Laws, LawValues
-from multibody_sym.motion.switching.rare_contacts import is_tip
 from multibody_sym.program.runtime_constants import CLEAR_BY, CLEAR_MOTION, MOST_ACTIVE, WITHIN
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats

@@ -21,8 +21,8 @@ from multibody_sym.mechanics.law_elements import FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.states import StateCondition
 from multibody_sym.model.system import System, expressions_in
-from multibody_sym.motion.loop import chain
-from multibody_sym.motion.loop.chain import End, Switch
+from multibody_sym.motion.loop import integrate
+from multibody_sym.motion.loop.integrate import End, Switch
 from multibody_sym.motion.loop.problem import SEVERAL, Event
 from multibody_sym.motion.prepare.records import LegSamples, leg_samples
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
@@ -98,7 +98,7 @@ class Cause:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ModeLeg(chain.Leg):
+class ModeLeg(integrate.Leg):
     """A part of a run in a `mode`, by its Programs; `cause` is what it begins with, but for another mode."""
 
     program: ModeProgram
@@ -142,7 +142,7 @@ class ModeLeg(chain.Leg):
 
 
 @dataclass(frozen=True, eq=False)
-class LegJump(chain.LegAnswer):
+class LegJump(integrate.LegAnswer):
     """Where a leg went on: from a state that had `moved`, and after what struck, if that is the `cause`."""
 
     moved: bool = False

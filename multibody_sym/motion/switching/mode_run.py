@@ -19,7 +19,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import friction_parts
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.model.settings import Settings
-from multibody_sym.motion.loop.chain import NO_STEP, End, Switch, chain, shortly
+from multibody_sym.motion.loop.integrate import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import own_coefficient
 from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws
@@ -34,13 +34,13 @@ from multibody_sym.motion.results.integrals import (
     integral,
     with_program,
 )
-from multibody_sym.motion.results.run_record import EnergyAccount, FrictionWork
-from multibody_sym.motion.switching import rare_contacts
+from multibody_sym.motion.results.samples import EnergyAccount, FrictionWork
+from multibody_sym.motion.switching import law_mechanism
 from multibody_sym.motion.switching.decision import NextState
-from multibody_sym.motion.switching.every import LawMechanism
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.jams import before_jam, jam_of, jams, slip_stopped
 from multibody_sym.motion.switching.known_switches import follow_known_switch
+from multibody_sym.motion.switching.law_mechanism import LawMechanism
 from multibody_sym.motion.switching.law_values import Laws, LawValues, has_sliding_friction
 from multibody_sym.motion.switching.legs import (
     Cause,
@@ -344,7 +344,7 @@ class ModeRun(Legs):
         """Return which point got through a bar without thickness between samples, empty where none did."""
         bars = self.prepared.bars
         facts = (self.switches.at(float(t[k]), np.concatenate([q[k], u[k]])) for k in range(len(t)))
-        return rare_contacts.passed_through(bars, facts) if bars else ""
+        return law_mechanism.passed_through(bars, facts) if bars else ""
 
 
 # --- from leg to leg --------------------------------------------------------------------------------------------------

@@ -28,8 +28,8 @@ from multibody_sym.mechanics.points import STARTING
 from multibody_sym.motion.loop.problem import Begun, Problem
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import Holding, held_speeds
+from multibody_sym.motion.switching.law_mechanism import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.motion.switching.law_values import LawValues, has_sliding_friction, rounded_up
-from multibody_sym.motion.switching.rare_contacts import is_tip, remembered_normals, rounded_meeting
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import FORCE_MARGIN, MOST_TIME_MARGIN, SPEED_MARGIN, TIME_MARGIN
 from multibody_sym.records import dataclass

@@ -15,11 +15,11 @@ from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.law_elements import LawElement, Mode
-from multibody_sym.motion.loop.chain import runge_kutta_step
+from multibody_sym.motion.loop.integrate import runge_kutta_step
 from multibody_sym.motion.loop.problem import ActiveRows, Course, CourseMode, KnownTurn, Passage, Problem, Reason
 from multibody_sym.motion.loop.python_loop import put_back
 from multibody_sym.motion.methods.table import LibraryMethod
-from multibody_sym.motion.switching import impact, rare_contacts
+from multibody_sym.motion.switching import impact, law_mechanism
 from multibody_sym.motion.switching.decision import SOON, Before, NextState, next_state
 from multibody_sym.motion.switching.impact import (
     BounceMemory,
@@ -31,10 +31,10 @@ from multibody_sym.motion.switching.impact import (
     lone_bounce,
 )
 from multibody_sym.motion.switching.known_switches import KnownSwitch, known_switch, plain
+from multibody_sym.motion.switching.law_mechanism import VertexContacts, is_tip, rounded_meeting
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.motion.switching.legs import Cause, Change, ModeLeg
 from multibody_sym.motion.switching.modes import Key, ModePrograms, key_of
-from multibody_sym.motion.switching.rare_contacts import VertexContacts, is_tip, rounded_meeting
 from multibody_sym.program.runtime_constants import MarginKind
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -182,7 +182,7 @@ class Switches:
 
     laws: Laws
     scale: Scale
-    bars: tuple[rare_contacts.ThinBar, ...]
+    bars: tuple[law_mechanism.ThinBar, ...]
     standstill: Standstill
     returns: Returns
     hidden: tuple[str, ...] = ()
@@ -208,7 +208,7 @@ class Switches:
         self.laws = self.tips.meeting(facts, ())
         facts = self.at(t, x)
         aside = self.tips.aside(facts, ())
-        self.hidden = rare_contacts.hidden_sides(
+        self.hidden = law_mechanism.hidden_sides(
             self.bars, facts, lambda known: next_state(facts, (), hidden=known, beyond=aside)
         )
         return self.tips.resting(next_state(facts, (), hidden=self.hidden, beyond=aside))
@@ -220,7 +220,7 @@ class Switches:
         if endless := self.standstill.lasts(t, len(self.laws.unilateral)):
             lately = takewhile(lambda each: each.time >= self.standstill.since, reversed(changes()))
             return Reason(f"{', '.join(sorted({cause.element.name, *(each.element for each in lately)}))}: {endless}")
-        if cause.ends != "closes" or is_tip(cause.element) or not rare_contacts.is_behind(self.at(t, x), cause.element):
+        if cause.ends != "closes" or is_tip(cause.element) or not law_mechanism.is_behind(self.at(t, x), cause.element):
             return None
         name = cause.element.name
         for bar in self.bars:
@@ -228,7 +228,7 @@ class Switches:
             if name in sides:  # the point has come in from behind: it is on the other side from now on
                 self.hidden = (*(x for x in self.hidden if x not in sides), name)
                 return None
-        return Reason(f"{name}: {rare_contacts.why_behind(cause.element)}")
+        return Reason(f"{name}: {law_mechanism.why_behind(cause.element)}")
 
     # --- what follows -------------------------------------------------------------------------------------------------
 
@@ -314,7 +314,7 @@ class Switches:
             return Within(x)
         if is_tip(element) and not self._fits(now, facts, element):
             return None
-        if rare_contacts.is_behind(facts, element):
+        if law_mechanism.is_behind(facts, element):
             return None
         leaving = self.bounces.leaving(facts, element)
         if leaving is not None:
@@ -381,7 +381,7 @@ class Switches:
         closed = [name for name in now.active if name not in apart]  # what is idle may have opened: its gap tells
         facts = self.seen(now, t, x)
         touches = cause.ends == "closes" and not is_tip(cause.element)
-        touches = touches and not rare_contacts.is_behind(facts, cause.element)
+        touches = touches and not law_mechanism.is_behind(facts, cause.element)
         touches = touches or (cause.ends == "closes" and self.tips.strikes(facts, cause.element, now.active))
         closed += [cause.element.name] if touches else []
         return self._touched(now, facts, cause.element) if touches else facts, closed
@@ -431,7 +431,7 @@ class PreparedRuns:
     template: Problem
     scale: Scale
     stabilised: tuple[float, float] | None
-    bars: tuple[rare_contacts.ThinBar, ...] = ()
+    bars: tuple[law_mechanism.ThinBar, ...] = ()
 
     @property
     def soon(self) -> float:

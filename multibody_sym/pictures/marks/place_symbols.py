@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.free_space import distances
+from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import ROD
 from multibody_sym.pictures.scene.items import Disc, Face, Item, Placed, PlacedStrand, Polyline, Rail, Symbol
 from multibody_sym.pictures.scene.scene import Scene

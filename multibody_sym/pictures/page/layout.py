@@ -1,14 +1,14 @@
-"""The page: dimension lines, angles and labels find places that touch nothing; then the page grows around all of it."""
+"""Places on the page for labels, dimension lines and angles, clear of each other; the page grows around all of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.free_space import Room, bounds, box_at, crossings, overlaps, place_labels
 from multibody_sym.pictures.page.picture import (
     DESCENT,
     HEIGHT,
@@ -20,11 +20,13 @@ from multibody_sym.pictures.page.picture import (
     AngleArc,
     Arc,
     Arrow,
+    Box,
     LegendLine,
     Mark,
     Measure,
     Picture,
     Placed,
+    Simple,
     Stroke,
     TextMark,
     Wish,
@@ -35,6 +37,370 @@ from multibody_sym.pictures.page.picture import (
     width_of,
 )
 from multibody_sym.scalars.arrays import Floats
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What of a page is taken: lines that no letters may touch, letters that nothing may touch, areas that are filled.
+
+
+AIR: Final = 1.2
+"""Points that stay free between letters and lines."""
+_CLOSE: Final = 1.6
+"""Within this distance (pt) two lines are hard to tell apart."""
+_ACTING: Final = frozenset(("force", "torque", "impulse", "spring", "damper", "spring_damper", "rope"))
+"""What dimension lines stay clear of."""
+_STRIDE: Final = 3.0
+"""Distance (pt) of the places at which a line is compared with others."""
+
+
+def segments_of(mark: Simple) -> Floats:
+    """Return the lines of a mark as (n, 4): from x, y to x, y; none of letters and of areas without an outline."""
+    if isinstance(mark, TextMark):
+        return np.zeros((0, 4))
+    dark = mark.fill is not None and int(mark.fill[1:3], 16) < 0xC0  # such as the head of an arrow
+    if mark.pen is None and not dark:
+        return np.zeros((0, 4))
+    points = np.asarray(mark.points, dtype=float)
+    if isinstance(mark, Arc):
+        return np.hstack((points[:-1], points[1:]))
+    around = np.vstack((points, points[:1])) if mark.closed else points
+    return np.hstack((around[:-1], around[1:]))
+
+
+def crossings(boxes: Floats, segments: Floats) -> Floats:
+    """Return how many of the segments (n, 4) meet each of the boxes (m, 4) of left, bottom, right, top: (m,)."""
+    if not len(boxes) or not len(segments):
+        return np.zeros(len(boxes))
+    centre, half = (boxes[:, :2] + boxes[:, 2:]) / 2, (boxes[:, 2:] - boxes[:, :2]) / 2
+    middle, reach = (segments[:, :2] + segments[:, 2:]) / 2, (segments[:, 2:] - segments[:, :2]) / 2
+    d = middle[None] - centre[:, None]
+    wide = np.abs(d) > half[:, None] + np.abs(reach)[None]
+    apart = wide[..., 0] | wide[..., 1]
+    turn = np.abs(reach[None, :, 0] * d[..., 1] - reach[None, :, 1] * d[..., 0])
+    apart |= turn > half[:, None, 0] * np.abs(reach)[None, :, 1] + half[:, None, 1] * np.abs(reach)[None, :, 0]
+    found: Floats = (~apart).sum(1).astype(float)
+    return found
+
+
+def overlaps(boxes: Floats, others: Floats) -> Floats:
+    """Return how many of the others (n, 4) each of the boxes (m, 4) meets: (m,)."""
+    if not len(boxes) or not len(others):
+        return np.zeros(len(boxes))
+    beyond = (boxes[:, None, :2] >= others[None, :, 2:]) | (boxes[:, None, 2:] <= others[None, :, :2])
+    apart = beyond[..., 0] | beyond[..., 1]
+    found: Floats = (~apart).sum(1).astype(float)
+    return found
+
+
+class Room:
+    """A page on which marks take their places one after the other."""
+
+    def __init__(self, marks: Iterable[Placed]) -> None:
+        self._segments: list[Floats] = []
+        self._letters: list[tuple[float, ...]] = []
+        self._areas: list[Floats] = []
+        self._acting: list[Floats] = []
+        self._reaches = np.zeros((0, 4))
+        for mark in marks:
+            self.take(mark)
+
+    @property
+    def segments(self) -> Floats:
+        """All lines (n, 4)."""
+        if len(self._segments) > 1:
+            self._segments = [np.vstack(self._segments)]
+        return self._segments[0] if self._segments else np.zeros((0, 4))
+
+    @property
+    def letters(self) -> Floats:
+        """The boxes of all letters (n, 4)."""
+        return np.array(self._letters).reshape(-1, 4)
+
+    def take(self, mark: Placed) -> None:
+        """Let a mark take its place."""
+        for part in simple(mark):
+            if isinstance(part, TextMark):
+                self._letters.append(part.box[1:])
+            else:
+                self._segments.append(segments_of(part))
+                if part.role in _ACTING:
+                    self._acting.append(self._segments[-1])
+                if part.fill is not None and len(part.points) > 2:
+                    self._areas.append(np.asarray(part.points))
+
+    def forget(self, letters: TextMark) -> None:
+        """Let letters give up their place."""
+        self._letters.remove(letters.box[1:])
+
+    def near(self, about: Floats, reach: float) -> Floats:
+        """Return the lines within a distance of points (n, 2)."""
+        lines = self.segments
+        if len(self._reaches) != len(lines):
+            ends = lines[:, :2], lines[:, 2:]
+            self._reaches = np.hstack((np.maximum(*ends), -np.minimum(*ends)))
+        low, high = about.min(0) - reach, about.max(0) + reach
+        found: Floats = lines[(self._reaches >= np.array([*low, *-high])).all(1)]
+        return found
+
+    def touched(self, boxes: Floats, lines: Floats) -> Floats:
+        """Return how many lines and letters each of the boxes (m, 4) would touch, with some air around: (m,)."""
+        wide = boxes + AIR * np.array([-1.0, -1.0, 1.0, 1.0])
+        return crossings(wide, lines) + overlaps(wide, self.letters)
+
+    def acts_across(self, start: Floats, stop: Floats) -> bool:
+        """Return whether a line crosses the arrow of a load, a spring or a rope."""
+        return bool(self._acting) and crossing_count(start, stop, np.vstack(self._acting)) > 0
+
+    def covered(self, points: Floats) -> Floats:
+        """Return in how many filled areas each of the points (m, 2) lies: (m,)."""
+        total = np.zeros(len(points))
+        for area in self._areas:
+            total += _inside(area, points)
+        return total
+
+    def crowded(self, start: Floats, stop: Floats) -> float:
+        """Return the length of a line (pt) along which another is hard to tell from it; letters on it count tenfold."""
+        length = float(np.hypot(*(stop - start)))
+        count = max(2, int(length / _STRIDE))
+        places = start + np.linspace(0.0, 1.0, count)[:, None] * (stop - start)
+        lines = self.near(places, _CLOSE)
+        close = (distances(places, lines).min(1) < _CLOSE).sum() if len(lines) else 0
+        text = crossings(self.letters, np.array([[*start, *stop]])).sum()
+        return float(close * _STRIDE + 40.0 * text)
+
+
+def crossing_count(start: Floats, stop: Floats, lines: Floats) -> int:
+    """Return how many lines (n, 4) a line crosses."""
+    one, two, way = lines[:, :2], lines[:, 2:], stop - start
+
+    def turn(a: Floats, b: Floats) -> Floats:
+        found: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+        return found
+
+    apart = turn(way, one - start) * turn(way, two - start) < 0.0
+    across = turn(two - one, start - one) * turn(two - one, stop - one) < 0.0
+    return int((apart & across).sum())
+
+
+def distances(points: Floats, lines: Floats) -> Floats:
+    """Return the distances (m, n) of points (m, 2) from segments (n, 4)."""
+    start, along = lines[:, :2], lines[:, 2:] - lines[:, :2]
+    size = np.maximum((along**2).sum(1), 1e-12)
+    offset = points[:, None] - start[None]
+    part = np.clip((offset * along[None]).sum(-1) / size, 0.0, 1.0)
+    found: Floats = np.linalg.norm(offset - part[..., None] * along[None], axis=-1)
+    return found
+
+
+def _inside(area: Floats, points: Floats) -> Floats:
+    """Return 1 for each of the points (m, 2) that lies in a polygon (n, 2), else 0."""
+    x, y = points[:, 0][:, None], points[:, 1][:, None]
+    (ax, ay), (bx, by) = area.T, np.roll(area, -1, axis=0).T
+    straddles = (ay[None] > y) != (by[None] > y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cut = ax + (y - ay) * (bx - ax) / (by - ay)
+    found: Floats = ((straddles & (x < cut)).sum(1) % 2).astype(float)
+    return found
+
+
+def box_at(centre: Floats, wide: float, high: float) -> Floats:
+    """Return boxes (m, 4) of a size about centres (m, 2)."""
+    half = np.array([wide, high]) / 2
+    found: Floats = np.hstack((centre - half, centre + half))
+    return found
+
+
+def bounds(boxes: Iterable[Box]) -> tuple[float, float, float, float]:
+    """Return the left, bottom, right and top of all boxes; of none a point."""
+    table = np.array([box[1:] for box in boxes]).reshape(-1, 4)
+    if not len(table):
+        return 0.0, 0.0, 0.0, 0.0
+    left, bottom = table[:, :2].min(0)
+    right, top = table[:, 2:].max(0)
+    return float(left), float(bottom), float(right), float(top)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Places for labels: candidates around what they name, the cheapest that touches nothing; a leader where it is far.
+
+
+STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
+"""Distances (pt) beyond the nearest at which a label is tried first."""
+FURTHER: Final = (
+    (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0),
+)  # fmt: skip
+"""Rings that follow until one has a free place."""
+ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
+"""Directions from a point, those that a book takes first first."""
+_ALONG: Final = (0.5, 0.38, 0.62, 0.25, 0.75, 0.12, 0.88)
+"""Where along a line a label is tried."""
+_SHORT: Final = 2.0
+"""A line below this length (pt) is a point: it has no sides."""
+LEADER: Final = 11.0
+"""From this distance (pt) on a thin line leads to what a label names."""
+_TURNED: Final = 7.0
+"""Cost of a place straight opposite to the preferred one, halved; in points of distance."""
+_MISLEADING: Final = 12.0
+"""Cost of a place nearer to what another label names."""
+FOREIGN: Final = 9.0
+"""Cost of a place on something filled."""
+
+
+class Candidates:
+    """Places for one label: centres (m, 2), where each starts from (m, 2), its distance and cost (m,)."""
+
+    def __init__(self, wish: Wish, steps: Sequence[float]) -> None:
+        self.wish = wish
+        self.wide = width_of(wish.runs, wish.size)
+        self.high = (HEIGHT + DESCENT) * wish.size
+        rows = list(_starts(np.asarray(wish.about, dtype=float), wish, steps))
+        base, way, step, extra = (np.array(column) for column in zip(*rows, strict=True))
+        half = np.array([self.wide, self.high]) / 2
+        self.base = base
+        self.distance = step
+        reach = (wish.clear + step)[:, None]
+        self.centres = base + way * reach + np.clip(1.5 * way, -1.0, 1.0) * half
+        turned = np.zeros(len(step))
+        if wish.prefer is not None:
+            liked = np.asarray(wish.prefer) / (np.hypot(*wish.prefer) or 1.0)
+            turned = _TURNED * (1.0 - way @ liked)
+        self.cost = step + extra + turned
+        if wish.clear == 0.0:  # right on it, such as the mass of a block on the block
+            self.centres = np.vstack((base[:1], self.centres))
+            self.base = np.vstack((base[:1], base))
+            self.distance = np.insert(step, 0, 0.0)
+            self.cost = np.insert(self.cost, 0, -FOREIGN - 1.0)
+        self.boxes = box_at(self.centres, self.wide, self.high)
+
+
+def _starts(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
+    """Yield places to start from, directions, distances and costs of their own."""
+    short = len(about) == 1 or float(np.hypot(*np.diff(about, axis=0).T).sum()) < _SHORT
+    if short or steps[0] > 0.0:
+        base = about[0] if short else _point_along(about, 0.5)[0]
+        for step in steps:
+            for i, angle in enumerate(ANGLES):
+                yield base, np.array([np.cos(angle), np.sin(angle)]), step, 0.15 * i
+    if short:
+        return
+    for rank, part in enumerate(_ALONG):
+        at, along = _point_along(about, part)
+        for side in (1.0, -1.0):
+            way = side * np.array([-along[1], along[0]])
+            slight = 0.2 * (way[1] < -1e-9) + 0.1 * (way[0] < -1e-9)
+            for step in steps:
+                yield at, way, step, 0.8 * rank + slight
+
+
+def _point_along(line: Floats, part: float) -> tuple[Floats, Floats]:
+    """Return the point at a part of a polyline's length, and the unit direction there."""
+    steps = np.diff(line, axis=0)
+    lengths = np.hypot(*steps.T)
+    ends = np.cumsum(lengths)
+    goal = part * ends[-1]
+    i = min(int(np.searchsorted(ends, goal)), len(steps) - 1)
+    along = steps[i] / (lengths[i] or 1.0)
+    if lengths[i] == 0.0:
+        along = np.array([1.0, 0.0])
+    return line[i] + (goal - (ends[i] - lengths[i])) * along, along
+
+
+def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
+    """Return the letters and leaders of all wishes, which then have their place in the room.
+
+    Those with the fewest free places come first, so that others leave them what they need.
+    """
+    tried = [Candidates(wish, STEPS) for wish in wishes]
+    free = [int((room.touched(one.boxes, _lines(room, one)) == 0).sum()) for one in tried]
+    found: list[Placed] = []
+    for i in sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i)):
+        others = [np.asarray(w.about, dtype=float) for j, w in enumerate(wishes) if j != i]
+        marks = _marks_at_best(room, tried[i], others)
+        for steps in FURTHER:  # away from everything
+            marks = marks or _marks_at_best(room, Candidates(wishes[i], steps), others)
+        marks = marks or _outside(room, wishes[i])
+        for mark in marks:
+            room.take(mark)
+        found.extend(marks)
+    return found
+
+
+def _outside(room: Room, wish: Wish) -> list[Placed]:
+    """Return a label below all that is drawn, without a leader, which would cross other letters."""
+    low = [float(each[:, 1::2].min()) for each in (room.segments, room.letters) if len(each)]
+    at = np.array([float(np.asarray(wish.about)[0, 0]), min(low, default=0.0) - 2.0 * wish.size])
+    return [TextMark(at, wish.runs, wish.size, wish.colour, **_text_fields(wish))]
+
+
+def _lines(room: Room, one: Candidates) -> Floats:
+    reach = float(one.distance.max()) + one.wish.clear + one.wide + 2 * one.high
+    return room.near(np.asarray(one.wish.about, dtype=float), reach)
+
+
+def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> list[Placed]:
+    """Return the letters at the cheapest free candidate, with a leader where they are far; nothing if none is free."""
+    lines = _lines(room, one)
+    free = np.flatnonzero(room.touched(one.boxes, lines) == 0)
+    if not len(free):
+        return []
+    cost = one.cost[free] + _doubt(room, one, others, free)
+    best: tuple[float, int, Floats | None] | None = None
+    for k in np.argsort(cost, kind="stable"):
+        i = int(free[k])
+        if best is not None and cost[k] >= best[0]:
+            break
+        leader = _leader(one, i)
+        if leader is None:
+            dear = cost[k]
+        elif crossings(room.letters, leader.reshape(1, 4)).any():  # over letters it never goes
+            continue
+        else:
+            dear = cost[k] + 0.5 * room.crowded(*leader)
+        best = min(best or (dear, i, leader), (dear, i, leader), key=lambda tried: tried[0])
+    if best is None:
+        return []
+    _, i, leader = best
+    wish, box = one.wish, one.boxes[i]
+    at = np.array([box[0], box[1] + DESCENT * wish.size])
+    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **_text_fields(wish))]
+    if leader is not None:
+        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **_text_fields(wish)))
+    return marks
+
+
+def _doubt(room: Room, one: Candidates, others: Sequence[Floats], free: Any) -> Floats:
+    """Return costs of places that seem to belong to something else."""
+    centres = one.centres[free]
+    doubt = FOREIGN * np.minimum(1.0, room.covered(centres))
+    own = _apart(centres, np.asarray(one.wish.about, dtype=float))
+    for other in others:
+        doubt += np.where(_apart(centres, other) < own, _MISLEADING / 2, 0.0)
+    return doubt
+
+
+def _apart(points: Floats, about: Floats) -> Floats:
+    """Return the distances (m,) of points (m, 2) from a point or polyline (n, 2)."""
+    line = np.vstack((about, about)) if len(about) == 1 else about
+    found: Floats = distances(points, np.hstack((line[:-1], line[1:]))).min(1)
+    return found
+
+
+def _leader(one: Candidates, i: int) -> Floats | None:
+    """Return the line (2, 2) that leads to a far label."""
+    if one.distance[i] < LEADER:
+        return None
+    base, box = one.base[i], one.boxes[i]
+    end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)
+    way = (end - base) / (np.hypot(*(end - base)) or 1.0)
+    return np.array([base + min(one.wish.clear, 2.0) * way, end])
+
+
+def _text_fields(wish: Wish) -> dict[str, Any]:
+    return {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The page: dimension lines, angles and labels find places that touch nothing; then the page grows around all of it.
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Dimension lines beside what they measure, with extension lines and arrows; angles as arcs with letters.

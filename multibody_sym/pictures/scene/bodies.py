@@ -24,6 +24,7 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import Coefficient, copies
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
+from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     Barrel,
     Block,
@@ -39,10 +40,8 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, placed_joint, wire_of
-from multibody_sym.pictures.scene.marks import letters
+from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, letters, placed_joint, wire_of
 from multibody_sym.pictures.scene.stage import Stage, curve_points, is_solid, references, same, surface_items
-from multibody_sym.pictures.scene.strands import anchor_behind
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.rank import principal_axes

@@ -16,7 +16,6 @@ from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.joints import CurveJoint
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.model.system import System, verify_system
-from multibody_sym.pictures.scene.arrows import ArrowLaw, arrow_items
 from multibody_sym.pictures.scene.bodies import (
     body_items,
     constraint_items,
@@ -25,6 +24,7 @@ from multibody_sym.pictures.scene.bodies import (
     marker_items,
     pulley_items,
 )
+from multibody_sym.pictures.scene.forces import ArrowLaw, Runs, arrow_items, placed_rope, ropes_of, strands
 from multibody_sym.pictures.scene.items import (
     AngleMark,
     ArrowItem,
@@ -36,10 +36,8 @@ from multibody_sym.pictures.scene.items import (
     Strand,
     View,
 )
-from multibody_sym.pictures.scene.joints import joint_items
-from multibody_sym.pictures.scene.marks import angles, dimensions, stop_items, ways
+from multibody_sym.pictures.scene.joints import angles, dimensions, joint_items, stop_items, ways
 from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
-from multibody_sym.pictures.scene.strands import Runs, placed_rope, ropes_of, strands
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

@@ -9,11 +9,10 @@ import pytest
 from windows import windows
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints import closing
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
+from multibody_sym.dynamics import closing
+from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
-from multibody_sym.dynamics.programs.closing import CompiledRows, closing_programs
-from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.programs.system import CompiledRows, closing_programs, inputs_program
 from multibody_sym.dynamics.start import parameters
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.resolve import mechanism

@@ -18,9 +18,9 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
-from multibody_sym.dynamics.constraints.redundancy import contradiction_of, redundancy
+from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.redundancy import contradiction_of, redundancy
 from multibody_sym.mechanics.mechanism import TIME, Source
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from multibody_sym.analysis.check import check
-from multibody_sym.dynamics.constraints.left_over import Redundancy
-from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism

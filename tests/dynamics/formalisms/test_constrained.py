@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from package_trees import nodes
 
 from multibody_sym.dynamics.formalisms.constrained import correction, in_floats, solve_constrained
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import as_node

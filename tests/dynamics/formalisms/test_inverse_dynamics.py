@@ -8,10 +8,10 @@ from exact import Exact
 from mechanisms import random_case, random_state
 
 from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.dynamics.balance import rates_of
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, inverse_dynamics
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
-from multibody_sym.dynamics.theorems.balance import rates_of
 from multibody_sym.mechanics.motion import pose
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import row_motions

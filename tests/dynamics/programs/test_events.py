@@ -11,7 +11,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 MODEL = """
 multibody_sym: 1

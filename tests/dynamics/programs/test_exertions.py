@@ -10,15 +10,16 @@ from mechanisms import Case, random_case, random_state
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.momenta import (
+from multibody_sym.dynamics.programs.quantities import (
+    StateQuantities,
     angular_momentum,
     body_momenta,
     exertions,
     generalized_momenta,
     jacobi_integral,
+    quantities,
     resultant,
 )
-from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench

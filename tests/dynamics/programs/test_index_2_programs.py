@@ -12,7 +12,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.program import derivatives
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 COIN = (Path(__file__).parents[3] / "examples" / "rolling_coin.yaml").read_text()
 TEXTS = {"inputs": HELD, "moving": HELD.replace("value: l}", "value: l + 0.1*sin(t)}"), "rolling": COIN}

@@ -12,7 +12,7 @@ from multibody_sym.dynamics.programs.law_programs import row_program
 from multibody_sym.mechanics.modes import every_row
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.motion.prepare.settings import Settings
-from multibody_sym.motion.switching.every import LawMechanism
+from multibody_sym.motion.switching.law_mechanism import LawMechanism
 
 LAW = "static: mu, kinetic: 0.3"
 

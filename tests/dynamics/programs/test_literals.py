@@ -12,8 +12,7 @@ from windows import windows
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.literals import MANY_BODIES, with_constants
-from multibody_sym.dynamics.programs.repeated_bodies import worth_scanning
+from multibody_sym.dynamics.programs.repeated_bodies import MANY_BODIES, with_constants, worth_scanning
 from multibody_sym.dynamics.programs.system import programs, state_derivative
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
@@ -27,8 +26,8 @@ from multibody_sym.model.joints import Prismatic, Revolute, Spherical
 from multibody_sym.model.steps import Translate
 from multibody_sym.model.system import System
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
 from multibody_sym.program.loops import with_loops
+from multibody_sym.program.program import interpret
 
 INERTIA = {"Ixx": 0.010, "Iyy": 0.012, "Izz": 0.009, "Ixy": 0.001}
 

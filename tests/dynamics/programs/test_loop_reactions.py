@@ -11,10 +11,10 @@ from random_loops import closed
 
 import multibody_sym as mbs
 from multibody_sym.analysis.independent_checks import partial_velocities
-from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
+from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.forces import applied_forces

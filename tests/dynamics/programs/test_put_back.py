@@ -13,7 +13,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 from multibody_sym.program.programs import Programs
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -23,8 +23,7 @@ from multibody_sym.model.forces import Force, SpringDamper
 from multibody_sym.model.joints import Fixed, Planar, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.interpreter import interpret
-from multibody_sym.program.program import operation_count
+from multibody_sym.program.program import interpret, operation_count
 
 JOINTS = {
     "revolute": lambda parent, child: Revolute(parent, child, axis=[0, 0.6, 0.8]),

@@ -9,7 +9,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.program import derivatives
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 
 HELD = """
 multibody_sym: 1

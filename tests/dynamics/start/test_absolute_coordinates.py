@@ -18,11 +18,11 @@ from random_loops import blocks, closed
 
 import multibody_sym as mbs
 from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
-from multibody_sym.dynamics.constraints.redundancy import redundancy
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import state_derivative
+from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start.assembly import absolute_state
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.changes import with_settings
@@ -31,7 +31,7 @@ from multibody_sym.mechanics.motion import Motion, accelerations, body_accelerat
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.fields import Names
-from multibody_sym.program.interpreter import interpret
+from multibody_sym.program.program import interpret
 from multibody_sym.scalars.node import symbol
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

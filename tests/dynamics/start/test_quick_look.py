@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.constraints.closing import normalize
+from multibody_sym.dynamics.closing import normalize
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.programs.literals import with_constants
-from multibody_sym.dynamics.start.number_bounds import quick_look
+from multibody_sym.dynamics.programs.repeated_bodies import with_constants
+from multibody_sym.dynamics.start.number_checks import quick_look
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import motion_of

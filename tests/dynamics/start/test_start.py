@@ -13,7 +13,7 @@ from mechanisms import random_case
 from random_loops import blocks
 
 from multibody_sym.answers.solve import solve
-from multibody_sym.dynamics.constraints.closing import ConstraintRows
+from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start

@@ -6,8 +6,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from multibody_sym.motion.methods.collocation import IMPLICIT, surd
-from multibody_sym.motion.methods.runge_kutta import density, rooted_trees, stage_weights
+from multibody_sym.motion.methods.explicit import density, rooted_trees, stage_weights
+from multibody_sym.motion.methods.multistep import IMPLICIT, surd
 
 METHODS = {name: make() for name, make in IMPLICIT.items()}
 EVERY = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)

@@ -6,8 +6,8 @@ from math import factorial, prod
 
 import pytest
 
-from multibody_sym.motion.methods.explicit import EXPLICIT
-from multibody_sym.motion.methods.runge_kutta import (
+from multibody_sym.motion.methods.explicit import (
+    EXPLICIT,
     density,
     node_count,
     reached_dense_order,

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from test_order_conditions import symmetry
 
-from multibody_sym.motion.methods.explicit import EXPLICIT, hermite
-from multibody_sym.motion.methods.runge_kutta import RungeKutta, density, rooted_trees, stage_weights
+from multibody_sym.motion.methods.explicit import EXPLICIT, RungeKutta, density, hermite, rooted_trees, stage_weights
 
 METHODS = {name: make() for name, make in EXPLICIT.items()}
 RK4, DP = METHODS["rk4"], METHODS["dormand_prince"]

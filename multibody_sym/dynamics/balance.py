@@ -18,12 +18,12 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, joint_wrenches
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
-from multibody_sym.dynamics.programs.momenta import Momentum, angular_momentum, body_momenta, exertions, resultant
+from multibody_sym.dynamics.programs.quantities import Momentum, angular_momentum, body_momenta, exertions, resultant
 from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
-from multibody_sym.mechanics.forces import applied_forces
+from multibody_sym.mechanics.forces import applied_forces, carried_by_flows, carried_momentum
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
@@ -32,7 +32,6 @@ from multibody_sym.mechanics.points import NO_WRENCH, Wrench, generalized_forces
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
-from multibody_sym.mechanics.variable_mass import carried_by_flows, carried_momentum
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace

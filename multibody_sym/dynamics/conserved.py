@@ -18,7 +18,7 @@ from mpmath import MPContext
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.momenta import (
+from multibody_sym.dynamics.programs.quantities import (
     angular_momentum,
     body_momenta,
     centre_of_mass,

@@ -1,4 +1,4 @@
-"""Points at bars without thickness, which they touch on the side from which they come.
+"""The mechanism of a run in no mode: whether one set of Programs serves all modes, and the sides of thin bars.
 
 Place alone does not tell that side where they touch: a run remembers it. There a bar has two sides, each solid behind
 without limit, of which one is live. What comes past an end and in again from behind that side is on the other one from
@@ -13,11 +13,13 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.dynamics.programs.repeated_contacts import alike_rows
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contact_solids import corners_of
 from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
-from multibody_sym.mechanics.modes import taking_part
+from multibody_sym.mechanics.modes import every_row, functions, in_every_mode, taking_part
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import direction, position, separation
 from multibody_sym.mechanics.row_records import (
@@ -32,6 +34,8 @@ from multibody_sym.mechanics.row_records import (
 )
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
+from multibody_sym.model.settings import Settings
+from multibody_sym.motion.prepare.settings import form_of
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING
@@ -503,3 +507,72 @@ def remembered_normals(at: LawValues, mode: Mode) -> tuple[float, ...]:
     held = [x.name for x in taking_part(at.laws.mechanism, mode) if is_tip(x) and mode.acts(x)]
     places = at.laws.mechanism.parameters.places
     return tuple(float(at.laws.parameters[places[_entry(name, k)]]) for name in held for k in range(3))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Whether one set of Programs serves a run in all its modes, each of which is data then.
+
+
+_MOST_ROWS: Final = 24
+"""Rows up to which all are computed wherever one acts; of more, few act at a time."""
+_MOST_WITH_KINDS: Final = 256
+"""The same beside contacts that are derived by kinds and computed where they act, these among them."""
+_MOST_BY_KINDS: Final = 25_000
+"""Those of contacts by kinds alone: tables of so many take a minute."""
+_MOST_ENTRIES: Final = 12
+"""Elements of G^-1 for each row up to which they are computed: a robot on four feet has 117 and 12 rows, a row of
+eleven rods with one contact 94, which took twice the time."""
+_FORMS: Final = ("explicit", "multistep")
+"""What methods ask for that take the derivative alone."""
+
+
+@dataclass(frozen=True)
+class LawMechanism:
+    """A mechanism in no mode as runs take it: points meet points, and bars have one side; `bars` are those.
+
+    `every` is the same `in_every_mode` where one set of Programs serves all its modes, else None.
+    """
+
+    declared: Mechanism
+    bars: tuple[ThinBar, ...]
+    every: Mechanism | None
+
+    @property
+    def functions(self) -> int:
+        """The number of the switching functions of all modes."""
+        return 0 if self.every is None else len(functions(self.every))
+
+    def numbers(self, mechanism: Mechanism, parameters: Floats) -> tuple[Floats, Floats]:
+        """Return the parameters (np,) of Programs of all modes by those of a mechanism in a mode, and no mode (nm,)."""
+        assert self.every is not None
+        known = {entry.name: x for entry, x in zip(mechanism.parameters, parameters.tolist(), strict=True)}
+        values = [known.get(entry.name, 0.0) for entry in self.every.parameters]
+        return np.array(values, dtype=float), np.zeros(len(self.every.mode_numbers))
+
+    @staticmethod
+    def of(declared: Mechanism, settings: Settings) -> LawMechanism:
+        """Return the mechanism of a run of a declared one by some settings."""
+        taken, bars = with_one_side(with_tips(declared))
+        by_derivative = form_of(settings, constrained=True, varies=True) in _FORMS
+        if not by_derivative or not _serves_all_modes(taken):
+            return LawMechanism(taken, bars, None)
+        every = in_every_mode(taken)
+        return LawMechanism(replace(taken, parameters=every.parameters), bars, every)
+
+
+def _serves_all_modes(declared: Mechanism) -> bool:
+    """Return whether one set of Programs serves all modes.
+
+    Not where rows hold what has no mass, there are so many that few of them act at a time, or chains so long, with so
+    few rows, that G^-1 takes longer than the motion itself.
+    """
+    rows, alike = len(every_row(declared)), alike_rows(declared)
+    few = rows <= (_MOST_WITH_KINDS if alike else _MOST_ROWS)
+    few = few or (rows - alike <= _MOST_ROWS and rows <= _MOST_BY_KINDS)
+    entries, before = 0, list[int]()  # of G^-1: those of speeds and of the speeds before them in the tree
+    for body in declared.bodies:
+        above = before[body.parent] if body.parent >= 0 else 0
+        before.append(above + len(body.u))
+        entries += len(body.u) * above + len(body.u) * (len(body.u) + 1) // 2
+    few = few and entries <= _MOST_ENTRIES * rows
+    return few and not declared.minimum_norm and not massless_speeds(declared)

@@ -17,7 +17,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.constrained import correction, in_floats
 from multibody_sym.dynamics.formalisms.equations import MassFactors, completed_matrix, massless_speeds
-from multibody_sym.dynamics.programs.closing import ClosingRows, CompiledRows
+from multibody_sym.dynamics.programs.system import ClosingRows, CompiledRows
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Final
 
 import numpy as np
 
-from multibody_sym.dynamics.constraints.closing import ConstraintRows, closed_near, displaced, least_missed
-from multibody_sym.dynamics.constraints.left_over import Redundancy
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near, displaced, least_missed
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics, coupled_groups
 from multibody_sym.dynamics.programs.reactions import reactions
@@ -33,6 +32,33 @@ from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE, contradiction, dependen
 from multibody_sym.scalars.rank import CLOSED, last_share, rank, scaled_rows
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import COMPONENTS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What redundant rows are said to be.
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """The rank of H without `doubles`, the rows it leaves over, and what that makes ambiguous, by name.
+
+    `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
+    holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
+    constraints that are no joints; `ambiguous_forces` are the names of these forces in expressions. `doubles`: massless
+    bodies by which joints keep their coordinates, with their speeds, each of which a row of its own holds.
+    """
+
+    rank: int
+    redundant: tuple[str, ...]
+    not_unique: tuple[str, ...]
+    dependencies: tuple[tuple[str, ...], ...] = ()
+    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    doubles: Mapping[str, int] = field(default_factory=dict)
+    ambiguous_forces: tuple[str, ...] = ()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Dependent rows: the rank of the constraints at a state, the rows left over, and the forces that are not unique.
+
 
 _SHARE: Final = 0.1
 

@@ -1,0 +1,378 @@
+"""Questions with one number: a time, a speed, a path, a value, a period."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import reduce
+from typing import Final, Self
+
+import numpy as np
+
+from multibody_sym.algebra.quotient_functions import sign
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.algebra.roots import rate
+from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
+from multibody_sym.answers.ask.courses import FITS
+from multibody_sym.answers.ask.later_formulas import NO_TIME, MotionFormulas, component_along
+from multibody_sym.answers.ask.linear_systems import shortest_course
+from multibody_sym.answers.ask.named_answers import Granted, anywhere
+from multibody_sym.answers.ask.question import (
+    MOMENT,
+    ROUNDING,
+    AskedMotion,
+    LaterQuestion,
+    NeverError,
+    NumberQuestion,
+    RunNumbers,
+    UniformQuestion,
+)
+from multibody_sym.answers.ask.uniform_motion import UniformMotion
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
+from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.reactions import with_letters
+from multibody_sym.errors import ExpressionError, at
+from multibody_sym.mechanics.gears import undetermined_reactions
+from multibody_sym.model.fields import AXES, Point
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.states import Moment
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, multiply, quantity, subtract, symbol
+from multibody_sym.text.parser import of_run
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+
+@dataclass(frozen=True)
+class TimeQuestion(UniformQuestion):
+    """The time at which a moment comes."""
+
+    when: Moment
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.when is None or ask.value is not None else cls(ask.when)
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "s"
+
+    @property
+    def moment(self) -> Moment:
+        return self.when
+
+    def time(self, numbers: RunNumbers, _number: Value) -> float:
+        return numbers.time(self.when)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        return Value(numbers.time(self.when))
+
+    def rounding(self, numbers: RunNumbers) -> float:
+        return MOMENT * numbers.time(self.when)
+
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
+        place = course.place_when(self.when)
+        if course.variable is not TIME:
+            raise NoClosedFormError(NO_TIME)
+        return course.value(TIME, place)
+
+    def uniform_time(self, uniform: UniformMotion) -> Quotient | None:
+        return uniform.time_of(self.when)
+
+    def uniform_answer(self, _uniform: UniformMotion, time: Quotient) -> Quotient:
+        return time
+
+    def confirms(self, uniform: UniformMotion, time: float, _answer: float) -> bool:
+        assert isinstance(self.when, Mapping)
+        ((coordinate, value),) = self.when.items()
+        solved = uniform.solved
+        k = uniform.place(coordinate)
+        way = solved.number(value) - solved.begin.q[k]
+        gone = [solved.begin.u[k] * time, solved.numbers.udot[k] * time * time / 2]
+        return bool(abs(sum(gone) - way) <= AGREEMENT * max(map(abs, gone)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {of: block, at: {x: 2 m}}`: the speed of a body at a moment, or its velocity `along` a direction.
+
+
+@dataclass(frozen=True)
+class SpeedQuestion(UniformQuestion):
+    """The speed of a point at a moment; with `along`, its velocity that way, which has a sign."""
+
+    of: str
+    at: Moment
+    along: Point | None
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.of is None or ask.at is None else cls(ask.of, ask.at, ask.along)
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "m/s"
+
+    @property
+    def moment(self) -> Moment:
+        return self.at
+
+    def time(self, numbers: RunNumbers, _number: Value) -> float:
+        return numbers.time(self.at)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        time = numbers.time(self.at)
+        if self.along is None:
+            return Value(numbers.motion.speed(self.of, time))
+        return Value(numbers.motion.velocity(self.of, time, numbers.direction(self.along)))
+
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
+        place = course.place_when(self.at)
+        return course.value(course.along(self._expression()), place)
+
+    def _expression(self) -> Node:
+        if self.along is not None:
+            return component_along("velocity", self.of, self.along)
+        parts = [quantity("velocity", (self.of, axis)) for axis in AXES]
+        return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
+
+    def is_uniform(self) -> bool:
+        return self.along is None and super().is_uniform()
+
+    def uniform_time(self, uniform: UniformMotion) -> Quotient | None:
+        return uniform.time_of(self.at)
+
+    def uniform_answer(self, uniform: UniformMotion, time: Quotient) -> Quotient | None:
+        return uniform.speed(self.of, time)
+
+    def confirms(self, uniform: UniformMotion, time: float, answer: float) -> bool:
+        v, a = uniform.rates(self.of)
+        return bool(abs(float(np.linalg.norm(v + a * time)) - answer) <= AGREEMENT * answer)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {of: block, after: 4 s}`: the path of a body in a time, or its displacement `along` a direction.
+
+
+_TINY: Final = 1e-300
+
+
+@dataclass(frozen=True)
+class PathQuestion(UniformQuestion):
+    """The length of the path of a point `after` a time; with `along`, its displacement that way, which has a sign."""
+
+    of: str
+    after: Node
+    along: Point | None
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.of is None or ask.after is None else cls(ask.of, ask.after, ask.along)
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "m"
+
+    def by_runs(self, motion: AskedMotion, notes: list[str]) -> Value:
+        return Value(0.0) if motion.solved.rests else super().by_runs(motion, notes)
+
+    def time(self, numbers: RunNumbers, _number: Value) -> float:
+        return numbers.motion.number(self.after)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        time = numbers.motion.number(self.after)
+        if self.along is None:
+            return Value(numbers.motion.path(self.of, time))
+        return Value(numbers.motion.displacement(self.of, time, numbers.direction(self.along)))
+
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
+        if self.along is None:
+            raise NoClosedFormError("a path has no formula")
+        place = course.along(component_along("position", self.of, self.along))
+        moved = subtract(place, put_in(place, {course.variable: ZERO}))
+        return course.value(moved, course.place_after(self.after))
+
+    def is_uniform(self) -> bool:
+        return self.along is None
+
+    def uniform_time(self, uniform: UniformMotion) -> Quotient:
+        return uniform.given(self.after)
+
+    def uniform_answer(self, uniform: UniformMotion, time: Quotient) -> Quotient | None:
+        return uniform.path(self.of, time)
+
+    def confirms(self, uniform: UniformMotion, time: float, answer: float) -> bool:
+        v, a = uniform.rates(self.of)
+        turn = min(max(-float(v @ a) / max(float(a @ a), _TINY), 0.0), time)
+        there, end = (v * t + a * t * t / 2 for t in (turn, time))
+        return abs(float(np.linalg.norm(there) + np.linalg.norm(end - there)) - answer) <= AGREEMENT * answer
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: fx(A)`, `{value: x, after: 2 s}`, `{value: x, when: y < 0}`: an expression at the start, a time or a moment.
+
+
+_WITHHELD = "it hangs on a reaction that is withheld"
+
+
+@dataclass(frozen=True)
+class StartValueQuestion(NumberQuestion):
+    """The value of an expression at the start."""
+
+    value: Node
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.value is None or ask.when is not None or ask.after is not None else cls(ask.value)
+
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(self.value)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        return Value(numbers.motion.value(self.value, 0.0))
+
+    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+        if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
+            notes.append(_WITHHELD)
+            return Value(None)
+        return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+
+
+class _LaterValueQuestion(LaterQuestion):
+    """The value of an expression later."""
+
+    value: Node
+
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(self.value)
+
+    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+        if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
+            notes.append(_WITHHELD)
+            return Value(None)
+        return super().answer(motion, notes)
+
+    def is_of_run(self) -> bool:
+        return of_run(self.value)
+
+
+@dataclass(frozen=True)
+class ValueAfterQuestion(_LaterValueQuestion):
+    """The value of an expression `after` a time."""
+
+    value: Node
+    after: Node
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.value is None or ask.after is None else cls(ask.value, ask.after)
+
+    def time(self, numbers: RunNumbers, _number: Value) -> float:
+        return numbers.motion.number(self.after)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        return Value(numbers.motion.value(self.value, numbers.motion.number(self.after)))
+
+    def rounding(self, numbers: RunNumbers) -> float:
+        time = numbers.motion.number(self.after)
+        return ROUNDING * numbers.motion.largest_and_rate(self.value, None, time)[0]
+
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
+        place = course.place_after(self.after)
+        return course.value(course.along(self.value), place)
+
+    def shorter(self, found: Node, course: MotionFormulas) -> Node:
+        """Return the formula of time, as a book writes it, with the time put in where that is shorter."""
+        if course.variable is not TIME or self.after.shadow is not None:
+            return found
+        solved = course.there.solved
+        number = evaluate_float([found], solved.sample)[0]
+        written = put_in(shortest_course(course.along(self.value), solved.symbolic.letters, TIME), {TIME: self.after})
+        near = abs(evaluate_float([written], solved.sample)[0] - number) <= AGREEMENT * abs(number)
+        return written if near and len(text(written)) < len(text(found)) else found
+
+
+@dataclass(frozen=True)
+class ValueWhenQuestion(_LaterValueQuestion):
+    """The value of an expression at a moment."""
+
+    value: Node
+    when: Moment
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.value is None or ask.when is None else cls(ask.value, ask.when)
+
+    def time(self, numbers: RunNumbers, _number: Value) -> float:
+        return numbers.time(self.when, self.value)
+
+    def number(self, numbers: RunNumbers) -> Value:
+        found = numbers.motion.value_at(self.when, self.value)
+        if found is None:
+            raise numbers.never(self.when)
+        return Value(found)
+
+    def rounding(self, numbers: RunNumbers) -> float:
+        time = numbers.time(self.when, self.value)
+        largest, rate = numbers.motion.largest_and_rate(self.value, self.when, time)
+        return ROUNDING * largest + MOMENT * time * rate
+
+    def formula(self, course: MotionFormulas, _time: float) -> Quotient:
+        place = course.place_when(self.when)
+        return course.value(course.along(self.value), place)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {period_of: phi}`: the period of a coordinate in the motion from the start, whatever its amplitude.
+
+
+@dataclass(frozen=True)
+class PeriodQuestion(NumberQuestion):
+    """The period of a coordinate."""
+
+    coordinate: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.period_of is None else cls(ask.period_of)
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "s"
+
+    def number(self, numbers: RunNumbers) -> Value:
+        try:
+            with at("period_of"):
+                found = period_of(numbers.motion.system, self.coordinate)
+        except NoPeriodError as reason:
+            raise NeverError(str(reason)) from None
+        numbers.accuracy.append(f"its number is known {found.how}")
+        return found.value
+
+    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+        numbers = RunNumbers(motion.simulated)
+        try:
+            found = numbers.with_error(self)
+        except NeverError as reason:
+            notes.append(str(reason))
+            return Value(None, unit="s")
+        formula = self._formula(motion.solved, found.value or 0.0)
+        notes.extend(numbers.accuracy if formula is None else ())
+        return replace(motion.with_formula(found, formula), unit="s")
+
+    def _formula(self, solved: SolvedInstant, number: float) -> Node | None:
+        """Return 2 pi/sqrt(-A) where the coordinate has q'' = A q + c and this is the number; else None."""
+        names = [c.name for c in solved.mechanism.coordinates]
+        there = anywhere(solved, solved.begin.q, solved.begin.u) if self.coordinate in names else None
+        if there is None or len(names) != len(solved.mechanism.speeds):
+            return None
+        q, acceleration = symbol(self.coordinate), there.forms.udot[names.index(self.coordinate)]
+        if acceleration.symbols & (there.variables - {q}):
+            return None
+        try:
+            slope = rate(acceleration, q)
+            if slope.symbols & there.variables or slope.is_zero or sign(slope) > 0:
+                return None
+            formula = multiply(multiply(TWO, PI), BUILD["sqrt"](Granted().written(-slope.power(-1))))
+            near = abs(evaluate_float([formula], solved.sample)[0] - number) <= FITS * number
+        except (NoClosedFormError, ExpressionError, *UNDEFINED):
+            return None
+        return formula if near else None

@@ -1,1 +1,0 @@
-"""Impacts as problems: what follows, under which conditions, with the steps."""

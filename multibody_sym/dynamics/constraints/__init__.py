@@ -1,1 +1,0 @@
-"""Whether rows hold, depend on each other, or contradict each other."""

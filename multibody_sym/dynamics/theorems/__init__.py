@@ -1,1 +1,0 @@
-"""Balances of momentum and energy, and what is conserved."""

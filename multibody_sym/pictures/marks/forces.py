@@ -1,0 +1,453 @@
+"""How forces look: strands (an entry in STRANDS each), and arrows at points, around them and beside the figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.pictures.marks.place_symbols import MASS, WHEEL, fillet
+from multibody_sym.pictures.marks.shapes import capsule, outline_of
+from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
+from multibody_sym.pictures.marks.supports import drawn_pieces, is_turned, support
+from multibody_sym.pictures.page.layout import crossing_count, segments_of
+from multibody_sym.pictures.page.picture import (
+    AXIS,
+    BLACK,
+    BODY,
+    DARK,
+    DOT,
+    FORCE,
+    HIDDEN,
+    LAYER_ARROW,
+    LAYER_BODY,
+    LAYER_GROUND,
+    LAYER_TEXT,
+    MOTION,
+    PAPER,
+    PIN,
+    REACTION,
+    ROPE,
+    SPRING,
+    THIN,
+    Arc,
+    Arrow,
+    Hatch,
+    Mark,
+    Pen,
+    Stroke,
+    Wish,
+    letters,
+    simple,
+)
+from multibody_sym.pictures.scene.items import ArrowItem, Axes, Item, PlacedStrand, Symbol, across, unit
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+
+_AMPLITUDE: Final = 5.0
+_COIL: Final = 12.0
+"""How long a coil of a spring is where there is room (pt)."""
+_HELD: Final = ("spring", "damper", "spring_damper", "rope", "rod")
+"""Strands whose ends are fixed to something."""
+_LEAD: Final = 7.0
+_PLATE: Final = 8.0
+"""How far beyond its end the plate reaches at which a spring begins (pt)."""
+_LEVEL: Final = 0.2
+"""How far a rod may rise (its slope) towards its end on ground, which then stands below it still."""
+_SIDE_BY_SIDE: Final = 7.0
+"""How far a spring and a damper in parallel are from their middle line (pt)."""
+Look = Callable[[Sheet, PlacedStrand, Floats, dict[str, Any]], Iterator[Mark]]
+
+
+def strand_marks(sheet: Sheet, placed: PlacedStrand) -> Iterator[Mark]:
+    """Yield how a strand looks."""
+    if not np.all(np.isfinite(placed.pieces)) or not len(placed.pieces):
+        return
+    middle = placed.pieces.reshape(-1, 3).mean(axis=0)
+    named = sheet.named(placed.strand, LAYER_BODY - 0.2, middle, body=-1)
+    named["role"] = placed.strand.kind
+    pieces = drawn_pieces(sheet, placed)
+    yield from STRANDS[placed.strand.kind](sheet, placed, pieces, named)
+    if placed.strand.kind in _HELD:
+        yield from _fixed_ends(sheet, placed, pieces, named)
+
+
+def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield hatched ground across the ends that are fixed there, unless a joint or pulley shows it."""
+    anchors = placed.strand.anchors
+    for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
+        items = sheet.touched.get(anchor.body, ()) if anchor.body not in sheet.ground else ()
+        signs = (item.form for item in items if item.role == "body" and isinstance(item.form, Symbol))
+        if placed.strand.loose and anchor is anchors[0] and any(sign.kind == "block" for sign in signs):
+            away = unit2(end - other)  # a plate on the block at which the spring begins
+            across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
+            foot, top = end + MASS[1] / 2 * across, end - _PLATE * across
+            corners = np.array([foot, top, top + 3.0 * away, foot + 3.0 * away])
+            yield Stroke(corners, sheet.pen(placed.strand), closed=True, fill=BODY, **named)
+        if anchor.body not in sheet.ground or any(_shows(sheet, item, end) for item in sheet.scene.items):
+            continue
+        away = unit2(end - other, -sheet.down)
+        if placed.strand.kind == "rod" and sheet.flat:
+            down = sheet.down if float(away @ sheet.down) > -_LEVEL else -sheet.down
+            yield from support(sheet, placed.strand, end, down, {**named, "layer": LAYER_GROUND})
+            continue
+        ends = np.array([end - 9.0 * left(away), end + 9.0 * left(away)])
+        yield Hatch(ends, sheet.pen(placed.strand), side=-1, **{**named, "layer": LAYER_GROUND})
+
+
+def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:
+    """Return whether a sign of ground stands at a place of the page."""
+    if item.body not in sheet.ground or item.role not in ("joint", "pulley") or not isinstance(item.form, Symbol):
+        return False
+    return float(np.linalg.norm(sheet.at(item.body, item.form.at) - end)) < 3.0
+
+
+def zigzag(a: Floats, b: Floats) -> Floats:
+    """Return the points of a spring from a to b (n, 2)."""
+    length = float(np.linalg.norm(b - a))
+    along = unit2(b - a)
+    lead = min(_LEAD, 0.15 * length)
+    coils = int(np.clip(round((length - 2.0 * lead) / _COIL), 5, 18))
+    ways = np.linspace(lead, length - lead, 2 * coils + 1)
+    ups = np.array([0.0, *(_AMPLITUDE if k % 2 else -_AMPLITUDE for k in range(2 * coils - 1)), 0.0])
+    turns = a + ways[:, None] * along + ups[:, None] * left(along)
+    return np.vstack([a, turns, b])
+
+
+def _spring_marks(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(zigzag(*pieces[0]), sheet.pen(placed.strand, SPRING), **named)
+
+
+def _damper(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield from dashpot(pieces[0][0], pieces[0][1], sheet.pen(placed.strand, SPRING), named)
+
+
+def dashpot(a: Floats, b: Floats, pen: Pen, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a piston in a cup from a to b."""
+    along, length = unit2(b - a), float(np.linalg.norm(b - a))
+    across, middle = left(along), (a + b) / 2
+    half = min(9.0, 0.3 * length)
+    back, front = middle - half * along, middle + half * along
+    yield Stroke(np.array([a, back]), pen, **named)
+    cup = np.array([front + 5.0 * across, back + 5.0 * across, back - 5.0 * across, front - 5.0 * across])
+    yield Stroke(cup, pen, **named)
+    head = middle + 0.2 * half * along
+    yield Stroke(np.array([head + 3.6 * across, head - 3.6 * across]), Pen(1.6, pen.colour), **named)
+    yield Stroke(np.array([head, b]), pen, **named)
+
+
+def _both(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a spring and a damper side by side between two bars."""
+    a, b = pieces[0]
+    along, length = unit2(b - a), float(np.linalg.norm(b - a))
+    across, lead, pen = left(along), min(_LEAD, 0.1 * length), sheet.pen(placed.strand, SPRING)
+    first, second = a + lead * along, b - lead * along
+    for end, bar in ((a, first), (b, second)):
+        yield Stroke(np.array([end, bar]), pen, **named)
+        yield Stroke(np.array([bar - _SIDE_BY_SIDE * across, bar + _SIDE_BY_SIDE * across]), pen, **named)
+    yield Stroke(zigzag(first + _SIDE_BY_SIDE * across, second + _SIDE_BY_SIDE * across), pen, **named)
+    yield from dashpot(first - _SIDE_BY_SIDE * across, second - _SIDE_BY_SIDE * across, pen, named)
+
+
+def _rod(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a thin rod without mass, with a pin at both ends."""
+    pen = sheet.pen(placed.strand)
+    yield Stroke(capsule(pieces[0][0], pieces[0][1], 3.0), pen, closed=True, fill=BODY, **named)
+    for end in pieces[0]:
+        yield Arc(end, PIN, pen, fill=PAPER, **{**named, "layer": named["layer"] + 1.0})
+
+
+def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a rope: straight pieces with the bows between them; round a small wheel where it bends at a point."""
+    pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
+    bows = [sheet.projection.page(bow.points()) for bow in placed.turns]
+    for first, second in pairwise(pieces):
+        ends = np.array([first[1], second[0]])
+        between = [bow for bow in bows if np.linalg.norm(bow[[0, -1]] - ends, axis=1).max() < 0.5]
+        centre = fillet(first[0], first[1], second[1], WHEEL) if not between else None
+        if between:
+            points += list(between[0])
+        elif placed.strand.name in sheet.settled.folds and is_turned(first, second):
+            points += list(_back(first, second))
+        elif centre is not None and float(np.linalg.norm(first[1] - second[0])) < 0.5:
+            start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in _feet(first, second, centre))
+            angles = start + np.linspace(0.0, (stop - start + np.pi) % (2 * np.pi) - np.pi, 16)
+            points += list(centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles))))
+        else:
+            points += [first[1], second[0]]
+    points.append(pieces[-1][1])
+    yield Stroke(np.array(points), pen, **named)
+    for coil in placed.wound:
+        yield Stroke(sheet.projection.page(coil.points()), pen, **named)
+
+
+def _back(first: Floats, second: Floats) -> Floats:
+    """Return the points of half a turn around a small wheel between two pieces, of which the second runs back."""
+    centre = (first[1] + second[0]) / 2
+    feet = _feet(first, second, centre)
+    onward = unit2(first[1] - first[0])
+    start = float(np.arctan2(feet[0][1], feet[0][0]))
+    turn = float(np.arctan2(feet[1][1], feet[1][0])) - start
+    forward = float(left(feet[0]) @ onward) > 0.0  # the rope goes on over the wheel before it comes back
+    turn = turn % (2 * np.pi) if forward else -(-turn % (2 * np.pi))
+    angles = start + np.linspace(0.0, turn, 24)
+    before, after = (float(np.linalg.norm(foot)) for foot in feet)
+    radii = np.linspace(before, after, 24)
+    found: Floats = centre + radii[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    return found
+
+
+def _feet(first: Floats, second: Floats, centre: Floats) -> list[Floats]:
+    """Return where two pieces touch a wheel, from its centre."""
+    ways = [(a, unit2(b - a)) for a, b in (first, second)]
+    return [a + float((centre - a) @ along) * along - centre for a, along in ways]
+
+
+def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(pieces[0], sheet.pen(placed.strand, HIDDEN), **named)
+    for anchor, end in zip(placed.strand.anchors, pieces[0], strict=True):
+        if anchor.body in sheet.ground:  # a centre of force
+            yield Arc(end, 2.0 * DOT, sheet.pen(placed.strand), fill=DARK, **named)
+
+
+def _pull(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    yield Stroke(pieces[0], sheet.pen(placed.strand, AXIS), **named)
+
+
+def _tie(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield a dashed line from joint to joint whose coordinates are tied."""
+    for piece in pieces:
+        yield Stroke(piece, sheet.pen(placed.strand, HIDDEN), **{**named, "role": "constraint"})
+
+
+STRANDS: Final[Mapping[str, Look]] = {
+    "spring": _spring_marks,
+    "damper": _damper,
+    "spring_damper": _both,
+    "rope": _rope,
+    "rod": _rod,
+    "pull": _pull,
+    "potential": _pull,
+    "attraction": _attraction,
+    "tie": _tie,
+}
+"""How each kind of strand looks."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Arrows: gravity beside the figure, forces at their points, torques as bows around them.
+
+
+_FORCE: Final = 34.0
+_TORQUE: Final = 15.0
+_GRAVITY: Final = 30.0
+_MOVING: Final = 24.0
+_BESIDE: Final = 6.0
+"""How far arrows of the same place and way are apart (pt)."""
+_NEAR: Final = 2.0
+"""Within this distance (pt) places are one."""
+_SAME_WAY: Final = 0.98
+_OPEN: Final = (3.5, 2.5)
+"""The dashes of an arrow that others would do for as well (pt)."""
+_CLEAR: Final = 0.05
+"""The part of an arrow at its tail that may touch what it acts on."""
+
+
+def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield all arrows of a scene with their letters, those of loads where they cross the least that is `drawn`.
+
+    Gravity stands beside the `corner` of what is drawn.
+    """
+    placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
+    lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
+    taken = _Taken()
+    for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+        vector = now if np.any(now) else np.asarray(item.way)
+        named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        at = _place(sheet, item)
+        if item.role == "gravity":
+            yield from _gravity(sheet, item, vector, named, corner)
+        elif item.role == "motion":
+            yield from _ground_motion(sheet, item, vector, named, corner)
+        elif item.role in ("torque", "couple"):
+            pen = _arrow_pen(item, REACTION if item.role == "couple" else FORCE)
+            yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
+        elif item.role != "drag":
+            pen = _arrow_pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
+            at = at + taken.aside(at, sheet.projection.page(vector))
+            declared = item.role == "force" and item.path[0] == "forces"
+            yield from _force(sheet, at, vector, item.label, named, pen, lines if declared else None)
+
+
+def _arrow_pen(item: ArrowItem, pen: Pen) -> Pen:
+    """Return the pen of an arrow, dashed for what is not unique."""
+    return replace(pen, dash=_OPEN) if item.open else pen
+
+
+def _place(sheet: Sheet, item: ArrowItem) -> Floats:
+    """Return where an arrow acts on the page: on a body whose size is the page's affair, in its middle."""
+    body, at = item.at.body, sheet.at(item.at.body, item.at.point)
+    if item.role == "gravity" or not sheet.flat:
+        return at
+    for other in sheet.touched.get(body, ()):
+        if other.role in ("point", "mass centre") and _near(sheet.at(body, other.form.bounds[0]), at):
+            return at
+    for other in sheet.touched.get(body, ()):
+        if other.role == "body" and other.form.endless and not other.on_ground:
+            return np.asarray(outline_of(sheet, other).mean(axis=0))
+    return at
+
+
+@dataclass
+class _Taken:
+    """Where arrows are: one that would lie on another stands beside it, a bow about another."""
+
+    forces: list[tuple[Floats, Floats]] = field(default_factory=list)
+    torques: list[Floats] = field(default_factory=list)
+
+    def aside(self, at: Floats, way: Floats) -> Floats:
+        """Return how far (2) a force that starts at a place moves across its way."""
+        along = unit2(way)
+        same = [1 for other, ahead in self.forces if _near(at, other) and float(along @ ahead) > _SAME_WAY]
+        self.forces.append((at, along))
+        side = (len(same) + 1) // 2 * (1 if len(same) % 2 else -1)
+        found: Floats = _BESIDE * side * left(along)
+        return found
+
+    def radius(self, at: Floats, drawn: Sequence[Mark]) -> float:
+        """Return the radius of the bow of a torque about a place, beside circles that are drawn about it."""
+        same = sum(_near(at, other) for other in self.torques)
+        self.torques.append(at)
+        circles = [mark.radius for mark in drawn if isinstance(mark, Arc) and _near(at, np.asarray(mark.centre))]
+        found = _TORQUE + _BESIDE * same
+        while any(abs(found - radius) < _BESIDE / 2 for radius in circles):
+            found += _BESIDE
+        return found
+
+
+def _near(a: Floats, b: Floats) -> bool:
+    return float(np.linalg.norm(a - b)) < _NEAR
+
+
+def _gravity(
+    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
+) -> Iterator[Mark]:
+    way = sheet.projection.page(vector)
+    size = float(np.linalg.norm(way)) / sheet.projection.scale
+    if size < 0.05 * float(np.linalg.norm(vector)):
+        return
+    top = corner + np.array([30.0, 0.0])
+    points = np.array([top, top + _GRAVITY * unit2(way)])
+    yield Arrow(points, THIN, **named)
+    yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
+
+
+def _ground_motion(
+    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
+) -> Iterator[Mark]:
+    """Yield the direction in which ground moves, below that of gravity."""
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    if float(np.linalg.norm(way)) < 0.05:
+        return
+    points = corner + np.array([30.0, -_GRAVITY - _MOVING]) + np.outer([-0.5, 0.5], _MOVING * unit2(way))
+    yield Arrow(points, MOTION, **named)
+    about, colour = points.mean(axis=0)[None, :], MOTION.colour
+    yield Wish(about, letters(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
+
+
+def _force(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Pen, lines: Floats | None
+) -> Iterator[Mark]:
+    """Yield a force at a place of the page along its direction, unless it is zero or points at the reader.
+
+    It begins there, or ends there where it crosses fewer `lines` so.
+    """
+    way = sheet.projection.page(vector) / sheet.projection.scale
+    size = float(np.linalg.norm(vector))
+    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
+        return
+    points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
+    pushes, shaft = False, points[1] - points[0]
+    if lines is not None:
+        starts = at, at - (1.0 + _CLEAR) * shaft
+        away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
+        pushes = into < away
+    if pushes:
+        points = points + points[0] - points[1]
+    yield Arrow(points, pen, **named)
+    side = left(unit2(points[1] - points[0]))
+    prefer = (float(side[0]), float(side[1]))
+    end = points[:1] if pushes else points[1:]
+    yield Wish(end, letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+def _torque(
+    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Pen, radius: float
+) -> Iterator[Mark]:
+    """Yield a torque about a place of the page: most of a circle around its axis, as it turns."""
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        return
+    axis = np.array(unit(vector))
+    e1 = np.array(across(axis))
+    e2 = np.cross(axis, e1)
+    angles = np.linspace(-0.5, 4.0, 36)[:, None]
+    rim = np.cos(angles) * e1 + np.sin(angles) * e2
+    points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
+    yield Arrow(points, pen, head=5.0, **named)
+    yield Wish(points, letters(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Axes of what moves freely, below the figure, with its coordinates; arrows of what is driven.
+
+
+_LENGTH: Final = 22.0
+_TURN: Final = 11.0
+"""The radius of the bow of what turns (pt)."""
+_APART: Final = 58.0
+_AXES_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
+"""How far (pt) the arrow of a drive is from what slides, its length, and its radius about what turns."""
+
+
+def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
+    """Yield the axes of each joint that leaves a body free, in a row below the `corner` of what is drawn."""
+    free = [item for item in sheet.scene.items if isinstance(item.form, Axes)]
+    for k, item in enumerate(free):
+        assert isinstance(item.form, Axes)
+        at = corner + np.array([6.0 + _APART * k, -44.0])
+        named: dict[str, Any] = {"role": item.role, "name": item.name}
+        yield Arc(at, 1.2, None, fill=BLACK, layer=LAYER_ARROW, **named)
+        for axis, name in zip(item.form.axes, item.form.names, strict=False):
+            way = _LENGTH * sheet.way(item.body, axis)
+            if float(np.linalg.norm(way)) < 4.0:
+                continue
+            yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
+            prefer = (float(way[0]), float(way[1]))
+            yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
+        if len(item.form.axes) == 2 and len(item.form.names) == 3:  # the bow of a turn in the plane
+            first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
+            angles = np.linspace(0.15, 1.42, 12)[:, None]
+            points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
+            yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
+            middle, (x, y) = points[len(points) // 2][None, :], (float(each) for each in first + second)
+            letter = letters(item.form.names[-1])
+            yield Wish(middle, letter, prefer=(x, y), clear=1.5, layer=LAYER_TEXT, **named)
+
+
+def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
+    """Return the points (n, 2) of the arrow by which a prescribed motion is seen."""
+    at = sheet.at(item.body, symbol.at)
+    if symbol.kind == "drive_along":
+        way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
+        start = at - _AXES_BESIDE * left(way)
+        return np.array([start, start + _DRIVEN * way])
+    e1 = np.array(across(symbol.axis))
+    e2 = np.cross(symbol.axis, e1)
+    angles = np.linspace(0.3, 4.6, 32)[:, None]
+    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
+    found: Floats = at + _ABOUT * np.array(rim)
+    return found
