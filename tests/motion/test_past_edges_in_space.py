@@ -29,7 +29,7 @@ PLANAR = "type: planar, parent: ground, child: b, q: [x, z, b1]"
 def run_of(body: str, joint: str, contact: str, t_end: float, **others: str) -> mbs.Trajectory:
     known = {"gravity": f"0, 0, -{G}", "ends": "b, box", "more": "", **others}
     model = HEAD.format(body=body, joint=joint, contact=contact, t_end=t_end, **known)
-    return mbs.simulate(mbs.loads(model), backend="python")
+    return mbs.simulate(mbs.loads(model))
 
 
 def changes(run: mbs.Trajectory) -> list[tuple[float, str, str]]:
