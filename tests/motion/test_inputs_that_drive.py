@@ -53,16 +53,6 @@ def test_a_motion_follows_an_input(coordinates: str) -> None:
         assert found == pytest.approx(wanted, rel=1e-9)
 
 
-def test_what_carries_a_cabin_by_hand() -> None:
-    """Nothing swings: (M + m) (g + y'') carries it, y = A sin(w t)."""
-    system = lift(old="q: 0.2", new="q: 0")
-    (carried,) = run(system, "carried", inputs={"push": 0})
-    t = np.linspace(0, 0.5, 6)
-    assert carried == pytest.approx(7 * (9.81 - 0.3 * 16 * np.sin(4 * t)), rel=1e-8)
-    (carried,) = run(system, "carried", inputs={"push": 0, "profile": "t^3"})
-    assert carried == pytest.approx(7 * (9.81 + 6 * t), rel=1e-8)
-
-
 def test_a_ground_and_a_motion_constraint_follow_inputs() -> None:
     """A shaken ground and a driven joint, each against the expression in place."""
 
@@ -126,29 +116,6 @@ def test_tables_drive_a_motion_as_smoothly_as_they_are() -> None:
     with pytest.raises(mbs.ModelError, match=r"jumps at t = 0\.1 s") as error:
         mbs.simulate(linear, backend="python")
     assert error.value.where.path == ("joints", "guide", "motion")
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message", "path"),
-    [
-        ("profile: A*sin(w*t)", "profile: A*phi", "'profile' names 'phi', a coordinate", ("joints", "guide", "motion")),
-        (
-            "profile: A*sin(w*t)", "profile: {table: [[0, 0], [1, 1]], of: u_phi}", "names 'u_phi', a speed",
-            ("joints", "guide", "motion"),
-        ),
-        ("motion: profile", "motion: profil", "'profil' is not declared", ("joints", "guide", "motion")),
-        ("initial: {q: 0.2}", "initial: {q: profile}", "'profile' is an input", ("joints", "hinge", "initial", "q")),
-        (
-            "forces:", "constraints: {c: {type: expression, zero: phi - speed}}\nforces:",
-            "'speed' names 'u_phi', a speed", ("constraints", "c", "zero"),
-        ),
-    ],
-)
-def test_an_input_that_nothing_can_follow_is_refused(old: str, new: str, message: str, path: tuple[str, ...]) -> None:
-    text = LIFT.replace("PROFILE", "profile").replace("push: 0.1*t", "push: 0.1*t, speed: 2*u_phi")
-    with pytest.raises(mbs.ModelError, match=message) as error:
-        mbs.mechanism(mbs.loads(text.replace(old, new)))
-    assert error.value.where.path == path
 
 
 def test_a_number_cannot_take_the_place_of_an_input_whose_rates_count() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.documents.runs import run_summary
 from multibody_sym.motion.switching.legs import times_to_check
 from multibody_sym.scalars.node import symbol
 
@@ -69,23 +68,3 @@ def test_a_run_looks_where_what_depends_on_time_alone_moves() -> None:
     assert len(times_to_check(mbs.loads(TEXT.replace("PULSE", "5 + x*t")), values, 10.0)) == 0
     swinging = mbs.loads(TEXT.replace("PULSE", "sin(2*pi*t)"))
     assert len(times_to_check(swinging, values, 10.0)) == pytest.approx(80, abs=3)
-
-
-AT_A_STOP = "joints: {j: {type: prismatic, parent: ground, child: b, axis: x, q: x, limits: {lower: 0}}}"
-ON_A_ROUGH_PLANE = """
-joints: {j: {type: point, parent: ground, child: b, q: [x, y]}}
-contacts: {c: {between: [b, ground.f], static: 0.4, kinetic: 0.4}}
-"""
-
-
-@pytest.mark.parametrize(
-    ("elements", "force", "x"),
-    [(AT_A_STOP, "[t, 0, 0]", 1 / 6), (ON_A_ROUGH_PLANE, "[0.5*t, -t, 0]", 0.1 / 6)],
-    ids=["stop", "friction"],
-)
-def test_what_no_force_holds_at_the_start_moves_as_soon_as_one_grows(elements, force, x) -> None:
-    """m u' = t at a stop, m u' = (0.5 - 0.4) t on a rough plane: nothing moves and nothing falls at the start."""
-    text = TEXT[: TEXT.index("joints")].replace(f"-{G}", "0") + elements
-    run = mbs.simulate(mbs.loads(f"{text}\nforces: {{p: {{type: force, on: b, value: {force}}}}}"), t_end=1, samples=3)
-    assert run["x"][-1] == pytest.approx(x, rel=1e-12)
-    assert "t = 0 s: " in run_summary(run)
