@@ -92,59 +92,11 @@ def test_nothing_to_rest_on_is_told() -> None:
         mbs.equilibrium(falling)
 
 
-LADDER = """
-multibody_sym: 1
-name: ladder
-gravity: [0, -9.81, 0]
-bodies:
-  sx: {mass: 1}
-  sy: {mass: 1}
-  rod: {shape: {rod: 2, mass: 3}, points: {e: [2, 0, 0]}}
-joints:
-  X: {type: prismatic, parent: ground, child: sx, axis: x, q: x, initial: {q: 0.1}}
-  A: {type: revolute, parent: sx, child: rod, axis: z, q: th, initial: {q: -93 deg}}
-"""
-GUIDED = LADDER.replace("  sy: {mass: 1}\n", "") + (
-    "constraints: {c: {type: point_on_line, point: rod.e, line: {through: ground, direction: y}}}"
-)
-LINKED = (
-    LADDER
-    + """
-  Y: {type: prismatic, parent: ground, child: sy, axis: y, q: y, initial: {q: -2}}
-  B: {type: revolute, parent: rod.e, child: sy, axis: z, cut: true}
-"""
-)
-
-
-@pytest.mark.parametrize("text", [GUIDED, LINKED], ids=["guided", "linked"])
-def test_a_ladder_rests_upright_and_hanging_where_a_length_vanishes(text: str) -> None:
-    """x = -2 cos(th) and V = m g sin(th): x = 0 in both, below zero stable; the one beside the start comes first."""
-    found = mbs.equilibrium(mbs.loads(text))
-    assert found.stable == (True, False)
-    assert [p["th"] for p in found.positions] == pytest.approx([-np.pi / 2, np.pi / 2], abs=1e-9)
-    assert [p["x"] for p in found.positions] == pytest.approx([0, 0], abs=1e-9)
-
-
-def test_a_pendulum_on_a_spring_is_longer_where_it_hangs() -> None:
-    """r = l +- m g/k."""
-    found = mbs.equilibrium(mbs.load(EXAMPLES / "elastic_pendulum.yaml"))
-    places = {bool(abs(p["theta"]) < 1): (p["r"], s) for p, s in zip(found.positions, found.stable, strict=True)}
-    assert len(found.positions) == 2
-    assert places[True] == (pytest.approx(1 + 0.5 * G / 40, abs=1e-9), True)
-    assert places[False] == (pytest.approx(1 - 0.5 * G / 40, abs=1e-9), False)
-
-
 def test_a_slider_crank_rests_in_mirror_images_too() -> None:
     """The crank stands up or hangs down, the slider on either side: one stable position on each."""
     found = mbs.equilibrium(mbs.load(EXAMPLES / "slider_crank.yaml"))
     side = [(p["s"] > 0, p["phi"] > 0, s) for p, s in zip(found.positions, found.stable, strict=True)]
     assert sorted(side) == [(False, False, True), (False, True, False), (True, False, True), (True, True, False)]
-
-
-def test_a_sleigh_rests_wherever_it_is_put() -> None:
-    found = mbs.equilibrium(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"))
-    assert found.stable == (None,)
-    assert found.free == (("x", "y", "theta"),)
 
 
 def test_an_indifferent_position_beside_which_forces_grow_leaves_nothing_free() -> None:
@@ -163,57 +115,6 @@ def test_an_indifferent_position_beside_which_forces_grow_leaves_nothing_free() 
 
 
 # --- each position once ----------------------------------------------------------------------------------------------
-
-
-def on_a_spring(where: str, stiffness: float, bob: str = "{mass: 0.5}") -> mbs.System:
-    return mbs.loads(f"""
-multibody_sym: 1
-name: m
-gravity: [0, -{G}, 0]
-bodies: {{arm: {{}}, bob: {bob}}}
-joints:
-  hinge: {{type: revolute, parent: ground, child: arm, axis: z, q: theta, initial: {{q: 40 deg}}}}
-  slider: {{type: prismatic, parent: arm, child: bob, axis: -y, q: r, initial: {{q: 1.2}}}}
-forces: {{spring: {{type: spring_damper, {where}, stiffness: {stiffness}, length: 1}}}}
-""")
-
-
-@pytest.mark.parametrize("bob", ["{mass: 0.5}", "{mass: 0.5, inertia: {Izz: 0.01}}"])
-def test_a_bob_on_a_spring_between_points_rests_in_two_places_not_in_four_pairs_of_coordinates(bob: str) -> None:
-    """(-r, theta + pi) is where (r, theta) is."""
-    found = mbs.equilibrium(on_a_spring("between: [ground, bob]", 40, bob))
-    places = sorted((round(p["theta"], 9), p["r"]) for p in found.positions)
-    assert places == [(0.0, pytest.approx(1 + 0.5 * G / 40)), (round(np.pi, 9), pytest.approx(1 - 0.5 * G / 40))]
-    assert found.beyond == ((), ())
-
-
-def test_a_soft_spring_in_a_slider_that_is_inside_out_is_told() -> None:
-    """k (r - 1) = -m g upside down: r = 1 - m g/k < 0 for a soft spring."""
-    found = mbs.equilibrium(on_a_spring("joint: slider", 3))
-    beyond = {names: p["r"] for p, names in zip(found.positions, found.beyond, strict=True)}
-    assert beyond == {(): pytest.approx(1 + 0.5 * G / 3), ("spring",): pytest.approx(1 - 0.5 * G / 3)}
-
-
-def test_a_block_on_the_far_side_of_its_spring_is_told_and_one_that_goes_round_is_not() -> None:
-    rail = mbs.loads("""
-multibody_sym: 1
-name: rail
-bodies: {block: {mass: 0.5}}
-joints: {rail: {type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {q: 1.2}}}
-forces: {spring: {type: spring_damper, between: [ground, block], stiffness: 40, length: 1}}
-""")
-    found = mbs.equilibrium(rail)
-    assert [round(p["x"], 9) for p in found.positions] == [1, -1]
-    assert found.beyond == ((), ("spring",))
-    beside = mbs.equilibrium(
-        mbs.loads(
-            mbs.dumps(rail)
-            .replace("between: [ground,", "between: [ground.o,")
-            .replace("bodies:", "bodies:\n  ground: {points: {o: [0, 0.5, 0]}}")
-        )
-    )
-    assert sorted(round(p["x"] ** 2, 9) for p in beside.positions) == [0, 0.75, 0.75]
-    assert set(beside.beyond) == {()}
 
 
 def test_both_signs_of_a_quaternion_are_one_attitude() -> None:
@@ -299,20 +200,6 @@ def test_what_is_affine_by_its_expression_is_proved() -> None:
 def test_why_nothing_rests_is_told_where_it_is_the_same_everywhere() -> None:
     with pytest.raises(mbs.NoSolutionError, match=r"at rest accelerates alike \(u_x' = 2\.5 m/s\^2\)"):
         mbs.equilibrium(slider_under("5/2"))
-    with pytest.raises(mbs.NoSolutionError, match="found near the start under push = 3, as at t = 0; give other"):
-        mbs.equilibrium(
-            mbs.loads("""\
-multibody_sym: 1
-name: pushed
-gravity: [0, -9.81, 0]
-bodies: {cart: {mass: 1}, pole: {mass: 1, com: [0, 1, 0]}}
-joints:
-  track: {type: prismatic, parent: ground, child: cart, axis: x, q: x}
-  hinge: {type: revolute, parent: cart, child: pole, axis: z, q: theta, initial: {q: 0.1}}
-inputs: {push: 3*cos(t)}
-forces: {motor: {type: force, on: cart, value: [push, 0, 0]}}
-""")
-        )
 
 
 def test_positions_at_zero_are_told_without_rounding() -> None:
@@ -356,12 +243,6 @@ def test_what_takes_two_turns_is_not_counted_on_one() -> None:
     assert not mbs.equilibrium(hinge_under("sin(x/2)")).complete
 
 
-def test_start_speeds_are_left_out_and_named() -> None:
-    found = mbs.equilibrium(mbs.load(EXAMPLES / "spherical_pendulum.yaml"))
-    assert found.speeds_left_out == ("u_phi",)
-    assert mbs.equilibrium(mbs.load(EXAMPLES / "pendulum.yaml")).speeds_left_out == ()
-
-
 def test_positions_of_one_family_are_one_and_what_tips_over_is_unstable() -> None:
     """A coin on its edge leans by +-90 deg from flat, with headings half a turn apart: on edge it tips over."""
     found = mbs.equilibrium(mbs.load(EXAMPLES / "rolling_coin.yaml"))
@@ -386,22 +267,6 @@ def test_a_search_that_finds_nothing_ends_sooner(monkeypatch: pytest.MonkeyPatch
     with pytest.raises(mbs.NoSolutionError, match="no position of equilibrium was found"):
         mbs.equilibrium(model)
     assert len(tried) <= 5
-
-
-@pytest.mark.parametrize("stiffness", [2.0, 20.0, 2000.0])
-def test_a_mass_above_the_end_of_a_slack_string_hangs_below_it(stiffness: float) -> None:
-    """A string that pulls where it is stretched: y = a + m g/k, far from a start where nothing but the weight acts."""
-    found = mbs.equilibrium(
-        mbs.loads(
-            "multibody_sym: 1\nname: string\ngravity: [0, -9.81, 0]\nparameters: {m: 0.5, a: 1, k: 20}\n"
-            "bodies: {p: {mass: m}}\n"
-            "joints: {line: {type: prismatic, parent: ground, child: p, axis: -y, q: y, initial: {q: 0.1}}}\n"
-            'forces: {string: {type: pull, between: [ground, p], value: "k*max(distance - a, 0)"}}\n'
-        ),
-        parameters={"k": stiffness},
-    )
-    assert found.positions[0]["y"] == pytest.approx(1 + 0.5 * G / stiffness, rel=1e-10)
-    assert found.stable[0] is True
 
 
 def test_an_arm_falls_to_rest_where_newtons_method_ends_between_positions() -> None:
