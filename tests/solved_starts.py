@@ -16,10 +16,3 @@ def solved_start(mechanism: Mechanism, begin: Start, formalism: str = "composite
     state = state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
     found = forward_dynamics(FORMALISMS[formalism](mechanism, state))
     return StateQuantities(motion_of(mechanism, state), found.udot.tolist(), found.multipliers.tolist())
-
-
-def numbers_at_start(mechanism: Mechanism, begin: Start) -> dict[str, float]:
-    """Return udot by speeds' names and multipliers by rows' names."""
-    found = solved_start(mechanism, begin)
-    names = [*(speed.name for speed in mechanism.speeds), *(row.name for row in mechanism.rows)]
-    return dict(zip(names, map(float, [*found.udot, *found.multipliers]), strict=True))

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from solved_starts import numbers_at_start
+from solved_starts import solved_start
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.parameters import parameter_values
@@ -27,7 +27,9 @@ def solved(text: str, sides: Mapping[str, int], slips: Mapping[str, int]) -> dic
     known = dict(zip((entry.name for entry in whole.parameters), begin.parameters, strict=True))
     pairs = zip(chosen.parameters, parameter_values(chosen, {}), strict=True)
     values = tuple(known.get(entry.name, x) for entry, x in pairs)
-    return numbers_at_start(chosen, replace(begin, parameters=values))
+    found = solved_start(chosen, replace(begin, parameters=values))
+    names = [*(s.name for s in chosen.speeds), *(row.name for row in chosen.rows)]
+    return dict(zip(names, [*found.udot, *found.multipliers], strict=True))
 
 
 RAMP = """\
