@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ from multibody_sym.motion.switching.legs import ModeLeg
 from multibody_sym.motion.switching.modes import function_of
 from multibody_sym.program.program import interpret
 
+MOST_TIME = 1.0
+"""CPU seconds after which a run has entered enough modes: a few that hit and hop on and on take most of the time."""
 INDEPENDENT = 1e-6
 """Smallest part of a row that others leave from which on accelerations are compared."""
 
@@ -39,8 +42,14 @@ def modes_of(text: str, until: float, backend: str = "c") -> list[ModeLeg]:
     The run has large steps: it only has to enter modes, and is three quarters of the time of a comparison.
     """
     prepared = mbs.prepare(mbs.loads(text), t_end=until, samples=3, backend=backend, rtol=1e-4, atol=1e-6)
+    over = time.process_time() + MOST_TIME
+
+    def end(*_: object) -> None:
+        if time.process_time() > over:
+            raise KeyboardInterrupt  # which ends a run, and keeps the modes that it has entered
+
     try:
-        run = prepared.run()
+        run = prepared.run(on_progress=end)
     except mbs.RunError as error:
         run = error.trajectory
     found = {leg.program.key: leg for leg in (run.modes.legs if run.modes else ())}

@@ -72,57 +72,6 @@ def test_equal_hashed_frozen_and_replaced():
         base()
 
 
-@pytest.mark.parametrize("frozen", [True, False])
-def test_methods_do_what_those_of_the_standard_library_do(frozen):
-    def make(decorator):
-        @decorator(frozen=frozen)
-        class Of:
-            a: int
-            seen: list = field(init=False, default_factory=list, compare=False)
-            limit: float = field(init=False, default=2.0)
-            b: int = field(default=1, kw_only=True, hash=False)
-            me: object = field(default=None, compare=False)
-
-        @decorator(frozen=frozen, eq=False, repr=False)
-        class Heir(Of):
-            pair: tuple = ()
-
-        @decorator(frozen=frozen)
-        class Own:  # noqa: PLW1641
-            a: int
-
-            def __eq__(self, other):
-                return True
-
-        @decorator(frozen=frozen)
-        class Empty:
-            none: int = field(default=0, compare=False)
-
-        return Of, Heir, Own, Empty
-
-    def answers(kinds):
-        of, heir, own, empty = kinds
-        one, two, last = of(1, b=2), of(1, b=2, me=5), heir(1, None, (3,))
-        yield from (one == two, one != of(1), one == last, own(1) == own(2), empty(1) == empty(2), one.seen is two.seen)
-        for record in (one, last, own(1), empty(), of(1, me=[of])):
-            yield repr(record).replace(repr(of), "")
-            yield type(record).__hash__ is None or record is last or hash(record)
-            yield {name: value for name, value in vars(record).items() if value is not of}.keys()
-            yield str(inspect.signature(type(record)))
-            for change in (lambda x: setattr(x, "a", 3), lambda x: setattr(x, "c", 3), lambda x: delattr(x, "a")):
-                try:
-                    yield change(record)
-                except (FrozenInstanceError, AttributeError) as error:
-                    yield type(error), str(error)
-        yield from (replace(of(1, b=3), a=2).b, own.__hash__ is None, empty.__match_args__, is_dataclass(heir(1)))
-        for wrong in (of, lambda: of(1, 2, 3), lambda: heir(1, c=2)):
-            with pytest.raises(TypeError) as told:
-                wrong()
-            yield str(told.value)
-
-    assert list(answers(make(dataclass))) == list(answers(make(dataclasses.dataclass)))
-
-
 @pytest.mark.parametrize("look", [is_dataclass, fields, inspect.signature])
 def test_a_class_is_complete_where_it_is_looked_at(look):
     _, derived = _pair(dataclass)
