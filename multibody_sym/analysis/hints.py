@@ -24,7 +24,7 @@ from multibody_sym.model.joints import MovingJoint, Prismatic, Revolute
 from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import System, expressions, states_gravity
 from multibody_sym.scalars.elementary import leaves, postorder
-from multibody_sym.scalars.node import ZERO, Node, symbol
+from multibody_sym.scalars.node import ZERO, Node, nodes_among, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.tokens import plain_number
 from multibody_sym.text.units import Turning
@@ -204,7 +204,7 @@ def _units(system: System, known: Values) -> Iterator[Hint]:
         if size and value >= _DENSE * size * size * size:
             told = f"mass {name} = {value:g} has no unit and counts as {value:g} kg; if grams are meant: {value:g} g"
             yield Hint(told, "parameters", name)
-    heaviest = max((value_or_none(x, known) or 0.0 for x in masses if isinstance(x, Node)), default=0.0)
+    heaviest = max((value_or_none(x, known) or 0.0 for x in nodes_among(masses)), default=0.0)
     lengths = dict.fromkeys(
         x.data for path, node, unit in expressions(system) if unit == "m" and path[0] == "bodies"
         for x in postorder([node]) if x.op == "symbol"

@@ -209,7 +209,7 @@ def _values(run: Trajectory, instant: StateQuantities) -> dict[str, Mapping[str,
         tensions = zip(row.components, (instant.tensions[asked] for asked in row.asked), strict=True)
         found[row.told[0]] |= dict(tensions)
     for element in mechanism.one_way:
-        if not isinstance(element.normals[0], RopeRow):
+        if element.normals[0].rope_run is None:
             found[element.name] = acting.of(element)
     kept: dict[str, Mapping[str, float]] = {}
     for name, parts in found.items():
@@ -447,7 +447,7 @@ class CutFree:
         names = {*self.system.joints, *self.system.contacts}
         for row in self.scene.mechanism.rows:
             told = [float(x) for x in self.values.get(row.name, {}).values()]
-            if len(told) == 1 and row.name not in names and not isinstance(row, RopeRow):
+            if len(told) == 1 and row.name not in names and row.rope_run is None:
                 places = None if row.surfaces is None else self._touched([row])
                 yield from self._exerted(row, told[0], ("row", row.name), ("constraints", row.name), places)
         for element in self.scene.mechanism.one_way:
@@ -598,9 +598,9 @@ def _letters_of_forces(mechanism: Mechanism) -> Iterator[LetteredForce]:
         letter = row_letter(row, mechanism)
         if not letter or row.name in one_way:
             continue
-        if not isinstance(row, RopeRow):
+        if row.rope_run is None:
             yield LetteredForce(("row", row.name), letter, row.name)
-        elif not row.rubs:
+        elif not row.rope_run.rubs:
             yield smooth[row.name]
     for body in mechanism.bodies:
         guide = _guide(body)
@@ -615,8 +615,8 @@ def _letters_of_forces(mechanism: Mechanism) -> Iterator[LetteredForce]:
             yield LetteredForce(("tension", asked), TENSION, row.told[0], own)
     for element in mechanism.one_way:
         row = element.normals[0]
-        if isinstance(row, RopeRow):
-            if not row.rubs:
+        if row.rope_run is not None:
+            if not row.rope_run.rubs:
                 yield smooth[row.name]
         elif element.unilateral:
             yield LetteredForce(("row", row.name), NORMAL, element.name)

@@ -175,8 +175,7 @@ def _forces_with_letters(mechanism: Mechanism, symbols: Symbols) -> Iterable[Let
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         letter = row_letter(row, mechanism)
         if letter:
-            plain = row.plain
-            rope = plain if isinstance(plain, RopeRow) else None
+            rope = row.plain.rope_run
             name = rope.told[0] if rope is not None else elements.get(row.name, row.name)
             yield LetteredForce(s, letter, name, own_letter(rope) if rope is not None else "")
     for index, body in enumerate(mechanism.bodies):

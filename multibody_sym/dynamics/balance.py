@@ -39,7 +39,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative, gradient, tangents
 from multibody_sym.scalars.functions import absolute, evaluate, evaluate_float
-from multibody_sym.scalars.node import ONE, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, Node, as_node, named_nodes, slot
 from multibody_sym.scalars.vectors import S, add, apply, cross, dot
 from multibody_sym.text.printer import COMPONENTS
 
@@ -69,7 +69,7 @@ def rates_of(mechanism: Mechanism) -> EnergyRates:
     motion = motion_of(mechanism, slot_state(mechanism))
     stored = []
     for load in split(mechanism.loads)[0]:  # their time is a leaf of its own, which the kinematics does not know
-        nodes = {name: x for name, x in vars(load).items() if isinstance(x, Node)}
+        nodes = named_nodes(vars(load))
         timed = evaluate(nodes.values(), lambda leaf: _LOADS_TIME if leaf is TIME else leaf)
         stored.append(replace(load, **dict(zip(nodes, timed, strict=True))))
     changing = replace(motion.state, slots={**motion.state.slots, _LOADS_TIME: _LOADS_TIME})

@@ -22,7 +22,7 @@ from multibody_sym.mechanics.law_elements import row_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
-from multibody_sym.mechanics.row_records import DistanceRow, RopeRow
+from multibody_sym.mechanics.row_records import DistanceRow
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -97,8 +97,8 @@ def _force_names(
     for row in (row for row in mechanism.rows if row.name in rows):
         if row.name in one_way:
             yield force_name(*one_way[row.name])
-        elif isinstance(row, RopeRow):
-            yield from (force_name(row.told[0], component) for component in row.components)
+        elif row.rope_run is not None:
+            yield from (force_name(row.rope_run.told[0], component) for component in row.rope_run.components)
         else:
             yield force_name(row.name, "tension" if row.multiplier == "rod" else "multiplier")
     yield from (force_name(joint, component) for joint, components in loaded.items() for component in components)

@@ -39,6 +39,7 @@ from multibody_sym.mechanics.row_records import (
     Rim,
     RoundSurface,
     Row,
+    plane_of,
 )
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
@@ -207,7 +208,7 @@ def _contacts_faces(first: ContactSurface, second: ContactSurface) -> bool:
     """Return whether the first of two skins faces the second, which has the centre."""
     if isinstance(first, (Edge, Bent)):
         return isinstance(second, RoundSurface)
-    return isinstance(first, (PlaneSurface, Level))
+    return first.plane is not None or isinstance(first, Level)
 
 
 def _centre_on(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
@@ -428,7 +429,7 @@ def contact_direction(row: ContactRow, motion: Motion, touching: Touch) -> UnitV
 
 def _first_tangent(row: ContactRow, motion: Motion, normal: UnitVector) -> UnitVector:
     if row.across is not None:
-        plane = next(skin for skin in row.skins if isinstance(skin, PlaneSurface)).place
+        plane = next(skin.place for skin in row.skins if skin.plane is not None)
         t = direction(motion, plane, row.across)
         return UnitVector(t, cross(angular_velocity(motion, plane.body), t))
     if row.upright:
@@ -461,7 +462,7 @@ def reach(row: Row, motion: Motion) -> list[S]:
     if row.tip is not None:
         away, _ = separation(motion, *(skin.place for skin in row.skins))
         return [-sqrt(dot(away, away))]
-    face = next((skin for skin in row.skins if isinstance(skin, PlaneSurface)), None)
+    face = plane_of(row.skins)
     if face is None:
         return []
     other = row.skins[0] if row.skins[1] is face else row.skins[1]
@@ -483,7 +484,7 @@ def reach(row: Row, motion: Motion) -> list[S]:
 
 def allowed_past_end(row: Row, motion: Motion) -> list[S]:
     """Return how far (m) beyond each end of a face a body that touches it may be; empty where no body ends there."""
-    face = next((skin for skin in row.surfaces or () if isinstance(skin, PlaneSurface)), None)
+    face = plane_of(row.surfaces or ())
     if face is None or not isinstance(row, ContactRow) or row.inner is None or row.tip is not None:
         return []
     sizes = [_depth(face, beside) for beside in face.beside if face.ends is None]
@@ -572,10 +573,10 @@ def rim_across(row: Row, motion: Motion) -> UnitVector:
 
 
 def _rim_and_face(row: Row) -> tuple[Rim, PlaneSurface]:
-    rim, face = sorted(row.surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
+    rim, face = sorted(row.surfaces or (), key=lambda skin: skin.plane is not None)
     assert isinstance(rim, Rim)
-    assert isinstance(face, PlaneSurface)
-    return rim, face
+    assert face.plane is not None
+    return rim, face.plane
 
 
 def rim_flatness(row: Row, motion: Motion) -> S:

@@ -98,7 +98,8 @@ def solid_of(reference: str, references: References, *, flat: bool) -> Solid:
             parts |= dict(_edges(place, body.shape, permutations))
         if part in parts:
             skin = parts[part]
-            if not (isinstance(skin, PlaneSurface) and skin.beside and skin.ends and part in _SIDES):
+            side = skin.plane if part in _SIDES else None
+            if side is None or not (side.beside and side.ends):
                 return Solid((("", skin),))
             corners = ((corner, parts[corner]) for corner in corners_of(part))  # a box in a plane model
             return Solid(((part, skin), *corners), place.at(ORIGIN))

@@ -26,7 +26,6 @@ from multibody_sym.mechanics.row_records import (
     Edge,
     Level,
     Marker,
-    PlaneSurface,
     PositionRow,
     Rim,
     RoundSurface,
@@ -35,6 +34,7 @@ from multibody_sym.mechanics.row_records import (
     TurningRow,
     is_curved,
     is_point,
+    plane_of,
 )
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
 from multibody_sym.model.bodies import GROUND, OWN_POINTS, Body, Surface, unit_vector
@@ -46,7 +46,7 @@ from multibody_sym.model.steps import Curve, is_upright
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import cos, sin
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate
+from multibody_sym.scalars.node import ONE, ZERO, negate, nodes_among
 from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
 from multibody_sym.scalars.vectors import negate as opposite
 
@@ -95,8 +95,8 @@ def foot_rows(references: References) -> Iterator[Row]:
             yield PositionRow(f"{names[1]}.t", (bent[1].foot, bent[0].foot), _X)
             continue
         other = next(skin for skin in skins if not isinstance(skin, Bent))
-        if isinstance(other, PlaneSurface):
-            facing = _facing_frame(other.place, opposite(other.normal) if bent[0].left else other.normal)
+        if (plane := other.plane) is not None:
+            facing = _facing_frame(plane.place, opposite(plane.normal) if bent[0].left else plane.normal)
             yield AngleRow(f"{names[0]}.t", (facing, bent[0].foot), (_Y, _X), shared=_Y)
         else:
             yield PositionRow(f"{names[0]}.t", (bent[0].foot, other.place), _X)
@@ -200,7 +200,7 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
     with wrong, at("body"):
         wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
         if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
-            what = "a plane" if isinstance(wheels[0], PlaneSurface) else "neither a ball nor a disc"
+            what = "a plane" if wheels[0].plane is not None else "neither a ball nor a disc"
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
     with wrong, at("on"):
         word, under = solid_of(element.on, references, flat=flat).skins[0]
@@ -268,7 +268,7 @@ def _meetings(
         if _may_touch(a, b):
             inner = None
             for face, corner, solid in ((a, b, second), (b, a, first)):
-                if isinstance(face, PlaneSurface) and (face.ends or face.beside) and is_point(corner):
+                if (plane := face.plane) is not None and (plane.ends or plane.beside) and is_point(corner):
                     inner = solid.inner
             yield (word, other_word), _facing_once(a, b), inner
     for (word, edge), (other_word, ball) in product(first.edges, second.skins):
@@ -294,7 +294,7 @@ def _facing_once(a: ContactSurface, b: ContactSurface) -> SurfacePair:
 
 def _verify_fields(contact: Contact, meeting: Sequence[SurfacePair]) -> None:
     """Raise ModelError for a field that has no meaning for the surfaces of a contact."""
-    if contact.tangent is not None and not any(isinstance(skin, PlaneSurface) for skins in meeting for skin in skins):
+    if contact.tangent is not None and all(plane_of(skins) is None for skins in meeting):
         raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
             "tangent"
         )
@@ -309,7 +309,7 @@ def _rolls(skins: SurfacePair) -> bool:
 
 def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
     enough = contact.static == ENOUGH
-    given = [x for x in (contact.static, contact.kinetic) if isinstance(x, Node)]
+    given = nodes_among((contact.static, contact.kinetic))
     if enough or given:
         static = BOUNDLESS if enough else given[0]
         kinetic = given[-1] if given else BOUNDLESS
@@ -322,7 +322,7 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
 
 def _usual_across(name: str, skins: SurfacePair, references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane as the start finds it there, None where neither skin is a plane."""
-    plane = next((skin for skin in skins if isinstance(skin, PlaneSurface)), None)
+    plane = plane_of(skins)
     if plane is None:
         return None
     normal = plane.normal if plane is skins[1] else opposite(plane.normal)
@@ -336,7 +336,7 @@ def _usual_across(name: str, skins: SurfacePair, references: References, flat: b
 
 def _across(name: str, contact: Contact, skins: SurfacePair, references: References, flat: bool) -> Point | None:
     """Return t1 in the axes of the plane, None where neither skin is one."""
-    plane = next((skin for skin in skins if isinstance(skin, PlaneSurface)), None)
+    plane = plane_of(skins)
     if plane is None:
         return None
     normal = plane.normal if plane is skins[1] else opposite(plane.normal)
@@ -374,7 +374,7 @@ def verify_bodies(between: tuple[str, ...], system: System) -> None:
 def _verify_crossed(reference: str, solid: Solid, system: System) -> None:
     """Raise ModelError for a plane with the normal z where nothing moves along z, and so nothing can leave it."""
     (_, skin), *others = solid.skins
-    if not others and isinstance(skin, PlaneSurface) and is_upright(skin.normal) and moves_in_plane(system):
+    if not others and skin.plane is not None and is_upright(skin.plane.normal) and moves_in_plane(system):
         raise ModelError(
             f"{reference} has the normal z, and all joints here move in the xy-plane: nothing can leave it or press on "
             "it. Give it the normal that it has in that plane (surfaces: {..: {plane: .., normal: y}}; without one it "
@@ -393,7 +393,7 @@ def _rigid(body: str, welds: Mapping[str, str]) -> str:
 
 def _may_touch(a: ContactSurface, b: ContactSurface) -> bool:
     """Return whether two skins have a normal between them, and one place where they touch."""
-    flats = isinstance(a, PlaneSurface), isinstance(b, PlaneSurface)
+    flats = a.plane is not None, b.plane is not None
     hollow = [isinstance(x, RoundSurface) and x.inside for x in (a, b)]
     if isinstance(a, Level) or isinstance(b, Level):
         return is_point(a) or is_point(b)
@@ -402,7 +402,7 @@ def _may_touch(a: ContactSurface, b: ContactSurface) -> bool:
         return isinstance(other, Edge) or (is_curved(other) and not any(hollow))
     if isinstance(a, Bent) or isinstance(b, Bent):
         other = a if isinstance(b, Bent) else b
-        endless = isinstance(other, PlaneSurface) and other.ends is None
+        endless = other.plane is not None and other.plane.ends is None
         outlines = all(x.closed for x in (a, b) if isinstance(x, Bent))
         return endless or (isinstance(other, (RoundSurface, Bent)) and (outlines or not any(hollow)))
     if any(flats):
@@ -413,12 +413,12 @@ def _may_touch(a: ContactSurface, b: ContactSurface) -> bool:
 
 
 def _cannot_touch(a: ContactSurface, b: ContactSurface, both: str) -> str:
-    if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
+    if a.plane is not None and b.plane is not None:
         return (
             f"{both} are two planes, which have no one place where they touch; name points or a round surface of one "
             "body, or give it shape: {box: ..}, whose corners touch"
         )
-    if isinstance(a, (Edge, PlaneSurface)) and isinstance(b, (Edge, PlaneSurface)):
+    if all(isinstance(x, Edge) or x.plane is not None for x in (a, b)):
         return (
             f"{both}: a plane is touched by points and round surfaces, not by an edge; name its body by itself, whose "
             "corners or ends touch"

@@ -20,7 +20,6 @@ from multibody_sym.mechanics.row_records import (
     DistanceRow,
     ExpressionRow,
     GearRow,
-    PlaneSurface,
     PositionRow,
     Row,
     VelocityRow,
@@ -203,8 +202,8 @@ def _tangent_angles(name: str, ends: Sequence[str], references: References) -> I
     for end in ends:
         with suppress(ModelError):  # of references that name nothing, an error of the contact
             for _, skin in solid_of(end, references, flat=False).skins[:1]:
-                if isinstance(skin, PlaneSurface) and _may_turn(references.bodies, skin.place.body):
-                    yield name, TangentAngle(skin.place, skin.normal, across(skin.normal))
+                if (plane := skin.plane) is not None and _may_turn(references.bodies, plane.place.body):
+                    yield name, TangentAngle(plane.place, plane.normal, across(plane.normal))
 
 
 def _may_turn(bodies: Sequence[TreeBody], index: int) -> bool:

@@ -15,7 +15,7 @@ from multibody_sym.mechanics.points import velocity
 from multibody_sym.mechanics.row_records import Multiplier, VelocityRow
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import ZERO, Node, nodes_among
 from multibody_sym.scalars.vectors import Mat, S, Vec, add, apply, cross, dot
 
 _ORDER: Final[tuple[Multiplier, ...]] = ("multiplier", "rod", "rope", "force")
@@ -94,8 +94,7 @@ def moved_by_time(mechanism: Mechanism) -> bool:
     held = (getattr(load, f.name) for load in mechanism.loads for f in fields(load))
     parts = (part for x in held for part in (x if isinstance(x, tuple) else (x,)))
     masses = any(map(varies, mechanism.bodies))
-    nodes = [part for part in parts if isinstance(part, Node)]
-    return masses or bool(_names_moved_by_time(mechanism)) or _name_time(*nodes)
+    return masses or bool(_names_moved_by_time(mechanism)) or _name_time(*nodes_among(parts))
 
 
 def _names_moved_by_time(mechanism: Mechanism) -> tuple[str, ...]:

@@ -59,7 +59,7 @@ from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import antiderivative, derivative, gradient, tangents
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import absolute, evaluate, sqrt
+from multibody_sym.scalars.functions import absolute, evaluate, is_zero, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
@@ -219,13 +219,13 @@ def _(element: Force, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: Torque, name: str, references: References) -> Load:
-    if isinstance(element.value, Node):
+    if element.on_body is None:
         freedom = references.freedom(element.joint or "", element.freedom)
-        return JointForce(name, freedom.joint, freedom.rate, element.value)
+        return JointForce(name, freedom.joint, freedom.rate, as_node(element.value))
     with at("on"):
         body = references.marker(element.on or "").body
         references.verify_turns(body)
-    axes, value = references.along(element.frame, element.value)
+    axes, value = references.along(element.frame, element.on_body)
     return BodyTorque(name, body, value, axes)
 
 
@@ -492,7 +492,7 @@ def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) ->
     if load.quadratic is ZERO:
         factor = linear
     else:  # |v| with the derivative zero where v is zero
-        parts = [x for x in v if (x.shadow if isinstance(x, Node) else x) != 0]
+        parts = [x for x in v if not is_zero(x)]
         single = absolute(parts[0]) if parts else 0
         factor = linear + quadratic * (single if len(parts) < 2 else sqrt(dot(v, v) + TINY))
     add_force(wrenches, motion, load.at, scale(-factor, v))

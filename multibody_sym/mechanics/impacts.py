@@ -51,7 +51,7 @@ from multibody_sym.model.system import with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, nodes_among, slot
 from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, negate, subtract
 
 
@@ -132,7 +132,7 @@ class _Resolved:
         def row(word: str, axis: Point, *, closes: bool = False) -> MeetingRow:
             return MeetingRow(f"{name}.{word}", ends, axis, frame, closes)
 
-        given = [x for x in (impact.static, impact.kinetic) if isinstance(x, Node)]
+        given = nodes_among((impact.static, impact.kinetic))
         enough = impact.static == ENOUGH
         frictions: tuple[FrictionPart, ...] = ()
         if enough or given:

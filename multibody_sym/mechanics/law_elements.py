@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.mechanics.load_records import Load
-from multibody_sym.mechanics.row_records import Face, Marker, Multiplier, PlaneSurface, Row, RowAround, SurfacePair
+from multibody_sym.mechanics.row_records import Face, Marker, Multiplier, Row, RowAround, SurfacePair
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
@@ -114,8 +114,9 @@ def boxes_that_touch(elements: Iterable[LawElement]) -> dict[str, tuple[Sequence
     boxes: dict[str, dict[int, Sequence[Face]]] = {}
     for element in elements:
         for skin in element.surfaces or ():
-            if isinstance(skin, PlaneSurface) and len(skin.beside) == _FACES - 1:
-                faces = (Face(skin.place, skin.normal), *skin.beside)
+            plane = skin.plane
+            if plane is not None and len(plane.beside) == _FACES - 1:
+                faces = (Face(plane.place, plane.normal), *plane.beside)
                 boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
     pairs = ((name, tuple(of_body.values())) for name, of_body in boxes.items())
     return {name: (faces[0], faces[1]) for name, faces in pairs if len(faces) == 2}

@@ -17,7 +17,7 @@ from multibody_sym.mechanics.law_elements import (
     sided_normals,
 )
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source, once
-from multibody_sym.mechanics.row_records import Edge, PlaneSurface, RopeRow, Row, Sliding, SlidingRow, Vertex
+from multibody_sym.mechanics.row_records import Edge, RopeRow, Row, Sliding, SlidingRow, Vertex
 from multibody_sym.model.states import STRIKES, VERBS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.least_norm import PLAIN
@@ -261,7 +261,7 @@ def _pairs(group: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
 def has_end(element: LawElement) -> bool:
     """Return whether a contact may get past the end of a face."""
     return any(
-        isinstance(skin, Edge | Vertex) or (isinstance(skin, PlaneSurface) and bool(skin.ends or skin.beside))
+        isinstance(skin, Edge | Vertex) or (skin.plane is not None and bool(skin.plane.ends or skin.plane.beside))
         for skin in element.surfaces or ()
     )
 
@@ -413,8 +413,8 @@ def taut_ropes(mechanism: Mechanism) -> Iterator[tuple[int, RopeRow]]:
     """Yield by number the rows of ropes that hold both ways, as declared: they must not push."""
     own = {row.name for element in mechanism.one_way for row in element.rows}
     for k, row in enumerate(mechanism.rows):
-        if isinstance(row, RopeRow) and row.name not in own:
-            yield k, row
+        if row.rope_run is not None and row.name not in own:
+            yield k, row.rope_run
 
 
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}

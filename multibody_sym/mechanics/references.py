@@ -322,7 +322,7 @@ def _(element: Force) -> tuple[Sequence[Point], Sequence[Point]]:
 
 @_vectors_and_axes.register
 def _(element: Torque) -> tuple[Sequence[Point], Sequence[Point]]:
-    return (), () if isinstance(element.value, Node) else (element.value,)
+    return (), () if element.on_body is None else (element.on_body,)
 
 
 @_vectors_and_axes.register

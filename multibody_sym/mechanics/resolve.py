@@ -37,7 +37,7 @@ from multibody_sym.mechanics.mechanism import (
 from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.ropes import rope_slips
-from multibody_sym.mechanics.row_records import MeanTensionRow, RopeRow, Row
+from multibody_sym.mechanics.row_records import MeanTensionRow, Row
 from multibody_sym.mechanics.spanning_tree import (
     SpanningTree,
     body_part,
@@ -66,7 +66,7 @@ from multibody_sym.model.system import System, expressions_in, verify_system, wi
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, exp
 from multibody_sym.scalars.limits import grip_coefficient
-from multibody_sym.scalars.node import ZERO, Node, as_node, negate, quantity, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, named_nodes, negate, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
 from multibody_sym.text.parser import of_run
 
@@ -153,7 +153,7 @@ def _rope_elements(references: References, rows: Sequence[Row]) -> Iterator[LawE
     for row in rows:
         name = row.name.partition(".")[0]
         with at("constraints", name):
-            slips = list(rope_slips(references, row)) if isinstance(row, RopeRow) else []
+            slips = [] if row.rope_run is None else list(rope_slips(references, row.rope_run))
         # On several rough wheels presses the mean of both tensions there, on a single one the rope's own multiplier.
         names = [slip.name for _, slip, _ in slips]
         means = [
@@ -317,10 +317,10 @@ def _stops(system: System, bodies: Sequence[TreeBody], rows: Sequence[Row]) -> d
 
     As declared, where a mass is used up, and where a rope lies around none of a wheel any more.
     """
-    declared = {name: switching_function(x) for name, x in system.stop.items() if isinstance(x, Node)}
+    declared = {name: switching_function(x) for name, x in named_nodes(system.stop).items()}
     varying = (body for body in bodies if body.name in system.bodies and system.bodies[body.name].varying)
     masses = {used_up(body.name): -body.mass.mass for body in varying}
-    ropes = [row for row in rows if isinstance(row, RopeRow)]
+    ropes = [row.rope_run for row in rows if row.rope_run is not None]
     passed = [(row.name, bend) for row in ropes for bend in row.path[1:-1]]
     behind = {(row.rope, row.path[0].pulley) for row in ropes if row.path[0].pulley}
     passed += [(row.name, row.path[-1]) for row in ropes if (row.rope, row.path[-1].pulley) in behind]

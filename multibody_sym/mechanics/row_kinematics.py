@@ -52,7 +52,6 @@ from multibody_sym.mechanics.row_records import (
     Level,
     Marker,
     MeanTensionRow,
-    PlaneSurface,
     PositionRow,
     ReactionRow,
     Rim,
@@ -71,7 +70,7 @@ from multibody_sym.scalars import limits
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.functions import absolute, is_exactly, sqrt
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, nodes_among, slot
 from multibody_sym.scalars.rank import without_rounding
 from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
 
@@ -479,7 +478,7 @@ def _bodies(motion: Motion) -> list[Terms]:
 
 
 def _length(vector: Vec) -> S:
-    if any(isinstance(x, Node) for x in vector):
+    if nodes_among(vector):
         return sqrt(dot(vector, vector))
     return hypot(*vector)
 
@@ -557,7 +556,7 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     sizes = [abs(float(radius)) for radius in motion.state.values(radii)]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
     pairs = zip(row.skins, sizes, strict=True)
-    arms = [place if isinstance(skin, (PlaneSurface, Edge)) else size for skin, size in pairs]
+    arms = [place if skin.plane is not None or isinstance(skin, Edge) else size for skin, size in pairs]
     tilting, turning = _normal_rates(row, motion, first, second)
     speeds = first.V + second.V
     slip = speeds + first.W * arms[0] + second.W * arms[1]
@@ -583,7 +582,7 @@ def _crossing_terms(row: ContactRow, motion: Motion, first: Terms, second: Terms
 
 def _normal_rates(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
     """Return how fast the normal turns, and the way from a centre to the place of contact, at most."""
-    flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if isinstance(skin, PlaneSurface)]
+    flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if skin.plane is not None]
     if flats:
         # twice the inverse sine of the angle between a rim and a plane
         steep = 0.0 if row.rim is None else 2.0 / max(hypot(*rim_across(row, motion).vector), _PARALLEL)

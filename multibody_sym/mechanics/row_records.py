@@ -7,6 +7,7 @@ rows move is in `mechanics/row_kinematics.py`, where surfaces touch in `mechanic
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.model.bodies import ORIGIN, Pose
@@ -40,6 +41,11 @@ class ContactSurface:
     """A part of a body that touches: `place` is its centre, or a place in it."""
 
     place: Marker
+
+    @property
+    def plane(self) -> PlaneSurface | None:
+        """It, if it is a plane."""
+        return None
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,10 @@ class PlaneSurface(ContactSurface):
     ends: tuple[Marker, Marker] | None = None
     beside: tuple[Face, ...] = ()
     at_end: bool = False
+
+    @property
+    def plane(self) -> PlaneSurface:
+        return self
 
 
 @dataclass(frozen=True)
@@ -136,6 +146,11 @@ class Bent(ContactSurface):
 
 
 SurfacePair = tuple[ContactSurface, ContactSurface]
+
+
+def plane_of(surfaces: Iterable[ContactSurface]) -> PlaneSurface | None:
+    """Return the first of some surfaces that is a plane."""
+    return next((surface.plane for surface in surfaces if surface.plane is not None), None)
 
 
 def is_curved(surface: ContactSurface) -> bool:
@@ -230,6 +245,11 @@ class Row(ABC):
     @property
     def rim(self) -> Rim | None:
         """The surface that is the rim of a disc in space."""
+        return None
+
+    @property
+    def rope_run(self) -> RopeRow | None:
+        """It, if it is a rope, or a run of one between wheels."""
         return None
 
 
@@ -560,6 +580,10 @@ class RopeRow(Row):
     @property
     def radii(self) -> tuple[Node, ...]:
         return tuple(bend.radius for bend in self.path)
+
+    @property
+    def rope_run(self) -> RopeRow:
+        return self
 
     @property
     def told(self) -> tuple[str, str]:

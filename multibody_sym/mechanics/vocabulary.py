@@ -36,7 +36,7 @@ from multibody_sym.model.steps import PARAMETER
 from multibody_sym.model.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.node import Node, as_node, named_nodes, symbol
 from multibody_sym.text.parser import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, component_kind, of_run
 from multibody_sym.text.printer import AT, COMPONENTS, FORCE_NAMES, text
 from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, infer_dimension
@@ -185,8 +185,7 @@ class Dimensions:
     def _expressions(self) -> dict[str, Node]:
         """The names that are expressions of others: parameters, inputs, outputs; a coordinate's name stands for it."""
         parameters = {name: x.value for name, x in self.system.parameters.items()}
-        inputs = {name: x for name, x in self.system.inputs.items() if isinstance(x, Node)}
-        found = {**self.system.outputs, **inputs, **parameters}
+        found = {**self.system.outputs, **named_nodes(self.system.inputs), **parameters}
         others = (*self._given, *self._units_of_motion)
         return {name: node for name, node in found.items() if node.shadow is None and name not in others}
 

@@ -340,7 +340,7 @@ class Roughness(Element):
         if self.static is None and self.kinetic is None:
             raise ModelError("give static, kinetic or both", number="M102")
         verify_friction(static=self.static, kinetic=self.kinetic)
-        verify_coefficients(self.sticking.shadow, self.sliding.shadow)
+        verify_coefficients(self.sticking, self.sliding)
 
     @property
     def sticking(self) -> Node:

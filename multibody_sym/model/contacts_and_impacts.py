@@ -30,7 +30,7 @@ from multibody_sym.model.fields import (
     scalar,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, as_node, constant_of
 from multibody_sym.text.parser import parse_scalar
 from multibody_sym.text.printer import text
 from multibody_sym.text.units import Turning
@@ -129,8 +129,7 @@ class Contact(Element):
     def verify(self) -> None:
         verify_friction(static=self.static, kinetic=self.kinetic, rolling_resistance=self.rolling_resistance)
         _verify_restitutions(self)
-        if isinstance(self.static, Node) and self.kinetic is not None:
-            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+        verify_coefficients(self.static, self.kinetic)
         if self.repeat is not None and not any("#" in end for end in self.between):
             message = "number the bodies of contacts that repeat, such as between: [block#, table.top]"
             raise ModelError(message, word="between").under("repeat")
@@ -170,17 +169,18 @@ def without_number(name: str) -> str:
 def verify_friction(**coefficients: Coefficient | None) -> None:
     """Raise ModelError where a constant coefficient is negative; they are given by the names of their fields."""
     for name, value in coefficients.items():
-        if isinstance(value, Node) and value.shadow is not None and value.shadow < 0:
+        if value is not None and (constant_of(value) or 0.0) < 0.0:
             raise ModelError(
-                f"{text(value)} is negative; nothing rubs less than not at all", number="M109"
+                f"{text(as_node(value))} is negative; nothing rubs less than not at all", number="M109"
             ).under(name)
 
 
-def verify_coefficients(static: float | None, kinetic: float | None) -> None:
-    """Raise ModelError where static friction is below kinetic friction; None is a value that is not known yet."""
-    if static is not None and kinetic is not None and static < kinetic:
+def verify_coefficients(static: Coefficient | float | None, kinetic: Node | float | None) -> None:
+    """Raise ModelError where static friction is below kinetic friction, as far as both are constants."""
+    sticking, sliding = constant_of(static), constant_of(kinetic)
+    if sticking is not None and sliding is not None and sticking < sliding:
         raise ModelError(
-            f"static {static:g} is below kinetic {kinetic:g}: what sticks is held at least as fast as what slides; "
+            f"static {sticking:g} is below kinetic {sliding:g}: what sticks is held at least as fast as what slides; "
             "swap them, or give one for both",
             number="M109",
         ).under("static")
@@ -319,8 +319,7 @@ class Impact(Element):
                 raise ModelError(f"{place} is missing: where the {kind} is, or how much of it", number="M102")
         _verify_restitutions(self)
         verify_friction(static=self.static, kinetic=self.kinetic)
-        if isinstance(self.static, Node) and self.kinetic is not None:
-            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+        verify_coefficients(self.static, self.kinetic)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from multibody_sym.model.contacts_and_impacts import (
 from multibody_sym.model.fields import Element, ListOf, OneOf, Point, Scalar, ScalarOrVector, Text, Vector, holds
 from multibody_sym.model.joints import effort_unit
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, constant_of
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,16 @@ class Torque(Element):
         says="the body, or frame of one, along whose axes the components of a body's torque are; ground if left out",
     )
 
+    @property
+    def on_body(self) -> tuple[Node, Node, Node] | None:
+        """The components of a torque on a body."""
+        return None if isinstance(self.value, Node) else self.value
+
     def verify(self) -> None:
         if (self.joint is None) == (self.on is None):
             raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)", number="M110")
         _verify_freedom(self.freedom, self.joint)
-        if (self.joint is None) == isinstance(self.value, Node):
+        if (self.joint is None) == (self.on_body is None):
             raise ModelError("a joint's torque is one number, a body's torque a list of three")
         if self.on is not None:
             self.verify_unit("value", "N*m")
@@ -321,11 +326,9 @@ class Friction(Element):
             message = "what never slips (static: enough) is not smooth either: leave out regularised"
             raise ModelError(message, number="M110").under("regularised")
         for name in ("static", "kinetic"):
-            given = getattr(self, name)
-            if isinstance(given, Node) and given.shadow is not None and given.shadow < 0.0:
+            if (constant_of(getattr(self, name)) or 0.0) < 0.0:
                 raise ModelError("a coefficient of friction is not negative", number="M109").under(name)
-        if isinstance(self.static, Node) and self.kinetic is not None:
-            verify_coefficients(self.static.shadow, self.kinetic.shadow)
+        verify_coefficients(self.static, self.kinetic)
         for name in ("radius", "length", "regularised"):
             given = getattr(self, name)
             if given is not None and given.shadow is not None and not given.shadow > 0.0:

@@ -44,7 +44,6 @@ from multibody_sym.pictures.scene.items import (
     Placed,
     Rail,
     Stop,
-    Symbol,
     TurnStop,
 )
 from multibody_sym.pictures.scene.scene import Scene
@@ -231,8 +230,8 @@ def scene_marks(
 
 def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
     """Yield how one item looks."""
-    if isinstance(item.form, Symbol):
-        yield from SYMBOLS[item.form.kind](sheet, item, item.form)
+    if item.symbol is not None:
+        yield from SYMBOLS[item.symbol.kind](sheet, item, item.symbol)
     elif isinstance(item.form, Axes):
         return  # they stand beside the figure
     elif isinstance(item.form, Rail):
@@ -314,7 +313,7 @@ def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureCo
 def _largest_scale(scene: Scene) -> float:
     """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
     bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
-    if not all(each.loose for each in scene.strands) or not all(isinstance(item.form, Symbol) for item in bodies):
+    if not all(each.loose for each in scene.strands) or not all(item.symbol is not None for item in bodies):
         return np.inf
     heights = [0.0]
     for item in scene.items:

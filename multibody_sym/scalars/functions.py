@@ -182,6 +182,11 @@ def is_exactly(x: Any, value: int) -> bool:
     return x is as_node(value) if isinstance(x, Node) else bool(x == value)
 
 
+def is_zero(x: Any) -> bool:
+    """Return whether x is zero, or an expression that is a constant of this value."""
+    return bool((x.shadow if isinstance(x, Node) else x) == 0)
+
+
 def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], Any], scalar: type = Node) -> list[Any]:
     """Return `nodes` over `scalar` (float, Node or sympy.Expr), each leaf replaced by what `leaf` gives for it.
 

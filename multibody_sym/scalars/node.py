@@ -11,7 +11,7 @@ import gc
 import math
 import operator
 import os
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
@@ -381,6 +381,23 @@ def as_node(value: object) -> Node:
 
 
 # --- leaves -----------------------------------------------------------------------------------------------------
+
+
+def nodes_among(parts: Iterable[object]) -> list[Node]:
+    """Return the Nodes among some parts."""
+    return [part for part in parts if isinstance(part, Node)]
+
+
+def named_nodes(parts: Mapping[str, object]) -> dict[str, Node]:
+    """Return the Nodes among some parts, by their names."""
+    return {name: part for name, part in parts.items() if isinstance(part, Node)}
+
+
+def constant_of(x: object) -> float | None:
+    """Return a number, or the value of a Node that is a constant; None for all else."""
+    if isinstance(x, Node):
+        return x.shadow
+    return float(x) if isinstance(x, (int, float)) else None
 
 
 def number(value: Exact) -> Node:

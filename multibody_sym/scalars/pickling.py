@@ -15,7 +15,7 @@ from typing import Any, Final
 from weakref import ReferenceType, ref
 
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.node import PI, Node, number, quantity, real, slot, symbol, symbol_with
+from multibody_sym.scalars.node import PI, Node, nodes_among, number, quantity, real, slot, symbol, symbol_with
 
 _LEAVES: Final[dict[str, Callable[[Any], Node]]] = {
     "number": number,
@@ -79,7 +79,7 @@ def _held_nodes(node: Node) -> Iterator[Node]:
     if node.args:
         yield from node.args
     elif node.op == "declared" and is_dataclass(node.data[1]):
-        yield from (part for part in vars(node.data[1]).values() if isinstance(part, Node))
+        yield from nodes_among(vars(node.data[1]).values())
 
 
 def _reduce(node: Node) -> tuple[Any, ...]:

@@ -33,7 +33,7 @@ from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import row_motion, row_motions
-from multibody_sym.mechanics.row_records import Marker, PlaneSurface
+from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
@@ -725,7 +725,7 @@ def _touches(element: LawElement) -> Marker:
     """Return the place of the surface that is not flat, at which its body touches."""
     row = element.normals[0]
     if row.surfaces is not None:
-        return next((x.place for x in row.surfaces if not isinstance(x, PlaneSurface)), row.surfaces[0].place)
+        return next((x.place for x in row.surfaces if x.plane is None), row.surfaces[0].place)
     return row.points[0]
 
 

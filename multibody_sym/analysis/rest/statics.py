@@ -422,8 +422,8 @@ class Position:
         found = []
         for element in self.mechanism.one_way if motion is not None else ():
             for surfaces in (row.surfaces or () for row in element.normals):
-                planes = [x for x in surfaces if isinstance(x, PlaneSurface) and x.ends is None]
-                others = [x for x in surfaces if not isinstance(x, PlaneSurface)]
+                planes = [x.plane for x in surfaces if x.plane is not None and x.plane.ends is None]
+                others = [x for x in surfaces if x.plane is None]
                 if planes and others and others[0].place.body >= 0:
                     body = others[0].place.body
                     com = Marker(element.group or element.name, body, Pose(self.mechanism.bodies[body].mass.com))

@@ -101,8 +101,8 @@ def _of_joints(solved: SolvedInstant) -> dict[str, Components]:
 
 def place_of(row: Row) -> tuple[str, str]:
     """Return under which element, and as which component, a row's multiplier stands among the reactions."""
-    if isinstance(row, RopeRow):
-        return row.told
+    if row.rope_run is not None:
+        return row.rope_run.told
     return row.name, "multiplier" if isinstance(row, ExpressionRow) else "tension"
 
 
@@ -129,8 +129,8 @@ def _of_one_way(solved: SolvedInstant) -> dict[str, Components]:
     """
     found: dict[str, Components] = {}
     for element in solved.mechanism.one_way:
-        rope = element.normals[0] if element.kind == "rope" else None
-        if isinstance(rope, RopeRow):
+        rope = element.normals[0].rope_run if element.kind == "rope" else None
+        if rope is not None:
 
             def of_rope(instant: StateQuantities, rope: RopeRow = rope) -> Mapping[str, Any]:
                 return dict(zip(rope.components, (instant.tensions[name] for name in rope.asked), strict=True))

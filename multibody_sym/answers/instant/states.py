@@ -36,7 +36,15 @@ from multibody_sym.mechanics.modes import mode_words, taut_ropes, with_coefficie
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.points import direction
 from multibody_sym.mechanics.row_kinematics import coefficients
-from multibody_sym.mechanics.row_records import BrakingRow, PlaneSurface, ReactionRow, RopeSlipRow, Sliding, VelocityRow
+from multibody_sym.mechanics.row_records import (
+    BrakingRow,
+    PlaneSurface,
+    ReactionRow,
+    RopeSlipRow,
+    Sliding,
+    VelocityRow,
+    plane_of,
+)
 from multibody_sym.model.bodies import ORIGIN
 from multibody_sym.model.fields import Point
 from multibody_sym.model.states import WAYS
@@ -559,7 +567,7 @@ def _between_corners(acting: ActingForces, numbers: ActingForces) -> Iterator[In
     `numbers` are the same start in floats, which tell the outline.
     """
     for name, elements in _corner_groups(acting):
-        face = next((skin for skin in elements[0].surfaces or () if isinstance(skin, PlaneSurface)), None)
+        face = plane_of(elements[0].surfaces or ())
         places = [numbers.place(element) for element in elements]
         if face is None or any(place is None for place in places):
             continue

@@ -63,8 +63,8 @@ class RoughWheelTensions:
 
 def rubbing_ropes(mechanism: Mechanism) -> Collection[str]:
     """Return the ropes that rub on wheels; their runs have a tension each, and one more for each rough wheel."""
-    plain = (row.plain for row in mechanism.rows)
-    return {row.told[0] for row in plain if isinstance(row, RopeRow) and row.rubs}
+    runs = (row.plain.rope_run for row in mechanism.rows)
+    return {run.told[0] for run in runs if run is not None and run.rubs}
 
 
 def tension_wrenches(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Iterator[list[Wrench]]:
@@ -254,17 +254,18 @@ class Actions:
     def told(self) -> dict[Any, str]:
         """The name of the element of each force that is no reaction."""
         rows = zip(self.symbols.multipliers, self.motion.mechanism.rows, strict=True)
-        told = {s: row.told[0] if isinstance(row, RopeRow) else self.element(row.name) for s, row in rows}
+        told = {s: self.element(row.name) if row.rope_run is None else row.rope_run.told[0] for s, row in rows}
         return {**told, **{each.symbol: each.element for each in self.further}}
 
     def _add_row(self, row: Row, moved: RowMotion, symbol: Any) -> None:
         normal = row.plain
-        if isinstance(normal, RopeRow) and normal.told[0] in self._rubbing_ropes:
-            self._add_tensions(normal)
+        run = normal.rope_run
+        if run is not None and run.told[0] in self._rubbing_ropes:
+            self._add_tensions(run)
             return
         if isinstance(normal, (RopeSlipRow, MeanTensionRow)):  # told by the tensions on both sides of the wheel
             return
-        name = normal.told[0] if isinstance(normal, RopeRow) else self.element(row.name)
+        name = self.element(row.name) if run is None else run.told[0]
         if isinstance(normal, ReactionRow):
             self.laws.append(self._pressing(normal, symbol))
         else:

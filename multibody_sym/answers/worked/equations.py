@@ -21,8 +21,8 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import accelerations, motion_of, partial_velocities, spread
 from multibody_sym.mechanics.row_records import RopeSlipRow
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.functions import evaluate_float, is_zero
+from multibody_sym.scalars.node import as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -278,7 +278,7 @@ def _dot(a: Sequence[Quotient], b: Sequence[Quotient]) -> Quotient:
 
 
 def _still(v: Sequence[S]) -> bool:
-    return all(as_node(x).shadow == 0 if isinstance(x, Node) else x == 0 for x in v)
+    return all(map(is_zero, v))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from multibody_sym.errors import InputError
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.marks.sheet import points_drawn
 from multibody_sym.pictures.page.picture import Projection, view_of
-from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, Symbol, vector
+from multibody_sym.pictures.scene.items import ZERO, Anchor, Axes, Face, Placed, PlacedStrand, vector
 from multibody_sym.pictures.scene.scene import Scene, scene_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -99,7 +99,7 @@ class Frames:
         """The points that can be traced: origins of bodies, in their place what is drawn there, and points."""
         found = {name: Anchor(k, ZERO) for k, name in enumerate(self.scene.bodies)}
         for role in ("body", "mass centre", "point"):
-            items = (item for item in self.scene.items if item.role == role and isinstance(item.form, Symbol))
+            items = (item for item in self.scene.items if item.role == role and item.symbol is not None)
             found.update((item.name, Anchor(item.body, vector(item.form.bounds[0]))) for item in items)
         return found
 

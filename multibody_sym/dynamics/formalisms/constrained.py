@@ -39,9 +39,9 @@ from multibody_sym.mechanics.motion import Motion, why_locked
 from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.functions import maximum, sqrt
+from multibody_sym.scalars.functions import is_exactly, maximum, sqrt
 from multibody_sym.scalars.least_norm import SHORTEST, Solution, solve
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.rank import PIVOT, vanishes
 from multibody_sym.scalars.vectors import S
 
@@ -226,7 +226,7 @@ def _transpose(matrix: Matrix) -> list[list[S]]:
 
 def _acts(x: S) -> bool:
     """Return whether a number is not zero; an expression may be."""
-    return x is not ZERO if isinstance(x, Node) else bool(x != 0)
+    return not is_exactly(x, 0)
 
 
 def _lengths(rows: Matrix) -> list[S]:

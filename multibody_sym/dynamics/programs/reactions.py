@@ -45,7 +45,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.functions import maximum, minimum, where
 from multibody_sym.scalars.limits import OF_FORCES, Kind, along, length
-from multibody_sym.scalars.node import ONE, ZERO, Node, less
+from multibody_sym.scalars.node import ONE, ZERO, less, nodes_among
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     S,
@@ -147,7 +147,7 @@ def ropes(mechanism: Mechanism) -> Iterator[RopeRow]:
     """Yield the rows of all runs of ropes, also of those that are slack in the mechanism's mode."""
     plain = [row.plain for row in mechanism.rows]
     slack = [row for element in mechanism.one_way for row in element.normals]
-    named = {row.name: row for row in (*plain, *slack) if isinstance(row, RopeRow)}
+    named = {row.name: row.rope_run for row in (*plain, *slack) if row.rope_run is not None}
     yield from named.values()
 
 
@@ -254,7 +254,7 @@ class LawForces:
         """Return N of a part's friction law, for normal forces with the signs that they have in the mode."""
         normals = element.normals_of(part)
         forces = [self.multiplier(row.name) for row in normals]
-        in_programs = self.mechanism.mode_numbers and any(isinstance(x, Node) for x in forces)  # numbers have a mode
+        in_programs = self.mechanism.mode_numbers and bool(nodes_among(forces))  # numbers have a mode
         side = ModeNodes(self.mechanism).side if in_programs and not part.norm else self.side
         return limits.pressing(forces, [side(element, row) for row in normals], norm=part.norm)
 

@@ -46,7 +46,6 @@ from multibody_sym.mechanics.row_records import (
     ContactSurface,
     DistanceRow,
     Marker,
-    PlaneSurface,
     PositionRow,
     RopeBend,
     RopeRow,
@@ -226,8 +225,8 @@ class _Decider:
 
     def row(self, row: Row) -> Row:
         """Return a row; a rope or rod with its sides and directions."""
-        if isinstance(row, RopeRow):
-            return self.rope(row)
+        if row.rope_run is not None:
+            return self.rope(row.rope_run)
         if isinstance(row, RopeSlipRow):
             return replace(row, rope=self.rope(row.rope))
         if isinstance(row, SlidingRow):
@@ -395,18 +394,20 @@ def _measure_constant(motion: Motion, measure: Measure) -> float:
     slackening = [(row, element.path) for element in motion.mechanism.one_way for row in element.rows]
     taut = [(row, motion.mechanism.row_path(k)) for k, row in enumerate(motion.mechanism.rows)]
     if isinstance(measure, RopeSide):
-        ropes = (row for row, _ in (*slackening, *taut) if isinstance(row, RopeRow) and row.told[0] == measure.rope)
-        return float(inner_side(motion, next(b for row in ropes for b in row.path if b.pulley == measure.pulley)))
+        runs = [row.rope_run for row, _ in (*slackening, *taut) if row.rope_run is not None]
+        bends = (bend for run in runs if run.told[0] == measure.rope for bend in run.path)
+        return float(inner_side(motion, next(bend for bend in bends if bend.pulley == measure.pulley)))
     row, path = next((row, path) for row, path in (*slackening, *taut) if row.name == measure.row)
     with at(*path):
         if isinstance(row, RopeSlipRow):
             _verify_side(motion, row.rope, row.bend)
             return float(wrap_angle(motion, row.rope, row.bend))
-        assert isinstance(row, RopeRow)
+        run = row.rope_run
+        assert run is not None
         if isinstance(measure, TangentDirection):
-            _verify_side(motion, row, -measure.end)
-            return float(tangent_direction(motion, row, measure.end)) + 0.0
-        return float(segments(motion, row.path)[1])
+            _verify_side(motion, run, -measure.end)
+            return float(tangent_direction(motion, run, measure.end)) + 0.0
+        return float(segments(motion, run.path)[1])
 
 
 def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
@@ -544,9 +545,9 @@ def _nearest(motion: Motion, frames: tuple[Marker, Marker], *, farthest: bool = 
 
 def _on_curve(motion: Motion, bent: Bent, other: ContactSurface) -> _FootPlace | None:
     """Return where an outline is lowest over a plane, or a curve nearest to a centre, or farthest from a hollow's."""
-    if not isinstance(other, PlaneSurface):
+    if other.plane is None:
         return _nearest(motion, (bent.foot, other.place), farthest=isinstance(other, RoundSurface) and other.inside)
-    normal = np.array(direction(motion, other.place, other.normal), dtype=float)
+    normal = np.array(direction(motion, other.place, other.plane.normal), dtype=float)
     along = _along(motion, bent.foot, np.array(position(motion, other.place), dtype=float))
     return None if along is None else along.lowest(along.places @ normal)
 
@@ -612,7 +613,8 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     A rough pulley turns its wheel by friction.
     """
     declared = mechanism.relative or mechanism
-    if not any(bend.at.body >= 0 for row in declared.rows if isinstance(row, RopeRow) for bend in row.path[1:-1]):
+    runs = [row.rope_run for row in declared.rows if row.rope_run is not None]
+    if not any(bend.at.body >= 0 for run in runs for bend in run.path[1:-1]):
         return []
     known = {slot("parameters", k): value for k, value in enumerate(parameters)}
     q = [evaluate_float([c.initial], known)[0] for c in declared.coordinates]
@@ -622,8 +624,8 @@ def slipped_wheels(mechanism: Mechanism, parameters: Sequence[float]) -> list[st
     for body in declared.bodies:
         tied.update(free.q[-1] for free in body.free_steps if any(("u", u) in named for u in free.u))
     found: dict[tuple[str, str], None] = {}
-    for row in motion.mechanism.rows:
-        for bend in row.path[1:-1] if isinstance(row, RopeRow) else ():
+    for row in runs:
+        for bend in row.path[1:-1]:
             frictionless = bend.grip is None and not bend.rough
             if frictionless and bend.at.body >= 0 and any(
                 q not in tied for q in _turning_coordinates(motion, bend)

@@ -96,9 +96,8 @@ class RunLabels:
     @cached_property
     def ropes(self) -> Names:
         """The rows of ropes that have one tension."""
-        from multibody_sym.mechanics.row_records import RopeRow
-
-        return tuple(row.name for row in self.mechanism.rows if isinstance(row, RopeRow) and not row.rubs)
+        runs = (row.rope_run for row in self.mechanism.rows)
+        return tuple(run.name for run in runs if run is not None and not run.rubs)
 
     @cached_property
     def drives(self) -> Names:

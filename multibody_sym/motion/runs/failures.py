@@ -20,7 +20,7 @@ from multibody_sym.mechanics.contact_geometry import ON_POINTS, fits, flat_rims
 from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, why_locked
-from multibody_sym.mechanics.row_records import Marker, RopeRow, VelocityRow
+from multibody_sym.mechanics.row_records import Marker, VelocityRow
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import GROUND, used_up
 from multibody_sym.motion.integrator.flow import Flow, StepError
@@ -221,7 +221,7 @@ def _cause(run: Trajectory, time: float) -> str | None:
 def _point_lines(mechanism: Mechanism) -> list[tuple[str, tuple[Marker, Marker]]]:
     """Return what acts along lines between points, by name."""
     lines = [(load.name, load.line) for load in mechanism.loads if load.line is not None]
-    active = (row for row in mechanism.rows if isinstance(row, RopeRow))
+    active = (row.rope_run for row in mechanism.rows if row.rope_run is not None)
     return [*lines, *((rope.name, ends) for rope in active for ends in pairwise(rope.points))]
 
 
@@ -416,7 +416,7 @@ def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
     mechanism = _ended_in(run)[0]
     row = mechanism.rows[failure.component] if failure.component is not None else None
     end = run.integration
-    if isinstance(row, RopeRow) and end.q_final is not None and end.u_final is not None:
+    if row is not None and row.rope_run is not None and end.q_final is not None and end.u_final is not None:
         rows = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], failure.time)
         first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
         if met := _met([(row.name, ends) for ends in pairwise(row.points)], first, last):

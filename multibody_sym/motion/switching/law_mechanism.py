@@ -26,7 +26,6 @@ from multibody_sym.mechanics.row_records import (
     ContactRow,
     ContactSurface,
     Marker,
-    PlaneSurface,
     RoundSurface,
     Row,
     Vertex,
@@ -66,7 +65,7 @@ class ThinBar:
     @property
     def words(self) -> str:
         """What passes through what."""
-        point, bar = sorted(self.sides[0].surfaces or (), key=lambda skin: isinstance(skin, PlaneSurface))
+        point, bar = sorted(self.sides[0].surfaces or (), key=lambda skin: skin.plane is not None)
         return f"{point.place.name} is a point and {bar.place.name} a bar without thickness"
 
     def side(self, facts: LawValues) -> int | None:
@@ -99,8 +98,8 @@ def _thin_bars(mechanism: Mechanism) -> list[ThinBar]:
     found, waiting = list[ThinBar](), dict[tuple[object, ...], LawElement]()
     for element in mechanism.one_way:
         skins = (element.surfaces if element.unilateral else None) or ()
-        flat = (skin for skin in skins if isinstance(skin, PlaneSurface) and skin.ends is not None)
-        thin = any([face.place for face in skin.beside] == [skin.ends[0]] for skin in flat if skin.ends is not None)
+        planes = (skin.plane for skin in skins if skin.plane is not None)
+        thin = any(flat.ends is not None and [x.place for x in flat.beside] == [flat.ends[0]] for flat in planes)
         if not (thin and any(map(is_point, skins))):
             continue
         key = (element.group, *(skin.place for skin in skins))
@@ -128,7 +127,7 @@ def _one_sided(element: LawElement) -> LawElement:
         if not isinstance(row, ContactRow):
             return row
         first, second = (
-            replace(skin, beside=(), at_end=True) if isinstance(skin, PlaneSurface) else skin for skin in row.skins
+            skin if skin.plane is None else replace(skin.plane, beside=(), at_end=True) for skin in row.skins
         )
         return replace(row, skins=(first, second))
 
@@ -159,7 +158,8 @@ def is_behind(facts: LawValues, element: LawElement) -> bool:
 def why_behind(element: LawElement) -> str:
     """Return why nothing is known of what has come in behind a face."""
     skins = element.surfaces or ()
-    in_space = any(isinstance(skin, PlaneSurface) and skin.beside and skin.ends is None for skin in skins)
+    planes = (skin.plane for skin in skins if skin.plane is not None)
+    in_space = any(plane.beside and plane.ends is None for plane in planes)
     return _INSIDE if in_space else _FROM_BEHIND
 
 
@@ -219,13 +219,13 @@ class _End:
     @property
     def place(self) -> int:
         """Which of both skins is the bar's."""
-        return next(k for k, skin in enumerate(self.row.skins) if isinstance(skin, PlaneSurface))
+        return next(k for k, skin in enumerate(self.row.skins) if skin.plane is not None)
 
     @property
     def ends(self) -> tuple[Marker, Marker]:
         """The bar's ends, this one first."""
-        flat = self.row.skins[self.place]
-        assert isinstance(flat, PlaneSurface)
+        flat = self.row.skins[self.place].plane
+        assert flat is not None
         assert flat.ends is not None
         return flat.ends if self.number == 0 else (flat.ends[1], flat.ends[0])
 
@@ -241,8 +241,8 @@ class _End:
     @property
     def is_corner(self) -> bool:
         """Whether the end is a corner of a box, where two of its faces end."""
-        flat = self.row.skins[self.place]
-        return isinstance(flat, PlaneSurface) and len(flat.beside) > 1
+        flat = self.row.skins[self.place].plane
+        return flat is not None and len(flat.beside) > 1
 
     @property
     def name(self) -> str:
@@ -288,7 +288,7 @@ def _ends(mechanism: Mechanism) -> Iterator[_End]:
     """Yield the ends of bars and of the faces of boxes that points may meet."""
     for element in mechanism.one_way:
         skins = (element.surfaces if element.unilateral else None) or ()
-        ends = any(isinstance(skin, PlaneSurface) and skin.ends is not None for skin in skins)
+        ends = any(skin.plane is not None and skin.plane.ends is not None for skin in skins)
         if ends and any(map(is_point, skins)):
             yield from (_End(element, number) for number in (0, 1))
 

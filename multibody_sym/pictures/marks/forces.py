@@ -80,7 +80,7 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
     anchors = placed.strand.anchors
     for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
         items = sheet.touched.get(anchor.body, ()) if anchor.body not in sheet.ground else ()
-        signs = (item.form for item in items if item.role == "body" and isinstance(item.form, Symbol))
+        signs = (item.symbol for item in items if item.role == "body" and item.symbol is not None)
         if placed.strand.loose and anchor is anchors[0] and any(sign.kind == "block" for sign in signs):
             away = unit2(end - other)  # a plate on the block at which the spring begins
             across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
@@ -100,9 +100,9 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
 
 def _shows(sheet: Sheet, item: Item, end: Floats) -> bool:
     """Return whether a sign of ground stands at a place of the page."""
-    if item.body not in sheet.ground or item.role not in ("joint", "pulley") or not isinstance(item.form, Symbol):
+    if item.body not in sheet.ground or item.role not in ("joint", "pulley") or item.symbol is None:
         return False
-    return float(np.linalg.norm(sheet.at(item.body, item.form.at) - end)) < 3.0
+    return float(np.linalg.norm(sheet.at(item.body, item.symbol.at) - end)) < 3.0
 
 
 def zigzag(a: Floats, b: Floats) -> Floats:

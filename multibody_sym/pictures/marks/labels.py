@@ -54,7 +54,7 @@ def label_marks(sheet: Sheet) -> Iterator[Mark]:
         key = (item.role, item.name)
         if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
             continue
-        if isinstance(item.form, Symbol) and item.form.kind in silent:
+        if item.symbol is not None and item.symbol.kind in silent:
             continue
         if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
@@ -93,16 +93,16 @@ def _text(role: str, name: str) -> dict[str, Any]:
 
 def _name(sheet: Sheet, item: Item) -> Wish:
     bounds = sheet.page(item.body, item.form.bounds)
-    if item.role == "contact" and isinstance(item.form, Symbol):
-        place = touching_place(sheet, item, item.form)
+    if item.role == "contact" and item.symbol is not None:
+        place = touching_place(sheet, item, item.symbol)
         bounds = bounds if place is None else place[None, :]
     round_it = isinstance(item.form, Disc) and (item.form.hollow or _turns_at_middle(sheet, item, item.form))
     about = bounds if len(bounds) == 2 or round_it else bounds.mean(axis=0)[None, :]
     if item.role == "body" and item.form.endless and sheet.flat:
         about = outline_of(sheet, item).mean(axis=0)[None, :]
-    if isinstance(item.form, Symbol):
-        about = _beside(sheet, item, item.form, about)
-    clear = 7.0 if isinstance(item.form, Symbol) and len(about) == 1 else 5.0
+    if item.symbol is not None:
+        about = _beside(sheet, item, item.symbol, about)
+    clear = 7.0 if item.symbol is not None and len(about) == 1 else 5.0
     return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
 
 
@@ -110,7 +110,7 @@ def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:
     """Return whether a hinge, whose name stands there, is in the middle of a body that is round."""
     centre = sheet.at(item.body, disc.centre)
     signs = (i for i in sheet.scene.items if i.role == "joint" and item.role == "body" and item.body in i.bodies)
-    places = (sheet.at(i.body, i.form.at) for i in signs if isinstance(i.form, Symbol))
+    places = (sheet.at(i.body, i.symbol.at) for i in signs if i.symbol is not None)
     return any(float(np.linalg.norm(place - centre)) < _SAME for place in places)
 
 
@@ -119,8 +119,8 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
     if symbol.kind == "friction":
         sliders = (i for i in sheet.scene.items if i.role == "joint" and {*i.bodies} == {*item.bodies})
         for other in sliders:
-            if isinstance(other.form, Symbol) and other.form.kind in ("slider", "hanger"):
-                return _beside(sheet, other, other.form, sheet.page(other.body, other.form.bounds))
+            if other.symbol is not None and other.symbol.kind in ("slider", "hanger"):
+                return _beside(sheet, other, other.symbol, sheet.page(other.body, other.form.bounds))
     pins = ring_pins(sheet, item, symbol) if symbol.kind in ("pin", "pivot") else None
     if pins is not None:
         return sheet.page(item.body, pins[1:])
@@ -162,7 +162,7 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
             yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, **_text(role, each.name))
         elif each.coordinate and length < _COORDINATE:  # its body is seen at its sign, if it has one
             items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
-            signs = (i.form.at for i in items if isinstance(i.form, Symbol))
+            signs = (i.symbol.at for i in items if i.symbol is not None)
             yield from _coordinate(sheet, each, sheet.at(each.b.body, next(signs, each.b.point)))
         else:
             yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)

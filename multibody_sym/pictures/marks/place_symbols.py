@@ -107,15 +107,15 @@ def half_size(symbol: Symbol) -> float:
 
 def _stand(made: _Settling, item: Item) -> None:
     """Let a mass that touches a plane, or slides on another body, stand on it."""
-    if item.role == "contact" and len(item.bodies) == 2 and isinstance(item.form, Symbol):
+    if item.role == "contact" and len(item.bodies) == 2 and item.symbol is not None:
         mass, other = made.mass(item.body), next((b for b in item.bodies if b != item.body), item.body)
-        normal = next(_normals(made, other, made.page(item.body, item.form.at)), None)
+        normal = next(_normals(made, other, made.page(item.body, item.symbol.at)), None)
         if mass is not None and normal is not None:
             _lift(made, item.body, other, normal, half_size(mass))
-    elif item.role == "joint" and item.on_ground and isinstance(item.form, Symbol) and item.form.kind == "weld":
+    elif item.role == "joint" and item.on_ground and item.symbol is not None and item.symbol.kind == "weld":
         up = made.way(-1, made.scene.view.up)
         if len(item.bodies) == 2 and made.mass(item.bodies[1]) is not None and float(np.linalg.norm(up)) > 0.9:
-            drawn = _is_on_ground(made, made.page(item.body, item.form.at))
+            drawn = _is_on_ground(made, made.page(item.body, item.symbol.at))
             _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2 if drawn else 0.0)
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies
@@ -138,7 +138,7 @@ def _bear(made: _Settling) -> None:
         if item.role != "contact" or len(item.bodies) != 2:
             continue
         forms = [i.form for i in made.scene.items if i.body == item.body and i.role in ("body", "surface")]
-        signs = (i for i in made.scene.items if i.role == "joint" and isinstance(i.form, Symbol))
+        signs = (i for i in made.scene.items if i.role == "joint" and i.symbol is not None)
         alone = len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed
         if alone and not any(item.body in sign.bodies for sign in signs):  # a rod that no joint holds
             other = next((b for b in item.bodies if b != item.body), item.body)
@@ -248,9 +248,9 @@ def _cross(a: Floats, b: Floats) -> float:
 def _pulleys(made: _Settling, at: Floats) -> Iterator[Item]:
     """Yield the pulleys at a place of the page that are not displaced yet."""
     for item in made.scene.items:
-        if item.role != "pulley" or item.name in made.pulleys or not isinstance(item.form, Symbol):
+        if item.role != "pulley" or item.name in made.pulleys or item.symbol is None:
             continue
-        if float(np.linalg.norm(made.page(item.body, item.form.at) - at)) < _SAME:
+        if float(np.linalg.norm(made.page(item.body, item.symbol.at) - at)) < _SAME:
             yield item
 
 

@@ -27,7 +27,7 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.bodies import hull
 from multibody_sym.pictures.scene.items import GROUND as WORLD
-from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Disc, Face, Item, Polyline, Sphere, Symbol, circle
+from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Disc, Face, Item, Polyline, Sphere, circle
 from multibody_sym.scalars.arrays import Floats
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -267,7 +267,7 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     along, through = left(normal), sheet.at(item.body, form.through)
     ways = (_near(sheet, item, rest=False) - through) @ along
     low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
-    centres = (i for i in sheet.touched.get(item.body, ()) if i.role == "mass centre" and isinstance(i.form, Symbol))
+    centres = (i for i in sheet.touched.get(item.body, ()) if i.role == "mass centre" and i.symbol is not None)
     centre = next((float((sheet.at(i.body, i.form.bounds[0]) - through) @ along) for i in centres), None)
     if centre is not None:  # a plate is as long on either side of its centre of mass
         half = max(centre - low, high - centre)

@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import Settled, settle
 from multibody_sym.pictures.page.picture import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED, Pen, Projection
-from multibody_sym.pictures.scene.items import Axes, Item, Path, Placed, Symbol
+from multibody_sym.pictures.scene.items import Axes, Item, Path, Placed
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -126,7 +126,7 @@ def points_drawn(scene: Scene, placed: Placed) -> Floats:
     for item in scene.items:
         if item.form.endless or isinstance(item.form, Axes):
             continue
-        if isinstance(item.form, Symbol) and item.form.kind in UNSEEN:
+        if item.symbol is not None and item.symbol.kind in UNSEEN:
             continue
         points.append(placed.world(item.body, item.form.bounds))
     for strand in placed.strands:

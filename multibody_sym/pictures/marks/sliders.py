@@ -85,7 +85,7 @@ _HALF: Final = 12.0
 def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
     """Return the length and height (pt) of a block: that of a mass of its own, or of a slider on a larger body."""
     own = item.role == "body" or any(
-        other.role == "body" and isinstance(other.form, Symbol) and other.form.kind == "block"
+        other.role == "body" and other.symbol is not None and other.symbol.kind == "block"
         for other in sheet.touched.get(item.body, ())
     )
     return MASS if own else BLOCK
@@ -107,7 +107,7 @@ def sleeve_place(sheet: Sheet, item: Item, symbol: Symbol) -> Vector:
     """Return where on its body a slider is shown in space: towards what it slides on where another joint's sign is."""
     at = sheet.at(item.body, symbol.at)
     others = (i for i in sheet.scene.items if i.role == "joint" and i.path != item.path and item.body in i.bodies)
-    signs = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    signs = (sheet.at(i.body, i.symbol.at) for i in others if i.symbol is not None)
     rail = next((i for i in sheet.scene.items if i.path == item.path and isinstance(i.form, Rail)), None)
     if rail is None or all(float(np.linalg.norm(sign - at)) > _SLEEVE for sign in signs):
         return symbol.at
@@ -168,7 +168,7 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     places = [float((place - shift) @ along) for place in _block_places(sheet, item)]
     at = sheet.at(item.body, rail.at)
     others = (i for i in sheet.scene.items if i.role == "joint" and i.body == item.body and i.path != item.path)
-    signs = (sheet.at(i.body, i.form.at) for i in others if isinstance(i.form, Symbol))
+    signs = (sheet.at(i.body, i.symbol.at) for i in others if i.symbol is not None)
     taken = any(float(np.linalg.norm(sign - at)) < 3.0 for sign in signs)  # another joint stands where it begins
     if not places or not (taken or _is_sprung(sheet, item, along)):
         places += list(ends @ along)
@@ -222,7 +222,7 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
     middle = float(sheet.at(item.body, item.form.at) @ across)
     bodies = list(_bodies_with_a_size(sheet, _child(item)))
     ways = [float(way) for other in bodies for way in _corners_of(sheet, other) @ across - middle]
-    blocks = any(isinstance(other.form, Symbol) and other.form.kind == "block" for other in bodies)
+    blocks = any(other.symbol is not None and other.symbol.kind == "block" for other in bodies)
     half = (MASS if blocks else BLOCK)[1] / 2
     if has_gravity and pressed < 0.2:
         return [(across, max(ways, default=half)), (-across, -min(ways, default=-half))]
@@ -231,22 +231,22 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
 
 def _corners_of(sheet: Sheet, item: Item) -> Floats:
     """Return what bounds a body on the page (n, 2): of a mass without a size the corners of its wedge, if any."""
-    if not isinstance(item.form, Symbol):
+    if item.symbol is None:
         return outline_of(sheet, item)
-    slope = slope_of(sheet, item) if item.form.kind == "block" and sheet.flat else None
+    slope = slope_of(sheet, item) if item.symbol.kind == "block" and sheet.flat else None
     if slope is None or abs(float(slope @ sheet.down)) <= LEVEL:
         return np.zeros((0, 2))
-    return wedge_under(sheet, item, sheet.at(item.body, item.form.at), slope)
+    return wedge_under(sheet, item, sheet.at(item.body, item.symbol.at), slope)
 
 
 def _block_places(sheet: Sheet, item: Item) -> list[Floats]:
     """Return where the block of a rail is on the page, where it was at the start, and in a motion is on the way."""
     found = []
     for other in sheet.scene.items:
-        if other.path == item.path and other is not item and isinstance(other.form, Symbol):
-            own, shift = np.array([other.form.at]), sheet.settled.bodies.get(other.body, np.zeros(2))
+        if other.path == item.path and other is not item and other.symbol is not None:
+            own, shift = np.array([other.symbol.at]), sheet.settled.bodies.get(other.body, np.zeros(2))
             ways = (each.world(other.body, own) for each in (sheet.home, *sheet.others))
-            found += [sheet.at(other.body, other.form.at), *(sheet.projection.page(way)[0] + shift for way in ways)]
+            found += [sheet.at(other.body, other.symbol.at), *(sheet.projection.page(way)[0] + shift for way in ways)]
     return found
 
 
@@ -331,12 +331,12 @@ def _corners(sheet: Sheet, item: Item, form: Stop) -> Floats:
 def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:
     """Return the corners (4, 2) of a sign whose size is the page's: a mass, a slider, a bead or a bob."""
     if body is not None:
-        kind = body.form.kind if isinstance(body.form, Symbol) else ""
+        kind = body.symbol.kind if body.symbol is not None else ""
         half = np.array(block_size(sheet, body)) / 2 if kind == "block" else np.full(2, BOB)
     else:
         touched = sheet.touched.get(item.bodies[1], ())
-        beads = (i for i in touched if i.role == "joint" and isinstance(i.form, Symbol))
-        bead = any(i.form.kind == "bead" for i in beads if isinstance(i.form, Symbol))
+        beads = (i for i in touched if i.role == "joint" and i.symbol is not None)
+        bead = any(i.symbol.kind == "bead" for i in beads if i.symbol is not None)
         half = np.full(2, PIN) if bead else np.array(BLOCK) / 2
     along = unit2(sheet.way(item.body, form.axis))
     signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])

@@ -108,9 +108,9 @@ def place_of(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
 
 def lies_on(sheet: Sheet, pulley: Item, line: Item) -> bool:
     """Return whether a pulley on ground is on the line of a rail or a face of ground, which holds it then."""
-    if line.body != pulley.body or not isinstance(pulley.form, Symbol) or pulley.name in sheet.settled.pulleys:
+    if line.body != pulley.body or pulley.symbol is None or pulley.name in sheet.settled.pulleys:
         return False
-    apart = np.subtract(pulley.form.at, getattr(line.form, "at", getattr(line.form, "through", (0.0, 0.0, 0.0))))
+    apart = np.subtract(pulley.symbol.at, getattr(line.form, "at", getattr(line.form, "through", (0.0, 0.0, 0.0))))
     if isinstance(line.form, Rail) and not line.form.light:
         across = apart - float(apart @ np.array(line.form.axis)) * np.array(line.form.axis)
     elif isinstance(line.form, Face) and line.form.ends is None and sheet.flat:
@@ -124,8 +124,8 @@ def wheels_on(sheet: Sheet, line: Item) -> list[Floats]:
     """Return the centres (2) of the small wheels that a rail or face of ground holds."""
     found = []
     for item in sheet.scene.items:
-        if item.role == "pulley" and isinstance(item.form, Symbol) and item.form.kind == "pulley":
-            centre = wheel_centre(sheet, item, item.form) if lies_on(sheet, item, line) else None
+        if item.role == "pulley" and item.symbol is not None and item.symbol.kind == "pulley":
+            centre = wheel_centre(sheet, item, item.symbol) if lies_on(sheet, item, line) else None
             found += [] if centre is None else [centre]
     return found
 
@@ -133,10 +133,10 @@ def wheels_on(sheet: Sheet, line: Item) -> list[Floats]:
 def held_wheel(sheet: Sheet, at: Floats) -> Floats | None:
     """Return the centre (2) of the small wheel that ground holds at a place of the page, None where there is none."""
     for item in sheet.scene.items:
-        if item.role != "pulley" or not item.on_ground or not isinstance(item.form, Symbol):
+        if item.role != "pulley" or not item.on_ground or item.symbol is None:
             continue
-        if item.form.kind == "pulley" and float(np.linalg.norm(sheet.at(item.body, item.form.at) - at)) < 1.0:
-            return wheel_centre(sheet, item, item.form)
+        if item.symbol.kind == "pulley" and float(np.linalg.norm(sheet.at(item.body, item.symbol.at) - at)) < 1.0:
+            return wheel_centre(sheet, item, item.symbol)
     return None
 
 
@@ -188,10 +188,10 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
 def _round_wheels(sheet: Sheet, plain: Floats, drawn: Floats) -> Floats:
     """Move the corners in which a rope bends on moving bodies, so that the wheel in the bend is about its pulley."""
     for item in sheet.scene.items:
-        if item.role != "pulley" or item.body < 0 or not isinstance(item.form, Symbol) or item.form.kind != "pulley":
+        if item.role != "pulley" or item.body < 0 or item.symbol is None or item.symbol.kind != "pulley":
             continue
-        at = sheet.projection.page(sheet.placed.world(item.body, np.array([item.form.at])))[0]
-        centre = place_of(sheet, item, item.form)
+        at = sheet.projection.page(sheet.placed.world(item.body, np.array([item.symbol.at])))[0]
+        centre = place_of(sheet, item, item.symbol)
         for k in range(len(drawn) - 1):
             if float(np.linalg.norm(plain[k][1] - at)) > 0.1 or is_turned(drawn[k], drawn[k + 1]):
                 continue

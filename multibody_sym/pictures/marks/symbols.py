@@ -252,9 +252,9 @@ def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
     for other in sheet.scene.items:
         if other is item:
             return False
-        if not isinstance(other.form, Symbol) or (other.form.kind, other.body) != ("pivot", item.body):
+        if other.symbol is None or (other.symbol.kind, other.body) != ("pivot", item.body):
             continue
-        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 1.0:
+        if float(np.linalg.norm(sheet.at(other.body, other.symbol.at) - at)) < 1.0:
             return True
     return False
 
@@ -365,7 +365,7 @@ def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         hook = at + 30.0 * sheet.down
         yield Stroke(np.array([at, hook]), sheet.pen(item), **named)
         at = hook
-    others = (i.form for i in sheet.touched.get(item.body, ()) if isinstance(i.form, Symbol))
+    others = (i.symbol for i in sheet.touched.get(item.body, ()) if i.symbol is not None)
     axes = (form.axis for form in others if form.kind in ("slider", "hanger"))
     along = sheet.settled.leans.get(item.body, unit2(sheet.way(item.body, next(axes, (1.0, 0.0, 0.0)))))
     corners = _rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
@@ -383,10 +383,10 @@ def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a wheel without a size on its axis."""
     named = sheet.named(item, LAYER_BODY, symbol.at)
     joint = next((i for i in sheet.scene.items if i.role == "joint" and item.body in i.bodies[1:]), None)
-    if joint is None or sheet.flat or not isinstance(joint.form, Symbol):
+    if joint is None or sheet.flat or joint.symbol is None:
         yield Arc(sheet.at(item.body, symbol.at), _ROTOR, sheet.pen(item), fill=BODY, **named)
         return
-    world = sheet.placed.turned(joint.body, joint.form.axis)
+    world = sheet.placed.turned(joint.body, joint.symbol.axis)
     axis = unit(world @ sheet.placed.poses[item.body][:, :3])
     form = Barrel(symbol.at, axis, sheet.metres(_ROTOR), sheet.metres(5.0))
     yield from barrel(sheet, item.body, form, sheet.pen(item), named)
@@ -417,9 +417,9 @@ def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     at = sheet.at(item.body, symbol.at)
     yield from step_marks(sheet, item, at)
     for other in sheet.touched.get(item.body, ()):
-        if not isinstance(other.form, Symbol) or other.form.kind in UNSEEN:
+        if other.symbol is None or other.symbol.kind in UNSEEN:
             continue
-        if float(np.linalg.norm(sheet.at(other.body, other.form.at) - at)) < 3.0:
+        if float(np.linalg.norm(sheet.at(other.body, other.symbol.at) - at)) < 3.0:
             return
     yield Arc(at, 1.2, None, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
 

@@ -43,7 +43,7 @@ from multibody_sym.pictures.scene.items import (
 from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, letters, placed_joint, wire_of
 from multibody_sym.pictures.scene.stage import Stage, curve_points, is_solid, references, same, surface_items
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, nodes_among
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
@@ -398,7 +398,7 @@ def _field_signs(stage: Stage, name: str, element: Any) -> Iterator[Item]:
 
 def roughness(static: Coefficient | None, kinetic: Node | None) -> str:
     """Return the letter of a coefficient of friction, nothing where it is a number."""
-    found = [letters(each) for each in (kinetic, static) if isinstance(each, Node)]
+    found = [letters(each) for each in nodes_among((kinetic, static))]
     return next((each for each in found if each), "")
 
 

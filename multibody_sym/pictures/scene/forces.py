@@ -165,9 +165,9 @@ def ropes_of(mechanism: Mechanism) -> dict[str, Runs]:
     """Return the runs of each declared rope in their order, those that may go slack too."""
     rows = [*mechanism.rows, *(row for element in mechanism.one_way for row in element.normals)]
     found: dict[str, list[RopeRow]] = {}
-    for row in rows:
-        if isinstance(row, RopeRow) and row not in found.setdefault(row.told[0], []):
-            found[row.told[0]].append(row)
+    for run in (row.rope_run for row in rows if row.rope_run is not None):
+        if run not in found.setdefault(run.told[0], []):
+            found[run.told[0]].append(run)
     return {name: tuple(sorted(runs, key=lambda row: row.run)) for name, runs in found.items()}
 
 

@@ -73,6 +73,11 @@ class _Form:
         """Whether it goes as far as the picture does."""
         return False
 
+    @property
+    def symbol(self) -> Symbol | None:
+        """It, if it is a sign whose size is the page's affair."""
+        return None
+
 
 @dataclass(frozen=True)
 class Polyline(_Form):
@@ -251,6 +256,10 @@ class Symbol(_Form):
     def bounds(self) -> Floats:
         return np.array([self.at])
 
+    @property
+    def symbol(self) -> Symbol:
+        return self
+
 
 @dataclass(frozen=True)
 class Bowl(_Form):
@@ -324,6 +333,10 @@ class Item:
     bodies: tuple[int, ...] = ()
     on_ground: bool = False
     touching: tuple[str, ...] = ()
+
+    @property
+    def symbol(self) -> Symbol | None:
+        return self.form.symbol
 
 
 @dataclass(frozen=True)
