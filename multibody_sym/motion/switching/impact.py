@@ -655,17 +655,16 @@ def impact_at(
     from multibody_sym.contact_laws.impact_sequence import strike
 
     problem = facts.posed(touching)
-    own = [element for element in problem.elements if element.unilateral]
-    bounces = np.zeros(len(problem.names))
-    allowed = np.zeros(len(problem.names))
+    places, own = problem.places, [element for element in problem.elements if element.unilateral]
+    bounces, allowed = np.zeros((2, len(problem.names)))
     for element in own:
-        place = problem.places[element.normals[0].name]
+        place = places[element.normals[0].name]
         bounces[place] = 0.0 if element.name in resting else facts.restitution(element)
         allowed[place] = facts.allowed_speed(element.normals[0])
     speeds = facts.known["phidot"][[facts.laws.places[name] for name in problem.names]]
     speeds[[row for part in problem.problem.parts if part.rests for row in part.rows]] = 0.0  # no slip of rounding
     right = pressed * problem.problem.right - speeds
-    together = {problem.places[x.normals[0].name] for x in own if x.name in held}
+    together = {places[x.normals[0].name] for x in own if x.name in held}
     laws = tuple(Equality() if k in together else law for k, law in enumerate(problem.problem.laws))
     rows = replace(problem.problem, right=right, laws=laws)
     law: ImpactLaw = "poisson" if problem.parts else "newton"
@@ -679,9 +678,8 @@ def impact_at(
     posed = ImpactProblem(rows, bounces, returned, law, sequence, allowed, names=problem.names)
     posed = posed if most is None else replace(posed, most=most)
     found = _without_jam(posed, strike(posed), together)
-    places = problem.places
     taken = {x.name: [places[row.name] for row in x.rows if row.name in places] for x in problem.elements}
-    normals = [problem.places[x.normals[0].name] for x in own]
+    normals = [places[x.normals[0].name] for x in own]
     return ImpactOutcome(
         facts.speeds(found.x) + pressed * facts.known["free"],
         {x.name: float(found.impulses[place]) for x, place in zip(own, normals, strict=True)},
