@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
 from multibody_sym.model.fields import Names, is_gap, scalar
@@ -121,6 +120,8 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     for name, value in given.items():
         with at(name):
             if name not in places:
+                from multibody_sym.mechanics.absolute import unknown_coordinate
+
                 raise unknown_coordinate(name, system, places)
             found.setdefault(places[name].joint, {})[name] = start_value(value, places[name].unit)
     joints = dict(system.joints)

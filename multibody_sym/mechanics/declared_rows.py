@@ -9,8 +9,6 @@ from functools import singledispatch
 from typing import Any
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.contact_solids import solid_of
-from multibody_sym.mechanics.contacts import foot_rows, rolling_rows, rows_on_curve
 from multibody_sym.mechanics.gears import gear_row
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
 from multibody_sym.mechanics.references import References, StartConstant, across, in_plane, rows_in_plane
@@ -42,7 +40,7 @@ from multibody_sym.model.constraints import (
 )
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
-from multibody_sym.model.joints import Follow
+from multibody_sym.model.joints import Follow, Foot
 from multibody_sym.model.parameters import Constant, Table, table_value
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
@@ -57,7 +55,10 @@ def declared_rows(references: References) -> list[Row]:
     for name, element in references.system.constraints.items():
         with at("constraints", name):
             made += _rows(element, name, references)
-    made += foot_rows(references)
+    if any(isinstance(joint, Foot) for joint in references.system.joints.values()):
+        from multibody_sym.mechanics.contacts import foot_rows  # which few systems need
+
+        made += foot_rows(references)
     return rows_in_plane(made) if references.plane else made
 
 
@@ -157,11 +158,15 @@ def _(element: PointInPlane, name: str, references: References) -> list[Row]:
 
 @_rows.register
 def _(element: OnCurve, name: str, references: References) -> list[Row]:
+    from multibody_sym.mechanics.contacts import rows_on_curve
+
     return rows_on_curve(name, element, references)
 
 
 @_rows.register
 def _(element: Rolling, name: str, references: References) -> list[Row]:
+    from multibody_sym.mechanics.contacts import rolling_rows
+
     return [] if element.contact is not None else list(rolling_rows(name, element, references))
 
 
@@ -199,6 +204,8 @@ def _start_measures(references: References) -> Iterator[tuple[str, Measure]]:
 
 def _tangent_angles(name: str, ends: Sequence[str], references: References) -> Iterator[tuple[str, Measure]]:
     """Yield the angle of the tangents on the plane that one of some ends is, if its body turns."""
+    from multibody_sym.mechanics.contact_solids import solid_of
+
     for end in ends:
         with suppress(ModelError):  # of references that name nothing, an error of the contact
             for _, skin in solid_of(end, references, flat=False).skins[:1]:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.absolute import Freed, freed_bodies, relative_coordinates
-from multibody_sym.mechanics.contacts import contacts, with_feet
 from multibody_sym.mechanics.declared_rows import (
     cut_joints,
     declared_rows,
@@ -20,7 +18,6 @@ from multibody_sym.mechanics.declared_rows import (
 )
 from multibody_sym.mechanics.forces import loads, with_own_names
 from multibody_sym.mechanics.gears import with_withheld
-from multibody_sym.mechanics.impacts import struck_impacts
 from multibody_sym.mechanics.joint_friction import joint_frictions, stops
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import (
@@ -57,7 +54,7 @@ from multibody_sym.mechanics.vocabulary import (
     verify_questions,
 )
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
-from multibody_sym.model.constraints import Rope
+from multibody_sym.model.constraints import OnCurve, Rolling, Rope
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Table, input_dimensions
 from multibody_sym.model.states import StateCondition
@@ -69,6 +66,9 @@ from multibody_sym.scalars.limits import grip_coefficient
 from multibody_sym.scalars.node import ZERO, Node, as_node, named_nodes, negate, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
 from multibody_sym.text.parser import of_run
+
+if TYPE_CHECKING:  # joints in absolute coordinates are seldom asked for
+    from multibody_sym.mechanics.absolute import Freed
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The bodies of the tree with the joints that carry them, a moving ground first.
@@ -133,10 +133,20 @@ def _slack_ropes(references: References) -> frozenset[str]:
     return found
 
 
+def _has_surfaces(system: System) -> bool:
+    """Return whether surfaces touch or roll, or a curve guides a point."""
+    guided = (isinstance(element, (Rolling, OnCurve)) for element in system.constraints.values())
+    return bool(system.contacts) or any(guided)
+
+
 def _law_elements(references: References, slack: Sequence[Row]) -> tuple[LawElement, ...]:
     """Return all elements with laws; `slack` are the rows of the ropes that may slacken."""
-    found = [*contacts(references), *_rope_elements(references, slack), *stops(references)]
-    found += joint_frictions(references)
+    found: list[LawElement] = []
+    if _has_surfaces(references.system):
+        from multibody_sym.mechanics.contacts import contacts
+
+        found += contacts(references)
+    found += [*_rope_elements(references, slack), *stops(references), *joint_frictions(references)]
     smooth = references.system.simulation.friction
     if smooth is None:
         return tuple(found)
@@ -197,11 +207,16 @@ def mechanism(system: System) -> Mechanism:
     whatever else contradicts itself.
     """
     verify_system(system)
-    system = with_feet(system)
+    if _has_surfaces(system):
+        from multibody_sym.mechanics.contacts import with_feet  # which few systems need
+
+        system = with_feet(system)
     relative = with_withheld(_resolve(system), system)
     verify_questions(system, relative)
     if system.simulation.coordinates == "relative":
         return relative
+    from multibody_sym.mechanics.absolute import freed_bodies
+
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
     return with_withheld(replace(_resolve(freed.system, freed), relative=relative), system)
 
@@ -219,7 +234,11 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     slots = _slots(system, coordinates, speeds)
     references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
     bodies = _tree_bodies(references, tree.carrying, doubled)
-    told = relative_coordinates(references, bodies[: len(bodies) - len(doubled)], measuring) if measuring else {}
+    told: Mapping[Node, Node] = {}
+    if measuring:
+        from multibody_sym.mechanics.absolute import relative_coordinates
+
+        told = relative_coordinates(references, bodies[: len(bodies) - len(doubled)], measuring)
     references = with_constants(replace(references, measured=told), bodies)
     declared, slack = declared_rows(references), _slack_ropes(references)
     loose = [row for row in declared if row.name.partition(".")[0] in slack]
@@ -229,7 +248,11 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     one_way = _in_slots(told, _law_elements(references, loose))
     loaded = _in_slots(told, tuple(loads(references)))
     state_stops = _state_stops(resolved, one_way)
-    struck = _in_slots(told, struck_impacts(references, one_way, rows, cuts))
+    struck = None
+    if system.impact is not None:
+        from multibody_sym.mechanics.impacts import struck_impacts  # which few systems have
+
+        struck = _in_slots(told, struck_impacts(references, one_way, rows, cuts))
     with_forces = [*one_way, *(() if struck is None else struck.meetings)]
     verify_forces(system, with_forces, [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut])
     adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}

@@ -8,15 +8,13 @@ StartState, with the mechanism in the mode that was found.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
 from itertools import chain, combinations, islice
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from multibody_sym.contact_laws.problem import COLLIDE, LawStates, Verdict
-from multibody_sym.dynamics.contact.contact_problem import OneWayRows, Posed, Scale, accelerations_of, one_way_rows
 from multibody_sym.dynamics.programs.repeated_bodies import with_constants
 from multibody_sym.dynamics.programs.system import CompiledRows
 from multibody_sym.dynamics.start.assembly import ROUNDING
@@ -35,6 +33,10 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import as_node, slot
+
+if TYPE_CHECKING:  # a tree without one-way elements needs no laws
+    from multibody_sym.contact_laws.problem import LawStates, Verdict
+    from multibody_sym.dynamics.contact.contact_problem import OneWayRows, Posed, Scale
 
 NEAR: Final = 1e-3
 """The part of the model's size by which a contact may be missed at the start and is closed all the same."""
@@ -90,7 +92,11 @@ class StartState:
         closed = [x for x in self.posed.elements if x.unilateral]
         rub = any(part.rubs for element in closed for part in element.frictions)
         collide = any(element.collides for element in closed)
-        return f"; where friction jams, {COLLIDE} (simulate)" if rub and not collide else ""
+        if not rub or collide:
+            return ""
+        from multibody_sym.contact_laws.problem import COLLIDE
+
+        return f"; where friction jams, {COLLIDE} (simulate)"
 
     @cached_property
     def wedged(self) -> bool:
@@ -111,7 +117,7 @@ class StartState:
         rows = rows_at(self.declared.relative or self.declared, self.begin)
         sets = chain.from_iterable(combinations(closed, size) for size in range(1, len(closed) + 1))
         for some in islice(sets, _BLAMED):
-            if not _law_states(Posed.at(rows, [x.name for x in some])).states:
+            if not _law_states(_posed_at(rows, [x.name for x in some])).states:
                 return some
         return closed or self.declared.one_way
 
@@ -153,6 +159,8 @@ class StartState:
             return None
         state = self.found.states[number]
         forces = dict(zip(self.posed.names, state.z.tolist(), strict=True))
+        from multibody_sym.dynamics.contact.contact_problem import accelerations_of
+
         return accelerations_of(self.posed.dynamics, state.x), forces
 
     @property
@@ -194,12 +202,18 @@ def state_at(
             with wrong:
                 raise ModelError(message, where=Where(path=element.path), number="M119")
     wrong.told()
-    problem = Posed.at(rows, rows.touching())
+    problem = _posed_at(rows, rows.touching())
     closing = {x.name: -rows.rate(x) for x in problem.elements if x.unilateral and rows.sense(x) < 0}
     _verify_rough(problem, list(closing))
     found = search(problem) if search is not None else _law_states(problem)
     modes = tuple(problem.mode(state) for state in found.states)
     return StartState(declared, begin, modes, problem, found, closing)
+
+
+def _posed_at(rows: OneWayRows, closed: Collection[str]) -> Posed:
+    from multibody_sym.dynamics.contact.contact_problem import Posed
+
+    return Posed.at(rows, closed)
 
 
 def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> LawStates:
@@ -235,6 +249,8 @@ def with_numbers_as_data(state: StartState) -> StartState:
 def rows_at(base: Mechanism, begin: Start, scale: Scale | None = None) -> OneWayRows:
     """Return the rows of one-way elements at a start, with the model's sizes there or a given `scale`."""
     state = state_of(base, float, 0.0, begin.q, begin.u, begin.parameters)
+    from multibody_sym.dynamics.contact.contact_problem import one_way_rows
+
     return one_way_rows(base, motion_of(base, state), scale)
 
 
