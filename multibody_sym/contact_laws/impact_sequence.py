@@ -6,7 +6,7 @@ In: an ImpactProblem (arrays). Out: the ImpactResult of `strike`. A single conta
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -59,6 +59,8 @@ from multibody_sym.scalars.rank import DRAWN, exact, least_squares, null_space, 
 
 
 MOST: Final = 2000
+NEAR: Final = (50, 250)
+"""Sweeps after which the mode is tried: its impulses may go on to change long after it."""
 _TURNS: Final = 2.0 * np.pi * np.arange(24) / 24
 WAYS: Final = {2: np.column_stack([np.cos(_TURNS), np.sin(_TURNS)]), 3: SPHERE}
 """Directions that are tried for each slip in space beside the one that sweeps were at."""
@@ -68,23 +70,25 @@ CARRIES: Final = 1e-9
 """Part of the largest impulse below which there is none, and of the largest speed below which nothing slips."""
 
 
-def sweep_to_mode(problem: LawProblem) -> LawMode:
-    """Return the mode that sweeps come to, or are at when there were too many; static friction holds."""
+def sweep_to_modes(problem: LawProblem) -> Iterator[LawMode]:
+    """Yield modes that sweeps are near, the last when nothing changes or there were too many; static friction holds."""
     system = scaled(problem)
     small = eliminate_equalities(system)
     normals = [(int(small.place[k]), float(small.a0[k]), small.K[k]) for k in system.unilateral]
     normals = [each for each in normals if each[2][each[0]] > 0.0]
     parts = [own for own in (_Own.of(part, small) for part in system.parts) if own.stiff > 0.0]
     f = np.zeros(len(small.own))
-    for _ in range(MOST):
+    for number in range(1, MOST + 1):
         before = f.copy()
         for i, a, row in normals:
             f[i] = max(0.0, f[i] - (a + row @ f) / row[i])
         for own in parts:
             f[own.places] = own.impulses(f)
-        if float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0)):
+        settled = float(np.abs(f - before).max(initial=0.0)) <= SETTLED * float(np.abs(f).max(initial=0.0))
+        if settled or number in NEAR or number == MOST:
+            yield _mode_of(system, small, f)
+        if settled:
             break
-    return _mode_of(system, small, f)
 
 
 def turn_slips(problem: LawProblem, mode: LawMode) -> LawMode | None:
@@ -321,9 +325,11 @@ def _states(problem: LawProblem, most: int) -> LawStates:
     found = find(problem, every=False, most=0)
     if found.states:
         return found
-    mode = sweep_to_mode(problem)
-    found = find(problem, mode, every=False, most=0)
-    if not found.states and most:
+    for mode in sweep_to_modes(problem):
+        found = find(problem, mode, every=False, most=0)
+        if found.states:
+            return found
+    if most:
         found = find(problem, every=False, most=most)
     if not found.states and most and (other := turn_slips(problem, mode)) is not None:
         found = find(problem, other, every=False)

@@ -12,7 +12,7 @@ import pytest
 from impact_problems import Impact, random_impact
 
 from multibody_sym.contact_laws import impact_sequence
-from multibody_sym.contact_laws.impact_sequence import strike, sweep_to_mode
+from multibody_sym.contact_laws.impact_sequence import strike, sweep_to_modes
 from multibody_sym.contact_laws.problem import IN_SPACE, Equality, LawProblem, LawStates, Unilateral
 from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import InputError, NoSolutionError
@@ -129,7 +129,7 @@ def test_sweeps_come_to_the_mode_that_the_search_finds() -> None:
         impact = random_impact(np.random.default_rng(seed), 2, tangents=2, equal=True)
         problem = impact.problem("poisson").rows
         state = find(problem, every=False).states[0]
-        mode = sweep_to_mode(problem)
+        *_, mode = sweep_to_modes(problem)
         (trial,) = find(problem, mode, every=False, most=0).states
         assert trial.x == pytest.approx(state.x, abs=1e-9 * float(np.abs(state.x).max()))
         found += any(slip == IN_SPACE for slip in mode.slips)
