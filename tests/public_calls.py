@@ -94,7 +94,9 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Expression": {"zero": mbs.t, "acts": "in_joints"},
     "Fixed": _JOINT,
     "Force": {"on": "b", "value": [0, 0, 1], "at": "p", "frame": "b"},
-    "Friction": {"joint": "A", "static": 1, "kinetic": 1, "radius": 1, "length": None, "regularised": None},
+    "Friction": {
+        "joint": "A", "static": 1, "kinetic": 1, "radius": 1, "length": None, "regularised": None, "force": None,
+    },
     "Frame": {"position": [0, 0, 0], "rotate": [{"axis": "x", "angle": 1}]},
     "Free": {**_MOVES, "angles": "xyz"},
     "Gear": {"joints": ["A", "B"], "ratio": -2, "value": 0, "acts": None, "radii": [1, 2], "at": None},
@@ -208,7 +210,7 @@ def _doors(system: mbs.System) -> list[Call]:
     trimmed = {name: changes[name] for name in ("parameters", "initial", "inputs")}
     asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
     asked |= {"drives": (), "mode": None}
-    urdf = {"damping": True, "mimic": True, "torques": False}
+    urdf = {"damping": True, "mimic": True, "torques": False, "friction": False}
     exported = {"to": "python", "directory": "out", "fold": False}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),

@@ -18,7 +18,15 @@ from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawEle
 from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, spread
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, as_point, direction, generalized_forces
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
-from multibody_sym.mechanics.row_records import NOWHERE, BrakingRow, ExpressionRow, ReactionRow, Row, RubbingRow
+from multibody_sym.mechanics.row_records import (
+    NOWHERE,
+    BrakingRow,
+    ConstantMomentRow,
+    ExpressionRow,
+    ReactionRow,
+    Row,
+    RubbingRow,
+)
 from multibody_sym.mechanics.spanning_tree import normals_of
 from multibody_sym.model.bodies import ORIGIN, unit_vector
 from multibody_sym.model.fields import Point
@@ -234,7 +242,7 @@ def _joint_friction(name: str, element: Friction, references: References, flat: 
     asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()
-    normals, parts = make(asked)
+    normals, parts = make(asked) if element.force is None else _constant(asked, kinds)
     frames = references.carried_frames(element.joint)
     return LawElement(
         name,
@@ -247,6 +255,18 @@ def _joint_friction(name: str, element: Friction, references: References, flat: 
         group=name,
         joint=element.joint,
     )
+
+
+def _constant(asked: Rubbing, kinds: tuple[type[Step], ...]) -> Made:
+    """Return friction of a constant size, as if a force of this size pressed with the coefficient one."""
+    if kinds not in ((Translate,), (Rotate,)):
+        raise ModelError("friction of a constant force acts in a hinge or a slider", number="M114").under("force")
+    defining, rubs = (ReactionRow, RubbingRow) if kinds == (Translate,) else (ConstantMomentRow, BrakingRow)
+    force, name, none = asked.element.force, f"{asked.name}.normal", (ORIGIN, ORIGIN)
+    assert force is not None
+    row = defining(name, asked.element.joint, NOWHERE_YET, *none, constant=force)
+    one = replace(asked, element=replace(asked.element, force=None, static=ONE, kinetic=ONE))
+    return [row], [one.part((rubs(f"{asked.name}.friction", asked.rates[0]),), range(1))]
 
 
 def _guide(asked: Rubbing) -> Made:

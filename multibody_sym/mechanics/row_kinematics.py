@@ -147,7 +147,7 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
         if not isinstance(defining, ReactionRow):
             continue
         part = part_of_reaction(defining, motion, wrenches)
-        share, rubbing = motion.state.values([defining.share, defining.rubbing])
+        share, rubbing, constant = motion.state.values([defining.share, defining.rubbing, defining.constant])
         coupling = {j: x for j, x in enumerate(part.of_rows) if x is not ZERO and not is_exactly(x, 0)}
         for friction in row.sliding if defining.rubbing is not ZERO else ():
             along = [row_motion(direction, motion, ()) for direction in friction.rows]
@@ -156,7 +156,8 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
             coupling[names.index(defining.rubs)] = -rubbing
         beside = next((tuple(map(names.index, each.beside)) for each in row.sliding if each.beside), ())
         coupling[k] = -share
-        found[k] = replace(found[k], jacobian=part.columns, gamma=-part.rest, coupling=coupling, beside=beside)
+        gamma = -part.rest - constant
+        found[k] = replace(found[k], jacobian=part.columns, gamma=gamma, coupling=coupling, beside=beside)
     return found
 
 

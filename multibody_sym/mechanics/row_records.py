@@ -659,7 +659,7 @@ class _OfForces(Row):
 class ReactionRow(_OfForces):
     """The multiplier z is part of a joint's reaction on its child, F about the joint's point there M:
 
-        force . F + moment . M = share z + rubbing * (the multiplier of the row named `rubs`)
+        force . F + moment . M + constant = share z + rubbing * (the multiplier of the row named `rubs`)
 
     `force` and `moment` are components along the axes of the first of `frames`, the joint's on its parent and child.
     """
@@ -673,6 +673,14 @@ class ReactionRow(_OfForces):
     share: Node = ONE
     rubbing: Node = ZERO
     rubs: str = ""
+    constant: Node = ZERO
+
+
+@dataclass(frozen=True)
+class ConstantMomentRow(ReactionRow):
+    """The multiplier is a constant moment."""
+
+    unit: ClassVar[str | None] = "N*m"
 
 
 @dataclass(frozen=True)

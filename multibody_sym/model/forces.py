@@ -292,7 +292,8 @@ class Friction(Element):
     sqrt(F^2 + (C/radius)^2) = mu |N|. A ball (spherical) of `radius` rubs with mu radius |F| against its angular
     velocity; a universal joint on two pins of `radius`, each with the force across it, as the freedoms of a
     custom joint do, one on the other. `static` may be the word `enough`. One coefficient that is left out is as large
-    as the other.
+    as the other. With a `force` in place of coefficients a hinge or slider rubs with that constant force or moment,
+    whatever presses, and holds as much at rest.
     `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
     """
 
@@ -318,8 +319,24 @@ class Friction(Element):
     regularised: Node | None = holds(
         Scalar("m/s"), None, says="speed below which friction is smooth, so that nothing sticks", such="1 mm/s"
     )
+    force: Node | None = holds(
+        Scalar(), None, says="constant friction in place of coefficients: a force, in a hinge a moment", such="2 N*m"
+    )
+
+    def units(self, speed: str = "m/s") -> Mapping[str, str]:
+        """Return the units of the fields in a joint whose speed has the unit `speed`."""
+        return {"force": effort_unit(speed)}
 
     def verify(self) -> None:
+        if self.force is not None:
+            others = "static", "kinetic", "radius", "length", "regularised"
+            beside = [name for name in others if getattr(self, name) is not None]
+            if beside:
+                message = "a constant force has no coefficients, no radius or length, and is not smooth"
+                raise ModelError(message, number="M110").under(beside[0])
+            if self.force.shadow is not None and self.force.shadow < 0.0:
+                raise ModelError("friction is not negative", number="M109").under("force")
+            return
         if self.static is None and self.kinetic is None:
             raise ModelError("friction needs a coefficient: static, kinetic or both", number="M102").under("static")
         if isinstance(self.static, str) and self.regularised is not None:

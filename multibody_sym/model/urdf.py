@@ -418,6 +418,7 @@ def load_urdf(
     damping: bool = True,
     mimic: bool = True,
     torques: bool = False,
+    friction: bool = False,
 ) -> System:
     """Return the System that the URDF file at `path` describes, with gravity 9.81 m/s^2 along -z.
 
@@ -425,35 +426,39 @@ def load_urdf(
     False (Drake applies them, Pinocchio does not), those that `mimic` another one a coupler (Pinocchio leaves them
     free). With `torques` each joint with one coordinate that mimics none, and that a transmission drives if there are
     any, has an input tau_<coordinate>, zero unless it is given: its torque (N m) or, of a slide, force (N), whose limit
-    is `system.joints[name].limits.effort`. Angles within 1e-9 of a multiple of 90 degrees are exactly
-    that. Friction in joints is not read; a UrdfNotice says so.
+    is `system.joints[name].limits.effort`. Angles within 1e-9 of a multiple of 90 degrees are exactly that. With
+    `friction` joints rub with the constant force or moment that the file gives; else a UrdfNotice names them.
 
     Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
     """
     name = path_name(path, "a robot description")
-    given = {"floating": floating, "damping": damping, "mimic": mimic, "torques": torques}
-    floating, damping, mimic, torques = (argument_checks.flag(key, value) for key, value in given.items())
+    given = {"floating": floating, "damping": damping, "mimic": mimic, "torques": torques, "friction": friction}
+    chosen = {key: argument_checks.flag(key, value) for key, value in given.items()}
     try:
         robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem)
-        system = system_from_tree(tree_of(robot, floating=floating, damping=damping, mimic=mimic, torques=torques))
+        system = system_from_tree(tree_of(robot, **chosen))
     except InputError as error:
         raise error.located(file=name) from None
-    for note in notes(robot, damping=damping, mimic=mimic):
+    for note in notes(robot, **{name: chosen[name] for name in ("damping", "mimic", "friction")}):
         warnings.warn(note, UrdfNotice, stacklevel=3)  # past the door of public functions
     return system
 
 
-def tree_of(robot: Robot, *, floating: bool, damping: bool, mimic: bool, torques: bool = False) -> Tree:
+def tree_of(
+    robot: Robot, *, floating: bool, damping: bool, mimic: bool, torques: bool = False, friction: bool = False
+) -> Tree:
     """Return the content of a model file that describes a robot.
 
-    A link without mass and inertia is a massless body. Joints with damping that one coordinate describes get dampers;
-    a mimic is q - multiplier (q of the other joint) = offset.
+    A link without mass and inertia is a massless body. Joints with damping or friction that one coordinate describes
+    get dampers and friction; a mimic is q - multiplier (q of the other joint) = offset.
     """
     bodies = {link: _unique(f"{link}_link", robot.links) if link == GROUND else link for link in robot.links}
     attached = _attach_joints(robot, bodies)
     dampers, couplers = {}, {}
     for name, joint in _damped_joints(robot).items() if damping else ():
         dampers[f"{name}_damping"] = {"type": "damper", "damping": joint.damping, "joint": name}
+    for name, joint in _rubbing_joints(robot).items() if friction else ():
+        dampers[f"{name}_friction"] = {"type": "friction", "joint": name, "force": joint.friction}
     for name, other in _mimics(robot).items() if mimic else ():
         moves = robot.joints[other.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
         factors = {name: 1.0, other.joint: -other.multiplier} if moves else {name: 1.0}
@@ -606,6 +611,10 @@ def _damped_joints(robot: Robot) -> dict[str, UrdfJoint]:
     return {name: joint for name, joint in robot.joints.items() if joint.damping and joint.type in ONE_COORDINATE}
 
 
+def _rubbing_joints(robot: Robot) -> dict[str, UrdfJoint]:
+    return {name: joint for name, joint in robot.joints.items() if joint.friction and joint.type in ONE_COORDINATE}
+
+
 def _mimics(robot: Robot) -> dict[str, Mimic]:
     """Return what joints with one coordinate mimic, where that is another joint with one coordinate at most."""
     possible = {name for name, joint in robot.joints.items() if joint.type in (*ONE_COORDINATE, "fixed")}
@@ -630,7 +639,7 @@ def _angle(angle: float) -> float | Node:
     return (0.0, PI / 2, PI, -PI / 2)[round((angle - off) / (math.pi / 2)) % 4]
 
 
-def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
+def notes(robot: Robot, *, damping: bool, mimic: bool, friction: bool = False) -> list[str]:
     """Return the remarks on a file, one line a kind."""
     joints = robot.joints.items()
     inertials = {link: inertial for link, inertial in robot.links.items() if inertial}
@@ -640,7 +649,9 @@ def notes(robot: Robot, *, damping: bool, mimic: bool) -> list[str]:
         "not read: ": list(robot.skipped),
         "meshes are not read (declare surfaces for contacts): ": list(robot.meshed),
         "transmissions drive no such joint: ": [name for name in robot.driven if name not in robot.joints],
-        "friction is not applied: ": [name for name, joint in joints if joint.friction],
+        "friction is not applied: ": [
+            name for name, joint in joints if joint.friction and not (friction and name in _rubbing_joints(robot))
+        ],
         damped: list(_damped_joints(robot)),
         "damping of joints with several freedoms is not applied: ": [
             name for name, joint in joints if joint.damping and joint.type in ("floating", "planar")

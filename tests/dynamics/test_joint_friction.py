@@ -13,6 +13,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
+from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.resolve import mechanism
@@ -210,3 +211,24 @@ def test_what_friction_leaves_out_is_told() -> None:
     ]
     couple = 0.2 * PUSH[0] - 0.1 * PUSH[1]
     assert f"the couple of {couple:.6g} N*m there is left out" in solve(loads(BLOCK)).notes[0]
+
+
+@pytest.mark.parametrize(
+    ("joint", "friction", "match"),
+    [
+        ("revolute", {"force": 2, "static": 0.1}, "a constant force has no coefficients"),
+        ("revolute", {"force": -2}, "friction is not negative"),
+        ("planar", {"force": 2}, "a constant force acts in a hinge or a slider"),
+    ],
+)
+def test_constant_friction_stands_alone(joint: str, friction: dict[str, object], match: str) -> None:
+    text = f"""
+multibody_sym: 1
+name: rubs
+gravity: [0, -9.81, 0]
+bodies: {{b: {{mass: 1, com: [0.1, 0, 0], inertia: {{Izz: 0.1}}}}}}
+joints: {{A: {{type: {joint}, parent: ground, child: b}}}}
+forces: {{rub: {{type: friction, joint: A, {", ".join(f"{k}: {v}" for k, v in friction.items())}}}}}
+"""
+    with pytest.raises(ModelError, match=match):
+        mechanism(loads(text))

@@ -85,3 +85,23 @@ def test_drives_of_joints_that_mimic(tmp_path: Path) -> None:
     drives = ["lift", "shoulder-1", "elbow"]
     found = mbs.function(tied, "inverse_dynamics", drives=drives)(0.0, q, u, udot)
     np.testing.assert_allclose(found, [each[0], each[1], each[2] + 2 * each[3], 0.0], atol=1e-12)
+
+
+def test_joints_rub_as_the_file_says(tmp_path: Path) -> None:
+    """tau = M udot + c + friction sign(u), N m of a hinge and N of a slide."""
+    arm(tmp_path)
+    text = (tmp_path / "arm.urdf").read_text()
+    rubbing = text.replace('velocity="2"/>', 'velocity="2"/><dynamics friction="0.4"/>')
+    (tmp_path / "rubs.urdf").write_text(rubbing)
+    with pytest.warns(mbs.UrdfNotice, match="friction is not applied: lift, shoulder-1"):
+        free = mbs.load_urdf(tmp_path / "rubs.urdf", mimic=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", mbs.UrdfNotice)
+        warnings.filterwarnings("ignore", message="mimic is not applied")
+        system = mbs.load_urdf(tmp_path / "rubs.urdf", mimic=False, friction=True)
+    words = "slide+", "slide-", "slide+", "slide-"
+    mode = dict(zip((name for name in system.forces if name.endswith("_friction")), words, strict=True))
+    q, u, udot = np.random.default_rng(3).standard_normal((3, 4))
+    plain = mbs.function(free, "inverse_dynamics")(0.0, q, u, udot)
+    found = mbs.function(system, "inverse_dynamics", mode=mode)(0.0, q, u, udot)
+    np.testing.assert_allclose(found - plain, [0.4, -0.4, 0.4, -0.4], atol=1e-12)

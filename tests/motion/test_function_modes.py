@@ -38,7 +38,8 @@ bodies:
 joints: {free: {type: planar, parent: ground, child: box, initial: {q: [0, 1, 0], u: [1, 0, 0]}}}
 contacts: {touch: {between: [box.corner, ground.floor], static: 0.5, kinetic: 0.4}}
 """
-MODELS = {"bar": FOUR_BAR, "cart": CART, "pin": PIN, "box": BOX}
+CONSTANT = CART.replace("joint: slide, static: 0.3, kinetic: 0.2", "joint: hinge, force: 0.7")
+MODELS = {"bar": FOUR_BAR, "cart": CART, "pin": PIN, "box": BOX, "constant": CONSTANT}
 
 
 def consistent(system: mbs.System, mode: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -189,7 +190,13 @@ def test_wrong_modes_are_told() -> None:
 
 @pytest.mark.parametrize(
     ("model", "mode", "drives"),
-    [("bar", None, ["a"]), ("cart", "found", ()), ("pin", {"rub": "slide-"}, ()), ("box", "found", ["free"])],
+    [
+        ("bar", None, ["a"]),
+        ("cart", "found", ()),
+        ("pin", {"rub": "slide-"}, ()),
+        ("box", "found", ["free"]),
+        ("constant", {"rub": "slide-"}, ()),
+    ],
 )
 def test_derivatives_with_fifty_digits(model: str, mode: Any, drives: Any) -> None:
     system = mbs.loads(MODELS[model])

@@ -148,6 +148,8 @@ def _of_one_way(solved: SolvedInstant) -> dict[str, Components]:
 
 def _units(mechanism: Mechanism, element: LawElement) -> dict[str, str]:
     units = dict.fromkeys(PRESSING.values(), "N")
+    if element.kind == "friction":
+        units[PRESSING["friction"]] = element.normals[0].unit or "N"
     for part in element.frictions:
         named = zip(component_names(element, part), part.rows, strict=True)
         units |= {name: unit_of(mechanism, row) for name, row in named}

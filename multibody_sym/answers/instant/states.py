@@ -297,6 +297,8 @@ def _notes(solved: SolvedInstant, element: LawElement) -> Iterator[str]:
     turns, slides = any(step.turns for step in body.steps), any(step.slides for step in body.steps)
     if not all(row.share is ONE for row in normals) or sum(len(step.turns) for step in body.steps) == 3:
         return  # on a thread force and couple go together, a ball bears forces only
+    if not all(row.constant is ZERO for row in normals):
+        return  # nothing of the reaction presses
     held = _Held(solved, element.joint)
     if len(element.frictions) > 1 and all(row.moment is ORIGIN for row in normals):
         yield from _of_pins(held, element)

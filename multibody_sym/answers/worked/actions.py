@@ -31,6 +31,7 @@ from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, fric
 from multibody_sym.mechanics.row_records import MeanTensionRow, ReactionRow, RopeRow, RopeSlipRow, Row, Sliding
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import tension_ratio
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
@@ -336,7 +337,9 @@ class Actions:
             self._add_unit(s, "friction", self.element(name), against, forces)
 
     def _pressing(self, row: ReactionRow, symbol: Any) -> ForceLaw:
-        """Return what a row that defines a part of a joint's reaction says."""
+        """Return what a row that defines a part of a joint's reaction, or a constant, says."""
+        if row.constant is not ZERO:
+            return self._defined(row, symbol)
         share, rubbing, *parts = self.motion.state.values([row.share, row.rubbing, *row.force, *row.moment])
         names = [row.name for row in self.motion.mechanism.rows]
         left = [(symbol, share)]

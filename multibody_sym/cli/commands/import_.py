@@ -17,6 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--floating", action="store_true", help="the root link moves freely; default: fixed to ground")
     parser.add_argument("--no-damping", dest="damping", action="store_false", help="leave out the damping of joints")
     parser.add_argument("--no-mimic", dest="mimic", action="store_false", help="leave joints free that mimic others")
+    parser.add_argument("--friction", action="store_true", help="let joints rub with the friction that the file gives")
     parser.add_argument("--torques", action="store_true", help="give each joint with one coordinate a torque as input")
 
 
@@ -27,7 +28,7 @@ def run(options: argparse.Namespace) -> Reply:
     from multibody_sym.model.urdf import load_urdf
     from multibody_sym.text.files import write_new
 
-    chosen = {name: getattr(options, name) for name in ("floating", "damping", "mimic", "torques")}
+    chosen = {name: getattr(options, name) for name in ("floating", "damping", "mimic", "torques", "friction")}
     system = load_urdf(options.file, **chosen)
     text, speeds = dumps(system), len(mechanism(system).speeds)
     answer = {"model": text, "file": options.output, "speeds": speeds}
