@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial, wraps
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +212,7 @@ def _doors(system: mbs.System) -> list[Call]:
     asked = {"given": (), "frame": None, "axes": "world", "formalism": None, "native": False, "backend": "python"}
     asked |= {"drives": (), "mode": None}
     urdf = {"damping": True, "mimic": True, "torques": False, "friction": False}
+    drawn = _without_compiler(mbs.draw, "multibody_sym.motion.simulate")
     exported = {"to": "python", "directory": "out", "fold": False}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
@@ -234,7 +236,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
         Call("least_for_motion", mbs.least_for_motion, {**whole, "least": "m", "vary": "l", **changes}, slow=True),
-        Call("draw", _draw, {**whole, **_FIGURE, **changes}, slow=True),
+        Call("draw", drawn, {**whole, **_FIGURE, **changes}, slow=True),
         Call("simulate", mbs.simulate, {**whole, **run, **changes}, slow=True),
         Call("sweep", mbs.sweep, {**whole, **_STUDY, **run, **changes}, slow=True),
         Call("prepare", mbs.prepare, {**whole, **prepared, **changes}, slow=True),
@@ -250,17 +252,20 @@ def _doors(system: mbs.System) -> list[Call]:
     ]
 
 
-@wraps(mbs.draw)
-def _draw(**given: Any) -> Any:
-    """Draw; a run on the way takes no compiler, as in the other calls."""
-    from multibody_sym.motion import simulate as module
+def _without_compiler(door: Callable[..., Any], module: str) -> Callable[..., Any]:
+    """Return a function whose runs on the way, which its module simulates, take no compiler, as in the other calls."""
 
-    plain = module.simulate
-    module.simulate = partial(plain, backend="python")
-    try:
-        return mbs.draw(**given)
-    finally:
-        module.simulate = plain
+    @wraps(door)
+    def called(**given: Any) -> Any:
+        place = import_module(module)
+        plain = place.simulate
+        place.simulate = lambda system, **more: plain(system, **{**more, "native": False, "backend": "python"})
+        try:
+            return door(**given)
+        finally:
+            place.simulate = plain
+
+    return called
 
 
 def _compile(wanted: Any, native: Any, backend: Any) -> Any:
@@ -319,7 +324,7 @@ def _results(system: mbs.System) -> list[Call]:
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
-    figure = mbs.draw(system)
+    figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report")
     return [
         *made,
         Call("figure.write", figure.write, {"path": "figure.svg"}),
@@ -329,7 +334,7 @@ def _results(system: mbs.System) -> list[Call]:
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
         Call("animate", mbs.animate, {"run": run, "path": None, "trace": None, "view": None, "speed": 1.0}, slow=True),
-        Call("report", mbs.report, {"system": system, "path": None, "units": None}, slow=True),
+        Call("report", report, {"system": system, "path": None, "units": None}, slow=True),
         Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),
         Call("study[name]", study.__getitem__, {"name": "theta end"}),
         Call("study.plot", study.plot, {"path": None, "show": None}, slow=True),
