@@ -26,6 +26,7 @@ from multibody_sym.contact_laws.problem import (
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics, massless_speeds
+from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
@@ -37,7 +38,7 @@ from multibody_sym.mechanics.row_records import Row
 from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import EPSILON, Floats
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.limits import creep_coefficient
 from multibody_sym.scalars.node import slot
 from multibody_sym.scalars.rank import least_squares
@@ -80,7 +81,8 @@ class Scale:
 def scale_of(motion: Motion) -> Scale:
     """Return how far a body or named point is from the origin (1 m where all are at it), and how fast the fastest is.
 
-    Speeds count as no less than a thousandth of that after a fall through the model's size.
+    Speeds count as no less than a thousandth of that after a fall through the model's size; where nothing moves or
+    falls, as after an acceleration by the other forces over that size.
     """
     points = [np.array(position(motion, x), dtype=float) for x in motion.mechanism.markers.values()]
     points += [np.array(p, dtype=float) for _, p in motion.poses]
@@ -90,7 +92,20 @@ def scale_of(motion: Motion) -> Scale:
     turning = [length * np.array(body.w_WB, dtype=float) for body in motion.bodies]
     fastest = max((float(np.linalg.norm(v)) for v in (*moving, *turning)), default=0.0)
     falling = float(np.sqrt(np.linalg.norm(np.array(motion.gravity, dtype=float)) * length))
-    return Scale(length, max(fastest, _OF_FALLING * falling))
+    speed = max(fastest, _OF_FALLING * falling)
+    return Scale(length, speed or _OF_FALLING * float(np.sqrt(_largest_acceleration(motion, length) * length)))
+
+
+def _largest_acceleration(motion: Motion, length: float) -> float:
+    """Return the largest acceleration (m/s^2) that forces cause without rows; angular ones count by the length."""
+    speeds = motion.mechanism.speeds
+    try:
+        found = np.array(tree_dynamics_of(motion.mechanism, motion.state).bias_acceleration, dtype=float)
+    except (*UNDEFINED, np.linalg.LinAlgError, NoSolutionError):
+        return 0.0
+    sizes = np.array([1.0 if speed.unit == "m/s" else length for speed in speeds])
+    largest = float(np.abs(found * sizes).max(initial=0.0))
+    return largest if np.isfinite(largest) else 0.0
 
 
 @dataclass(frozen=True)
