@@ -138,6 +138,17 @@ int mbs_project(mbs_run *r, double t, double *x, double goal)
     return status;
 }
 
+int mbs_project_aside(mbs_run *r, double t, double *x, double goal)
+{
+    double kept[] = {r->removed_position, r->drift_position, r->removed_velocity, r->drift_velocity};
+    int status = mbs_project(r, t, x, goal);
+    r->removed_position = kept[0];
+    r->drift_position = kept[1];
+    r->removed_velocity = kept[2];
+    r->drift_velocity = kept[3];
+    return status;
+}
+
 int mbs_moved_far(const mbs_run *r, const double *before, const double *settled, double allowed)
 {
     double moved = 0.0, step = 0.0;
@@ -173,6 +184,6 @@ void mbs_settle_sample(mbs_run *r, double t, double *x)
     mbs_normalize(r, t, x, &deviation);
     mbs_copy(r->n, x, r->spare);
     int kept_on_rows = r->problem->project || r->system->index_2;
-    if (kept_on_rows && (mbs_project(r, t, x, MBS_ROUND_OFF) != MBS_RUNNING || strays(r, r->spare, x)))
+    if (kept_on_rows && (mbs_project_aside(r, t, x, MBS_ROUND_OFF) != MBS_RUNNING || strays(r, r->spare, x)))
         mbs_copy(r->n, r->spare, x);
 }

@@ -94,13 +94,7 @@ static int strays(const mbs_run *r, const double *x, const double *closed)
 
 int mbs_put_onto_rows(mbs_run *r, double t, double *x)
 {
-    double kept[] = {r->removed_position, r->drift_position, r->removed_velocity, r->drift_velocity};
-    int status = mbs_project(r, t, x, 0.0);
-    r->removed_position = kept[0];
-    r->drift_position = kept[1];
-    r->removed_velocity = kept[2];
-    r->drift_velocity = kept[3];
-    return status;
+    return mbs_project_aside(r, t, x, 0.0);
 }
 
 int mbs_closed(mbs_run *r, double t, const double *x, double *closed)

@@ -106,6 +106,9 @@ void mbs_normalize(mbs_run *r, double t, double *x, double *deviation);
    both levels. */
 int mbs_project(mbs_run *r, double t, double *x, double goal);
 
+/* The same of a state beside the step on trial, of which nothing is noted. */
+int mbs_project_aside(mbs_run *r, double t, double *x, double goal);
+
 /* The component that settling has moved most, if by more than a tenth of the way from r->x, round-off and what is
    allowed; else -1. Such a step has gone over a kink in the constraints, of which the error estimate knows nothing, or
    settled on another branch of the motion. */

@@ -241,7 +241,7 @@ class _Run:
 
     def settle(self, t: float, x: Floats) -> Floats:
         """Return the end of a step on trial, normalised and put back onto the constraints."""
-        x = self._normalized(t, x)
+        x = self._normalized(t, x, self.trial)
         return self._projected(t, x, self.trial) if self.problem.project else x
 
     def closed(self, t: float, x: Floats) -> Floats:
@@ -250,9 +250,10 @@ class _Run:
 
     def settle_sample(self, t: float, x: Floats) -> Floats:
         """Return a state between steps, normalised and put back onto the constraints; where that fails as it is."""
-        x = self._normalized(t, x)
+        aside = _Trial()
+        x = self._normalized(t, x, aside)
         try:
-            return self._projected(t, x, _Trial()) if self.problem.project or self.problem.index_2 else x
+            return self._projected(t, x, aside) if self.problem.project or self.problem.index_2 else x
         except StepError:
             return x
 
@@ -305,11 +306,11 @@ class _Run:
             self._latest = at, self.call("state_derivative", t, x)
         return self._latest[1]
 
-    def _normalized(self, t: float, x: Floats) -> Floats:
+    def _normalized(self, t: float, x: Floats, trial: _Trial) -> Floats:
         if "normalize" not in self.problem.compiled:
             return x
         q, deviation = self.call("normalize", t, x)
-        self.trial.quaternion_deviation = float(deviation)
+        trial.quaternion_deviation = float(deviation)
         return np.concatenate([q, x[len(q) :]])
 
     def _projected(self, t: float, x: Floats, trial: _Trial, goal: float = ROUND_OFF) -> Floats:
