@@ -183,6 +183,7 @@ TOUCHING: Annotated[float, "of the model's size and largest speed, up to which t
 NOT_PUT_BACK: Annotated[float, "of the same: gaps and speeds that are rounding"] = 1e-15
 SLIGHT: Annotated[float, "of the largest speeds, by which these may change: a thousand times rest"] = 1e-6
 INDEPENDENT: Annotated[float, "part of a row that others leave, where rows are put back"] = 1e-3
+DETERMINED: Annotated[float, "the same, where forces are asked: these are known to a tenth of CLEAR_BY"] = 1e-5
 MOST_PUT_BACK: Annotated[int, "rows that are put back as they come"] = 8
 CLEAR_BY: Annotated[float, "of the largest force, and of an acceleration's terms, by which inequalities hold"] = 3e-10
 CLEAR_MOTION: Annotated[float, "of the largest acceleration by which they hold, too"] = 1e-12

@@ -172,11 +172,6 @@ def last_share(matrix: Floats, count: int) -> tuple[Floats, float]:
     return np.asarray(np.abs(shares[:, count - 1]), dtype=float), float(sizes[count - 1])
 
 
-def least_worth(matrix: Floats) -> float:
-    """Return the least singular value of a matrix as it stands."""
-    return float(np.linalg.svd(matrix, compute_uv=False)[-1])
-
-
 def least_directions(matrix: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
     """Return, in rows, the `count` vectors of length one for which |A v| is least, A as it stands, real or complex."""
     return np.asarray(np.linalg.svd(matrix)[2][-count:].conj())

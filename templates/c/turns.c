@@ -2,8 +2,6 @@
 #include "stepper.h"
 #include "turns.h"
 
-#define PIVOT 1e-5 /* part of a row that others leave, where forces are asked */
-
 enum { OPEN, INSIDE, RESTING, LEAVING, CLOSING };
 
 /* The forces of what acts, what they do, by what they are measured. */
@@ -220,7 +218,7 @@ static int solve(const mbs_course *c, const mbs_turn *turn, const mbs_acting *ac
             matrix[i * m + j] = dot(n, row, pushes + j * n) / (size * sizes[j]);
         right[i] = l->right[acting->active[i]] / size;
     }
-    if (m && !least_norm(c, pattern, matrix, right, PIVOT, s->z))
+    if (m && !least_norm(c, pattern, matrix, right, MBS_DETERMINED, s->z))
         return 0;
     mbs_fill(n, 0.0, s->x);
     s->force = 0.0;

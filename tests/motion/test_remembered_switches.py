@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
 import multibody_sym as mbs
 from multibody_sym.motion.switching import mode_run, prepared
+from multibody_sym.program.runtime_constants import CLEAR_BY, DETERMINED
+from multibody_sym.scalars.least_norm import solve_lists
 
 PAIR = """
 multibody_sym: 1
@@ -115,6 +119,24 @@ def compare(monkeypatch: pytest.MonkeyPatch, text: str, seeds: Iterable[int], ba
 def test_what_is_remembered_changes_no_bit_of_a_run(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     taken = compare(monkeypatch, text, (0, 1, 2, 112))
     assert taken["in C"] > 15
+
+
+def test_forces_are_known_better_than_their_inequalities_are_judged() -> None:
+    """Forces of rows just independent enough, against those of 40 digits."""
+    rng, worst, judged = np.random.default_rng(3), 0.0, 0
+    for _ in range(300):
+        rows = rng.standard_normal((5, 5))
+        rows[4] = rows[:4].T @ rng.standard_normal(4) + 10.0 ** rng.uniform(-7, -4) * rows[4]
+        rows /= np.linalg.norm(rows, axis=1)[:, None]
+        right = rng.standard_normal(5)
+        forces, _, (rank, left, _) = solve_lists(rows.tolist(), right.tolist(), 5, math.inf)
+        if rank == 5 and DETERMINED < left < 10 * DETERMINED:
+            with mpmath.workdps(40):
+                exact = mpmath.lu_solve(mpmath.matrix(rows.tolist()), mpmath.matrix(right.tolist()))
+                error = max(abs(x - y) for x, y in zip(exact, forces, strict=True)) / max(map(abs, exact))
+            worst, judged = max(worst, float(error)), judged + 1
+    assert judged > 30
+    assert worst < CLEAR_BY / 10
 
 
 CHATTERING = {"k": 0.0, "A": 0.08, "B": 0.0, "s1": 0.3, "m": 1.0, "v": 0.0}

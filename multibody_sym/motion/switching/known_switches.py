@@ -9,8 +9,8 @@ to the search. `turns.c` does the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Final
 
 import numpy as np
 
@@ -22,14 +22,11 @@ from multibody_sym.motion.switching import impact
 from multibody_sym.motion.switching.decision import SOON, NextState
 from multibody_sym.motion.switching.law_mechanism import is_tip
 from multibody_sym.motion.switching.law_values import Laws, LawValues
-from multibody_sym.program.runtime_constants import CLEAR_BY, CLEAR_MOTION, MOST_ACTIVE, WITHIN
+from multibody_sym.program.runtime_constants import CLEAR_BY, CLEAR_MOTION, DETERMINED, MOST_ACTIVE, WITHIN
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.least_norm import solve_lists
 from multibody_sym.scalars.limits import most, room
-from multibody_sym.scalars.rank import least_worth
-
-PIVOT: Final = 1e-6
-"""The least part of a row's own that others may leave."""
 
 
 @dataclass(frozen=True)
@@ -211,9 +208,11 @@ def _solve_forces(switch: KnownSwitch, facts: LawValues, acting: ActiveRows, *, 
     z = np.zeros(len(right))
     if active:
         matrix = A[active] / lengths[active][:, None] @ (pushes / sizes[active][:, None]).T
-        if not least_worth(matrix) > PIVOT:
+        wanted = (right[active] / lengths[active]).tolist()
+        forces, _, (rank, left, _) = solve_lists(matrix.tolist(), wanted, len(active), math.inf)
+        if rank < len(active) or not left > DETERMINED:
             return None
-        z[active] = np.asarray(np.linalg.solve(matrix, right[active] / lengths[active]), dtype=float) / sizes[active]
+        z[active] = np.array(forces) / sizes[active]
     for one in acting.slides:
         z[one.tangent] = -one.sense * known["coefficients"][one.part, 0 if static and one.begins else 1] * z[one.normal]
     x = pushes.T @ z[active]
