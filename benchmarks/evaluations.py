@@ -30,7 +30,7 @@ from robots import ROBOTS, path_of
 import multibody_sym as mbs
 from multibody_sym.motion.loop.native_problem import NativeProblem
 from multibody_sym.motion.switching.legs import ModeLeg
-from multibody_sym.program.compiler import find_compiler
+from multibody_sym.program.loading import find_compiler
 from multibody_sym.program.target_layout import runtime_files
 
 SECONDS = 0.01

@@ -29,12 +29,14 @@ class CPattern(ctypes.Structure):
 class CRows(ctypes.Structure):
     """mbs_rows."""
 
-    _fields_ = (
-        ("rows", ctypes.c_int),
-        ("columns", ctypes.c_int),
-        ("begins", ctypes.POINTER(ctypes.c_int)),
-        ("places", ctypes.POINTER(ctypes.c_int)),
-    )
+
+CRows._fields_ = (
+    ("rows", ctypes.c_int),
+    ("columns", ctypes.c_int),
+    ("begins", ctypes.POINTER(ctypes.c_int)),
+    ("places", ctypes.POINTER(ctypes.c_int)),
+    ("joins", ctypes.POINTER(CRows)),
+)
 
 
 def solve_in_c(
@@ -69,14 +71,16 @@ def solve_some_in_c(
 ) -> Solution:
     """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
     s, n = matrix.shape
-    places = 2 * s + n
+    places = 3 * s + n
     spans = (CSpan * (places + 1))(*[CSpan(-1, -1, -1, -1)] * (places + 1))
     room = min(s, 1024 + 4 * n)
     size = 2 + room * (2 * n + 16) + 2 * n
     if exerted is not None:
         size += room * (n + 4) + (room + n) * (2 * (room + n) + 8)
     factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
-    given = [part for x in ([matrix] if exerted is None else [matrix, exerted]) for part in _sparse(np.asarray(x))]
+    matrices = [np.asarray(x) for x in ([matrix] if exerted is None else [matrix, exerted])]
+    joins, _ = _sparse(sum((x != 0.0 for x in matrices), np.zeros((s, n), dtype=bool)))
+    given = [part for x in matrices for part in _sparse(x, joins)]
     flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
     given += [] if exerted is not None else [None, None]
     library.mbs_factorise_acting(*given, _pointer(flags), ctypes.c_double(most), _pointer(factors), spans)
@@ -86,15 +90,15 @@ def solve_some_in_c(
     return Solution(*(a[:-1] for a in found))
 
 
-def _sparse(matrix: np.ndarray) -> tuple[object, object]:
+def _sparse(matrix: np.ndarray, joins: object = None) -> tuple[object, object]:
     """Return mbs_rows of a matrix and the list of its elements that are not zero."""
     s, n = matrix.shape
     places = [np.flatnonzero(row).tolist() for row in matrix]
     begins = [0, *np.cumsum([len(each) for each in places]).tolist()]
     flat = [k for each in places for k in each]
-    rows = CRows(s, n, (ctypes.c_int * len(begins))(*begins), (ctypes.c_int * max(1, len(flat)))(*flat))
+    rows = CRows(s, n, (ctypes.c_int * len(begins))(*begins), (ctypes.c_int * max(1, len(flat)))(*flat), joins)
     elements = [float(x) for row, each in zip(matrix, places, strict=True) for x in row[each]]
-    return ctypes.byref(rows), (ctypes.c_double * max(1, len(elements)))(*elements)
+    return ctypes.pointer(rows), (ctypes.c_double * max(1, len(elements)))(*elements)
 
 
 def assert_same_bits(found: Solution, wanted: Solution) -> None:

@@ -174,19 +174,19 @@ class _Facing:
 
 @dataclass(frozen=True)
 class _Met:
-    """A surface with a centre that is `apart` from the place of another one: how that faces it, and its own arm."""
+    """A surface with a centre that is `apart` from the place of another one: how that faces it, its arm, the gap."""
 
     apart: Vec
     apart_rate: Vec
     facing: _Facing
     arm: Vec
     arm_rate: Vec
+    gap: S
 
 
 def gap(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> S:
     """Return the gap between two skins alone."""
-    met = _met(skins[::-1] if _contacts_faces(*skins) else skins, motion)
-    return met.facing.height + dot(met.facing.normal.vector, met.arm)
+    return _met(skins[::-1] if _contacts_faces(*skins) else skins, motion).gap
 
 
 def touch(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Touch:
@@ -225,7 +225,7 @@ def _centre_on(skins: tuple[ContactSurface, ContactSurface], motion: Motion, bia
     rate = subtract(rate, add(cross(alpha_2, to_place), cross(w_2, to_place_rate)))
     return Touch(
         add(position(motion, first.place), arm),
-        facing.height + dot(facing.normal.vector, arm),
+        met.gap,
         facing.normal,
         slip,
         rate,
@@ -240,9 +240,12 @@ def _met(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -> _Met:
     apart_rate = subtract(velocity(motion, first.place), velocity(motion, second.place))
     if isinstance(first, Edge) and isinstance(second, Edge):
         crossing = _closest_points(first, second, motion, apart, apart_rate)
-        return _Met(apart, apart_rate, crossing.facing, crossing.arm, crossing.arm_rate)
-    facing = _face_centre(second, motion, apart, apart_rate, isinstance(first, RoundSurface) and first.inside)
-    return _Met(apart, apart_rate, facing, *_arm(first, motion, facing.normal))
+        facing, arm, arm_rate = crossing.facing, crossing.arm, crossing.arm_rate
+    else:
+        facing = _face_centre(second, motion, apart, apart_rate, isinstance(first, RoundSurface) and first.inside)
+        arm, arm_rate = _arm(first, motion, facing.normal)
+    along = -_radius(first, motion) if isinstance(first, RoundSurface) else dot(facing.normal.vector, arm)
+    return _Met(apart, apart_rate, facing, arm, arm_rate, facing.height + along)
 
 
 @singledispatch

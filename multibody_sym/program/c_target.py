@@ -193,8 +193,10 @@ class Printer:
             body.append(f"    {storage}double {name}[MBS_{size}_FACTORS({most}, {columns})];")
             body.append(f"    {storage}mbs_span {name}_spans[MBS_PLACES({count}, {columns})];")
             declared |= {name: f"double *{name}", f"{name}_spans": f"mbs_span *{name}_spans"}
-            kinds = zip(("", "_exerted"), matrices, strict=False)
-            patterns += [_rows(f"{self.function.name}__{name}{kind}", rows, columns) for kind, rows in kinds]
+            own = f"{self.function.name}__{name}"
+            patterns.append(_rows(f"{own}_joins", _joins(matrices), columns))
+            kinds = zip((own, f"{own}_exerted"), matrices, strict=False)
+            patterns += [_rows(kind, rows, columns, f"&{own}_joins") for kind, rows in kinds]
         head = f"{head_of(self.function)}\n{{"
         if len(self.pieces) == 1:
             return "\n".join([*patterns, head, *body, *self.piece.lines, "}"])
@@ -469,14 +471,27 @@ def _element_index(first: int, step: int = 1) -> str:
     return f"{first} + {moved}" if first else moved
 
 
-def _rows(name: str, rows: Sequence[Sequence[int]], columns: int) -> str:
+def _rows(name: str, rows: Sequence[Sequence[int]], columns: int, joins: str = "0") -> str:
     """Return the constant that says in which columns the elements of each row of a matrix stand."""
     begins = list(map(str, accumulate(map(len, rows), initial=0)))
     places = [str(k) for row in rows for k in row] or ["0"]
     parts = ("begins", begins), ("places", places)
     tables = [wrap_items(f"static const int {name}_{part}[] = {{", texts, "};") for part, texts in parts]
-    whole = f"static const mbs_rows {name} = {{{len(rows)}, {columns}, {name}_begins, {name}_places}};\n"
+    whole = f"static const mbs_rows {name} = {{{len(rows)}, {columns}, {name}_begins, {name}_places, {joins}}};\n"
     return "\n".join([*tables, whole])
+
+
+def _joins(matrices: Sequence[Sequence[Sequence[int]]]) -> list[list[int]]:
+    """Return the columns of each row in all matrices, of those that rows only have together the first."""
+    rows_of: dict[int, list[int]] = {}
+    for j, parts in enumerate(zip(*matrices, strict=True)):
+        for k in set().union(*parts):
+            rows_of.setdefault(k, []).append(j)
+    found: list[list[int]] = [[] for _ in matrices[0]]
+    for rows, k in {tuple(rows): k for k, rows in sorted(rows_of.items(), reverse=True)}.items():
+        for j in rows:
+            found[j].append(k)
+    return found
 
 
 def _pattern(name: str, spans: Sequence[Span], columns: int) -> str:
@@ -596,15 +611,23 @@ def _scan(printer: Printer, statement: Scan) -> None:
     tables: dict[Progression, str] = {}
     loops = [line for loop in statement.loops for line in _loop(printer, loop, names, tables)]
     zeros = [
-        f"        for (int k = 0; k < {size}; k++)\n            {name}[k] = 0.0;"
+        _zeros(name, size)
         for number, (name, size, use) in enumerate(zip(names, statement.sizes, accesses(statement), strict=True))
-        if number >= len(pointers) and use.needs_zeros(number < len(pointers) + len(statement.targets))
+        if number >= len(pointers) and number - len(pointers) not in statement.unread
+        and use.needs_zeros(number < len(pointers) + len(statement.targets))
     ]
     patterns = [
         wrap_items(f"        static const int {name}[] = {{", map(str, given.pattern), "};", indent=" " * 12)
         for given, name in tables.items()
     ]
     lines += ["    {", *(declared for _, declared in pointers if declared), *work, *patterns, *zeros, *loops, "    }"]
+
+
+def _zeros(name: str, size: int) -> str:
+    """Return what fills an array with zeros: a loop, of many a call."""
+    if size >= _GATHERED:
+        return f"        mbs_zeros({size}, {name});"
+    return f"        for (int k = 0; k < {size}; k++)\n            {name}[k] = 0.0;"
 
 
 def _storage(size: int) -> str:

@@ -224,7 +224,8 @@ def _statement_text(statement: Statement, counter: _Counter) -> str:
         return _solve_text(statement, counter)
     given = ", ".join(_list_text(atoms, counter.texts) for atoms in statement.given)
     loops = "".join(f"\n    {_loop_text(loop)}" for loop in statement.loops)
-    return f"{_definition_text(statement.targets, counter)} = scan({given}) with work {statement.work}{loops}"
+    unread = f", unread {statement.unread}" if statement.unread else ""
+    return f"{_definition_text(statement.targets, counter)} = scan({given}) with work {statement.work}{unread}{loops}"
 
 
 def _solve_text(statement: Solve, counter: _Counter) -> str:
@@ -418,6 +419,7 @@ def _words_of(statement: Record) -> list[int]:
         return head
     parts = statement.given, statement.targets
     head = [_SCAN, *map(len, parts), len(statement.work), len(statement.loops), *statement.sizes]
+    head += (len(statement.unread), *statement.unread)
     for loop in statement.loops:
         head += (loop.count, len(loop.kernels), *_hashed_progression(loop.choice))
         head += (0,) if loop.gate is None else (1, *_hashed_window(loop.gate))
@@ -553,7 +555,10 @@ def _solve(statement: Solve, values: _Values) -> None:
 
 def _scan(statement: Scan, values: _Values) -> None:
     memory = [np.array([values[atom] for atom in atoms], dtype=float) for atoms in statement.given]
+    results = range(len(memory), len(memory) + len(statement.targets))
     memory += [np.zeros(size) for size in statement.sizes[len(memory) :]]
+    for number in statement.unread:
+        memory[results[number]][:] = np.nan
     for loop in statement.loops:
         for k in range(loop.count):
             if loop.gate is not None and memory[loop.gate.array][loop.gate.first.at(k)] == 0.0:

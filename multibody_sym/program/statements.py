@@ -317,13 +317,15 @@ class Loop:
 class Scan:
     """Run `loops` over arrays: `given` atoms, results (`targets`) and work space of the sizes `work`.
 
-    Results and work space are zero at first.
+    Results and work space are zero at first; of the results whose numbers are `unread` nobody reads an element that
+    only closed gates leave out, and it may hold anything.
     """
 
     given: tuple[tuple[Node, ...], ...]
     targets: tuple[tuple[Node, ...], ...]
     work: tuple[int, ...]
     loops: tuple[Loop, ...]
+    unread: tuple[int, ...] = ()
 
     @property
     def sizes(self) -> tuple[int, ...]:

@@ -97,15 +97,21 @@ class Trace:
         return record
 
     def scan(
-        self, given: Sequence[Sequence[Node]], results: Sequence[int], work: Sequence[int], loops: Sequence[Loop]
+        self,
+        given: Sequence[Sequence[Node]],
+        results: Sequence[int],
+        work: Sequence[int],
+        loops: Sequence[Loop],
+        unread: Sequence[int] = (),
     ) -> tuple[tuple[Node, ...], ...]:
         """Return the results of `loops` as fresh leaves.
 
         Arguments: the atoms of each array that is `given`, the sizes of the arrays that are `results` and of those
-        that only `work`; windows number the arrays in this order.
+        that only `work`; windows number the arrays in this order. The numbers of the results that are `unread` where
+        gates are closed.
         """
         atoms = tuple(tuple(map(as_node, values)) for values in given)
-        record = Scan(atoms, tuple(self._fresh(size) for size in results), tuple(work), tuple(loops))
+        record = Scan(atoms, tuple(self._fresh(size) for size in results), tuple(work), tuple(loops), tuple(unread))
         self.adopt(record)
         return record.targets
 

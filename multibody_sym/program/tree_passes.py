@@ -91,12 +91,16 @@ class Pass:
 
 @dataclass(frozen=True)
 class Result:
-    """An array of `size` numbers in which the values of body k begin at `places[k]`; they are added if it `adds`."""
+    """An array of `size` numbers in which the values of body k begin at `places[k]`; they are added if it `adds`.
+
+    `unread`: nobody reads the values of a body whose gate is closed.
+    """
 
     name: str
     size: int
     places: tuple[int, ...]
     adds: bool = False
+    unread: bool = False
 
 
 Values = Mapping[str, Sequence[Node]]
@@ -170,13 +174,15 @@ class _Scanner:
 
     def scanned(self, trace: Trace, given: Sequence[Sequence[Node]]) -> dict[str, tuple[Node, ...]]:
         """Return the results by name."""
-        found = trace.scan(given, [result.size for result in self.results], self.work, self.loops())
+        unread = [k for k, result in enumerate(self.results) if result.unread]
+        found = trace.scan(given, [result.size for result in self.results], self.work, self.loops(), unread)
         return {result.name: values for result, values in zip(self.results, found, strict=True)}
 
     @property
     def work(self) -> list[int]:
         """The sizes of the arrays that only work."""
-        return [*((len(self.of_bodies) + 1) * len(self.live[p.name]) for p in self.passes), int(self.rows[-1])]
+        kept = int(self.rows[-1])
+        return [*((len(self.of_bodies) + 1) * len(self.live[p.name]) for p in self.passes), *([kept] if kept else [])]
 
     def loops(self) -> list[Loop]:
         """Return a loop for each pass, and one iteration before those that begin at the root."""

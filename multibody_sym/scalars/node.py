@@ -475,6 +475,10 @@ def add(a: Node, b: Node) -> Node:
         return ZERO if b.args[0] is a else _difference(a, b)
     if a.op == "pow" and b.op == "pow" and _is_circle(a, b):
         return ONE
+    if a.op == b.op == "mul" and a.args[0] is b.args[0] and a.args[1].op == b.args[1].op == "pow" and _is_circle(
+        a.args[1], b.args[1]
+    ):
+        return a.args[0]
     if a.shadow is not None and b.shadow is not None and (total := _surds_added(a, b)) is not None:
         return total
     return intern(Node, "add", in_order(a, b))

@@ -9,10 +9,22 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #define MBS_UNROLLED _Pragma("GCC unroll 8")
 #define MBS_INLINE static inline __attribute__((always_inline))
+#define MBS_CALLED static __attribute__((noinline, unused))
 #else
 #define MBS_UNROLLED
 #define MBS_INLINE static inline
+#define MBS_CALLED static inline
 #endif
+
+/* Write zeros: a call, since GCC writes so many as it knows by an instruction that takes long to begin. */
+MBS_CALLED void mbs_zeros(int n, double *x)
+{
+#if defined(__GNUC__)
+    __builtin_memset(x, 0, (unsigned long)n * sizeof *x);
+#else
+    mbs_fill(n, 0.0, x);
+#endif
+}
 
 /* The factors of a matrix begin with its rank and conditioning, and whether rows were taken in another order. */
 enum { MBS_RANK, MBS_CONDITIONING, MBS_PIVOTED, MBS_HEAD };

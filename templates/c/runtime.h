@@ -42,10 +42,12 @@ typedef struct {
 } mbs_pattern;
 
 /* Rows of a matrix of which a list has the elements that may differ from zero: those of row j from number begins[j] up
-   to begins[j + 1], each in its column. */
-typedef struct {
+   to begins[j + 1], each in its column. Of rows that act `joins` has the columns of row j in all matrices, of those that
+   rows only have together the first. */
+typedef struct mbs_rows {
     int rows, columns;
     const int *begins, *places;
+    const struct mbs_rows *joins;
 } mbs_rows;
 
 /* Doubles that the factors of a matrix take. */
@@ -58,8 +60,8 @@ typedef struct {
     (MBS_ACTING_FACTORS(rows, columns) + (rows) * ((columns) + 4) + \
      ((rows) + (columns)) * (2 * ((rows) + (columns)) + 8))
 
-/* Places beside them: of elements, of rows, and of columns. */
-#define MBS_PLACES(rows, columns) (2 * (rows) + (columns))
+/* Places beside them: of elements, twice, of rows, and of columns. */
+#define MBS_PLACES(rows, columns) (3 * (rows) + (columns))
 
 /* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
    independent. The _pivoted ones do not try first whether the rows are independent as they come; in in_order.h are some

@@ -180,9 +180,78 @@ void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const d
 
 /* ---- patterns of any size ---- */
 
+/* Turn four rows by a reflection of `size` elements at once: sums of one row wait for each other. */
+static void turn_four(int size, double factor, const double *v, double *const *rows)
+{
+    double *a = rows[0], *b = rows[1], *c = rows[2], *d = rows[3], of_a = 0.0, of_b = 0.0, of_c = 0.0, of_d = 0.0;
+    for (int i = 0; i < size; ++i) {
+        of_a += v[i] * a[i];
+        of_b += v[i] * b[i];
+        of_c += v[i] * c[i];
+        of_d += v[i] * d[i];
+    }
+    of_a *= factor;
+    of_b *= factor;
+    of_c *= factor;
+    of_d *= factor;
+    for (int i = 0; i < size; ++i) {
+        a[i] -= of_a * v[i];
+        b[i] -= of_b * v[i];
+        c[i] -= of_c * v[i];
+        d[i] -= of_d * v[i];
+    }
+}
+
+/* mbs_keep_in_order, the same sums: each reflection turns all later rows that reach into it. */
+static int keep_in_order(const mbs_pattern *pattern, const double *matrix, double most, double *space)
+{
+    mbs_parts parts = mbs_parts_of(pattern, space);
+    double longest = 0.0, shortest = MBS_LARGEST, least = HUGE_VAL, *squares = parts.y, *four[4];
+    int rows = pattern->rows, columns = pattern->columns;
+    if (!pattern->spans || rows == 0 || rows > columns || most < rows)
+        return 0;
+    for (int j = 0; j < rows; ++j) {
+        const mbs_span *span = pattern->spans + j;
+        double *row = parts.vectors + j * columns;
+        int count = span->end - span->first;
+        mbs_fill(span->first - span->low, 0.0, row + span->low);
+        mbs_copy(count, matrix, row + span->first);
+        mbs_fill(span->high - span->end, 0.0, row + span->end);
+        squares[j] = mbs_dot(count, matrix, matrix);
+        matrix += count;
+    }
+    for (int k = 0; k < rows; ++k) {
+        double *v = parts.vectors + k * columns + k, whole = squares[k];
+        int size = pattern->spans[k].high - k, count = 0;
+        double rest = mbs_dot(size, v, v);
+        if (!(rest > MBS_CLEAR * MBS_CLEAR * whole))
+            return 0;
+        mbs_reflection(&parts, k, sqrt(rest), v);
+        longest = whole > longest ? whole : longest;
+        shortest = whole < shortest ? whole : shortest;
+        least = rest < least * whole ? rest / whole : least;
+        for (int j = k + 1; j < rows; ++j) {
+            if (pattern->spans[j].low > k)
+                continue;
+            four[count++] = parts.vectors + j * columns + k;
+            if (count == 4) {
+                turn_four(size, parts.factors[k], v, four);
+                count = 0;
+            }
+        }
+        while (count-- > 0)
+            mbs_subtract(size, parts.factors[k] * mbs_dot(size, v, four[count]), v, four[count]);
+    }
+    space[MBS_RANK] = rows;
+    space[MBS_CONDITIONING] = sqrt(least * longest < shortest ? least : shortest / longest);
+    space[MBS_PIVOTED] = 0.0;
+    return longest < MBS_LARGEST && shortest > MBS_SMALLEST && shortest > MBS_ALIKE * MBS_ALIKE * longest;
+}
+
 void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors)
 {
-    mbs_factorise_unrolled(pattern, matrix, most, factors);
+    if (!keep_in_order(pattern, matrix, most, factors))
+        mbs_factorise_pivoted(pattern, matrix, most, factors);
 }
 
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
@@ -200,17 +269,20 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
    factors of a matrix. */
 typedef struct {
     mbs_pattern pattern;
+    mbs_span *spans, *extent;
     double *kind, *residual, *which, *column, *right, *multipliers, *x, *matrix;
     double *unit, *lengths, *large, *solution, *factors, *end;
 } island;
 
 enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
 
-static island island_at(double *space, mbs_span *spans, int rubs)
+static island island_at(double *space, mbs_span *spans, mbs_span *extent, int rubs)
 {
     int rows = (int)space[0], n = (int)space[1], all = rows + n;
     double *which = space + 4, *right = which + all, *x = right + 2 * rows, *matrix = x + n;
     island s = {.pattern = {rows, n, spans},
+                .spans = spans,
+                .extent = extent,
                 .kind = space + 2,
                 .residual = space + 3,
                 .which = which,
@@ -233,14 +305,15 @@ static island island_at(double *space, mbs_span *spans, int rubs)
     return s;
 }
 
-/* Of a row that acts, which it is, and the next one of its island; of an island, number `first` and `last` of its rows. */
+/* Of each row of a matrix that acts its span; from `first` to `end` what it has in A, from `low` to `high` in C; which it
+   is, and the next one of its island; of an island, number `low` and `high` of its rows; and columns. */
 typedef struct {
-    mbs_span *spans, *link, *column;
+    mbs_span *spans, *extent, *link, *column;
 } places;
 
 static places places_in(mbs_span *spans, int rows)
 {
-    places p = {spans, spans + rows, spans + 2 * rows};
+    places p = {spans, spans + rows, spans + 2 * rows, spans + 3 * rows};
     return p;
 }
 
@@ -255,16 +328,19 @@ static int root_of(mbs_span *column, int k)
 static int joined(const mbs_rows *rows, int j, mbs_span *column, int root)
 {
     for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
-        int other = root_of(column, rows->places[k]);
+        int own = rows->places[k], before = column[own].first;
         if (root < 0)
-            root = other;
-        column[other].first = root;
+            root = root_of(column, own);
+        if (before != root) {
+            column[root_of(column, before)].first = root;
+            column[own].first = root;
+        }
     }
     return root;
 }
 
 /* Link the rows that act to islands, all to one if they are taken `whole`; returns how many there are. */
-static int link_islands(const mbs_rows *rows, const mbs_rows *forces, const double *acting, places p, int whole)
+static int link_islands(const mbs_rows *rows, const double *acting, places p, int whole)
 {
     int count = 0, found = 0, root = -1, most = MBS_MOST_ACTING(rows->rows, rows->columns);
     for (int k = 0; k < rows->columns; ++k) {
@@ -275,8 +351,7 @@ static int link_islands(const mbs_rows *rows, const mbs_rows *forces, const doub
         if (acting[j] != 0.0) {
             if (count == most)
                 return -1;
-            root = joined(rows, j, p.column, whole ? root : -1);
-            root = forces ? joined(forces, j, p.column, root) : root;
+            root = joined(rows->joins, j, p.column, whole ? root : -1);
             mbs_span row = {j, -1, root, 0};
             p.link[count++] = row;
         }
@@ -310,18 +385,25 @@ static int number_columns(const mbs_rows *rows, int j, int number, mbs_span *col
     return count;
 }
 
-static void gather(const island *s, const mbs_rows *rows, const mbs_span *column, const double *from, double *to)
+/* Write row j with all its elements; returns where those stand that are not zero. */
+static mbs_span gathered(const mbs_rows *rows, int j, const mbs_span *column, const double *from, int n, double *to)
 {
-    int n = s->pattern.columns;
-    mbs_fill(s->pattern.rows * n, 0.0, to);
-    for (int r = 0; r < s->pattern.rows; ++r, to += n)
-        for (int j = (int)s->which[r], k = rows->begins[j]; k < rows->begins[j + 1]; ++k)
-            to[column[rows->places[k]].low] = from[k];
+    mbs_span found = {n, 0, 0, 0};
+    mbs_fill(n, 0.0, to);
+    for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
+        int place = column[rows->places[k]].low;
+        to[place] = from[k];
+        if (from[k] != 0.0) {
+            found.first = place < found.first ? place : found.first;
+            found.end = place >= found.end ? place + 1 : found.end;
+        }
+    }
+    return found;
 }
 
 /* Lay out an island: its rows and columns, and the rows' elements. */
 static island laid_out_island(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                              int number, places p, mbs_span *spans, double *space)
+                              int number, places p, double *space)
 {
     int count = 0, n = 0;
     double *which = space + 4;
@@ -334,22 +416,29 @@ static island laid_out_island(const mbs_rows *rows, const double *matrix, const 
     space[0] = count;
     space[1] = n;
     space[2] = OWN;
-    island s = island_at(space, spans, forces != 0);
-    gather(&s, rows, p.column, matrix, s.matrix);
-    if (forces)
-        gather(&s, forces, p.column, exerted, s.unit);
+    island s = island_at(space, p.spans, p.extent, forces != 0);
+    for (int r = 0; r < count; ++r) {
+        int j = (int)s.which[r];
+        s.extent[r] = gathered(rows, j, p.column, matrix, n, s.matrix + r * n);
+        if (forces) {
+            mbs_span of = gathered(forces, j, p.column, exerted, n, s.unit + r * n);
+            s.extent[r].low = of.first;
+            s.extent[r].high = of.end;
+        }
+    }
     return s;
 }
 
-/* Factorise a matrix of the rows of an island, of which all elements are there: those within the spans come to its
-   front. */
-static void factorise_within(const island *s, mbs_span *spans, double *matrix, double most)
+/* Factorise a matrix of the rows of an island, of which all elements are there, zeros from `width` on: those within the
+   spans come to its front. */
+static void factorise_within(const island *s, double *matrix, int width, double most)
 {
     int n = s->pattern.columns;
+    mbs_span *spans = s->spans;
     double *to = matrix;
     for (int j = 0; j < s->pattern.rows; ++j) {
         const double *row = matrix + j * n;
-        int first = 0, end = n, low = 0;
+        int first = 0, end = width, low = 0;
         while (end > 0 && row[end - 1] == 0.0)
             --end;
         while (first < end && row[first] == 0.0)
@@ -367,26 +456,44 @@ static void factorise_within(const island *s, mbs_span *spans, double *matrix, d
     mbs_factorise(&s->pattern, matrix, most, s->factors);
 }
 
+/* Whether what a row exerts differs from the row itself. */
+static int differs(const island *s, int r)
+{
+    mbs_span of = s->extent[r];
+    const double *row = s->matrix + r * s->pattern.columns, *unit = s->unit + r * s->pattern.columns;
+    if (of.first != of.low || of.end != of.high)
+        return 1;
+    for (int i = of.first; i < of.end; ++i)
+        if (row[i] != unit[i])
+            return 1;
+    return 0;
+}
+
 /* Make what rows exert unit vectors, none of them much shorter than the longest, or leave it as it is where multipliers
    are `plain`; returns whether they differ from A, or are plain. */
 static int made_units(const island *s, int plain)
 {
-    int count = s->pattern.rows, n = s->pattern.columns, differs = plain;
+    int count = s->pattern.rows, n = s->pattern.columns, k = 0;
     double longest = 0.0;
-    for (int i = 0; i < count * n; ++i)
-        differs |= s->unit[i] != s->matrix[i];
-    for (int k = 0; k < count && differs; ++k) {
-        s->lengths[k] = plain ? 1.0 : sqrt(mbs_dot(n, s->unit + k * n, s->unit + k * n));
+    while (!plain && k < count && !differs(s, k))
+        ++k;
+    if (k == count)
+        return 0;
+    for (k = 0; k < count; ++k) {
+        const mbs_span *of = s->extent + k;
+        const double *unit = s->unit + k * n + of->low;
+        int size = of->high > of->low ? of->high - of->low : 0;
+        s->lengths[k] = plain ? 1.0 : sqrt(mbs_dot(size, unit, unit));
         longest = s->lengths[k] > longest ? s->lengths[k] : longest;
     }
     double shortest = MBS_SHORTEST * longest > MBS_NEARLY_ZERO ? MBS_SHORTEST * longest : MBS_NEARLY_ZERO;
-    for (int k = 0; k < count && differs; ++k) {
+    for (k = 0; k < count; ++k) {
         if (!(s->lengths[k] > shortest))
             s->lengths[k] = shortest;
-        for (int i = 0; i < n; ++i)
+        for (int i = s->extent[k].low; i < s->extent[k].high && !plain; ++i)
             s->unit[k * n + i] /= s->lengths[k];
     }
-    return differs;
+    return 1;
 }
 
 /* Return the smallest part of a kept row of A that A C^T leaves, beside its other rows. */
@@ -396,9 +503,11 @@ static double least_left(const island *s)
     int n = s->pattern.columns, pivoted = s->factors[MBS_PIVOTED] != 0.0;
     double least = s->factors[MBS_RANK] ? HUGE_VAL : 0.0;
     for (int k = 0; k < s->factors[MBS_RANK]; ++k) {
-        int j = pivoted ? (int)part.order[k] : k;
-        const double *row = s->matrix + j * n;
-        least = fmin(least, (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / sqrt(mbs_dot(n, row, row)));
+        int j = pivoted ? (int)part.order[k] : k, first = s->extent[j].first;
+        const double *row = s->matrix + j * n + first;
+        double length = sqrt(mbs_dot(s->extent[j].end - first, row, row));
+        double left = (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / length;
+        least = left < least ? left : least;
     }
     return least;
 }
@@ -420,19 +529,24 @@ static mbs_pattern together(const island *s)
     return pattern;
 }
 
-static void factorise_own(const island *s, mbs_span *spans, double most) /* of A C^T, with zeros beside it up to n columns */
+static void factorise_own(const island *s, double most) /* of A C^T, with zeros beside it up to n columns */
 {
     int count = s->pattern.rows, n = s->pattern.columns;
     mbs_fill(count * n, 0.0, s->large);
     for (int j = 0; j < count; ++j)
-        for (int k = 0; k < count; ++k)
-            s->large[j * n + k] = mbs_dot(n, s->matrix + j * n, s->unit + k * n);
-    factorise_within(s, spans, s->large, most);
+        for (int k = 0; k < count; ++k) {
+            int first = s->extent[j].first, end = s->extent[j].end;
+            first = s->extent[k].low > first ? s->extent[k].low : first;
+            end = s->extent[k].high < end ? s->extent[k].high : end;
+            if (first < end)
+                s->large[j * n + k] = mbs_dot(end - first, s->matrix + j * n + first, s->unit + k * n + first);
+        }
+    factorise_within(s, s->large, count, most);
 }
 
 /* Return whether A, C and A C^T have the same rank: then x is unique, and multipliers of least norm follow from the last.
    Its factors are made again. */
-static int same_rank(const island *s, mbs_span *spans, double most)
+static int same_rank(const island *s, double most)
 {
     double rank = s->factors[MBS_RANK];
     const double *both[] = {s->matrix, s->unit};
@@ -445,27 +559,27 @@ static int same_rank(const island *s, mbs_span *spans, double most)
         if (found != rank)
             return 0;
     }
-    factorise_own(s, spans, most);
+    factorise_own(s, most);
     return 1;
 }
 
 /* Returns the rank of an island whose rows exert their own directions, or what `exerted` says. */
-static double factorise_island(double *space, mbs_span *spans, int rubs, int plain, double most)
+static double factorise_island(double *space, places p, int rubs, int plain, double most)
 {
-    island s = island_at(space, spans, rubs);
+    island s = island_at(space, p.spans, p.extent, rubs);
     if (!rubs || !made_units(&s, plain)) {
-        factorise_within(&s, spans, s.matrix, most);
+        factorise_within(&s, s.matrix, s.pattern.columns, most);
         return s.factors[MBS_RANK];
     }
     int count = s.pattern.rows, n = s.pattern.columns;
     *s.kind = REGULAR;
-    s = island_at(space, spans, rubs);
+    s = island_at(space, p.spans, p.extent, rubs);
     if (count <= n) {
-        factorise_own(&s, spans, most);
+        factorise_own(&s, most);
         /* what is not finite has no rank and no factors, nor more of it */
         if (isnan(s.factors[MBS_RANK]))
             return s.factors[MBS_RANK];
-        if (s.factors[MBS_RANK] == count || same_rank(&s, spans, most)) {
+        if (s.factors[MBS_RANK] == count || same_rank(&s, most)) {
             s.factors[MBS_CONDITIONING] = least_left(&s); /* what is left of rows is measured by the rows of A */
             return s.factors[MBS_RANK];
         }
@@ -480,15 +594,15 @@ static double factorise_island(double *space, mbs_span *spans, int rubs, int pla
 static double factorise_all(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
                             const double *acting, double most, double *factors, places p, int whole)
 {
-    int count = link_islands(rows, forces, acting, p, whole);
+    int count = link_islands(rows, acting, p, whole);
     double rank = count < 0 ? NAN : 0.0, *space = factors + 2;
-    mbs_span *spans = p.spans;
     for (int number = 0; number < count; ++number) {
         int plain = acting[p.link[p.link[number].low].first] == MBS_PLAIN;
-        island s = laid_out_island(rows, matrix, forces, exerted, number, p, spans, space);
-        rank += factorise_island(space, spans, forces != 0, plain, most);
-        space = island_at(space, spans, forces != 0).end;
-        spans += s.pattern.rows;
+        island s = laid_out_island(rows, matrix, forces, exerted, number, p, space);
+        rank += factorise_island(space, p, forces != 0, plain, most);
+        space = island_at(space, p.spans, p.extent, forces != 0).end;
+        p.spans += s.pattern.rows;
+        p.extent += s.pattern.rows;
     }
     factors[0] = count;
     factors[1] = forces != 0;
@@ -522,7 +636,8 @@ static void substitute_island(const island *s, double *report)
     report[0] -= large ? n : 0;
     mbs_fill(n, 0.0, s->x);
     for (int k = 0; k < count; ++k) {
-        mbs_subtract(n, -carried[k], s->unit + k * n, s->x);
+        int first = s->extent[k].low;
+        mbs_subtract(s->extent[k].high - first, -carried[k], s->unit + k * n + first, s->x + first);
         s->multipliers[k] = carried[k] / s->lengths[k];
     }
 }
@@ -546,7 +661,7 @@ static double residual_of_all(double *factors, mbs_span *spans, int rubs)
         double *space = factors + 2;
         mbs_span *first = spans;
         for (int number = 0; number < factors[0]; ++number) {
-            island s = island_at(space, first, rubs);
+            island s = island_at(space, first, 0, rubs);
             const double *row = s.matrix;
             double most = 0.0;
             for (int r = 0; r < s.pattern.rows; ++r) {
@@ -568,11 +683,11 @@ void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *span
 {
     int rubs = factors[1] != 0.0;
     double *space = factors + 2, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
-    mbs_span *first = spans;
+    places p = places_in(spans, rows->rows);
     mbs_fill(rows->columns, 0.0, solution);
     mbs_fill(rows->rows, 0.0, multipliers);
     for (int number = 0; number < factors[0]; ++number) {
-        island s = island_at(space, spans, rubs);
+        island s = island_at(space, p.spans, p.extent, rubs);
         for (int r = 0; r < s.pattern.rows; ++r)
             s.right[r] = right[(int)s.which[r]];
         substitute_island(&s, report);
@@ -581,15 +696,16 @@ void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *span
         for (int i = 0; i < s.pattern.columns; ++i)
             solution[(int)s.column[i]] = s.x[i];
         rank += report[0];
-        least = report[0] > 0.0 ? fmin(least, report[1]) : least;
+        least = report[0] > 0.0 && report[1] < least ? report[1] : least;
         *s.residual = report[2];
-        left = fmax(left, report[2]);
+        left = report[2] > left ? report[2] : left;
         space = s.end;
-        spans += s.pattern.rows;
+        p.spans += s.pattern.rows;
+        p.extent += s.pattern.rows;
     }
     report[0] = rank;
     report[1] = rank > 0.0 ? least : 0.0;
-    report[2] = left > 0.0 && factors[0] > 1.0 ? residual_of_all(factors, first, rubs) : left;
+    report[2] = left > 0.0 && factors[0] > 1.0 ? residual_of_all(factors, spans, rubs) : left;
     if (isnan(rank)) {
         mbs_fill(rows->columns, NAN, solution);
         mbs_fill(rows->rows, NAN, multipliers);

@@ -10,7 +10,7 @@ all rows, whatever the mode. Multipliers lambda that define other rows stand bes
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Final
@@ -58,19 +58,16 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, where
 from multibody_sym.scalars.limits import along, length, sliding, towards
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, less_equal, real
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less_equal, real
 from multibody_sym.scalars.vectors import S, unit_quaternion
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Friction and switching functions for the numbers of a mode, in Programs of all modes.
 
 
-_HALF: Final = ONE / 2
-
-
 def choose(number: Node, yes: S, no: S) -> Node:
-    """Return one of two values by a number that is 1 or 0."""
-    return as_node(where(less(_HALF, number), as_node(yes), as_node(no)))
+    """Return one of two values by a number that is not 0, or 0."""
+    return as_node(where(number, as_node(yes), as_node(no)))
 
 
 def is_of_normal(function: str) -> bool:
@@ -126,7 +123,7 @@ class ModeValues:
             slip, way = self.modes.slip(part), f"slip {part.name}"
             held = -values.room(element, part)
             if len(part.rows) == 1:
-                found[way] = choose(slip * slip, -slip * speeds[0], held)
+                found[way] = choose(slip, -slip * speeds[0], held)
                 continue
             found[way] = choose(slip, -length(self._slip_velocity(part, speeds)), held)
             onward = along(self.modes.direction(part), speeds)
@@ -210,8 +207,8 @@ def contact_residuals(kind: ContactKind, rows: RowValues) -> Named:
 
 def ends_of_normal(kind: ContactKind, rows: RowValues) -> Named:
     """Return the function that ends a mode where a contact closes or opens."""
-    values = ModeValues(kind.motion).functions(kind.leaves["rows"])
-    return {"values": [as_node(x) for name, x in values.items() if is_of_normal(name)]}
+    values, modes = ModeValues(kind.motion).functions(kind.leaves["rows"]), ModeNodes(kind.mechanism)
+    return {"values": [choose(modes.watched(name), x, _NO_END) for name, x in values.items() if is_of_normal(name)]}
 
 
 def ends_of_touching(kind: ContactKind, rows: RowValues) -> Named:
@@ -271,6 +268,13 @@ def residuals(rows: Sequence[RowMotion], acts: Sequence[Node]) -> Named:
 _SETTLED: Final = real(1e-15)
 """From pass to pass rounding changes reactions by this part of the largest."""
 _Make = Callable[[ContactKind, RowValues], Mapping[str, Sequence[Node]]]
+_OF_ACTING_ROWS: Final[Mapping[_Make, Collection[str]]] = {
+    pressing_outputs: ("gamma", "right", "exerted"),
+    right_without_shares: ("right",),
+    missing_accelerations: ("missing",),
+    correction_elements: ("elements",),
+}
+"""Values of contacts that only solves and contacts read, where they touch."""
 _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
 
@@ -420,7 +424,7 @@ class _EveryMode:
         contacts = self.known.contacts
         values = [make(*each) for each in zip(contacts.kinds, self.known.rows_of_kinds, strict=True)]
         gates = () if make is ends_of_normal else self._touching
-        scanned = contacts.scanned(trace, values, given, gates)
+        scanned = contacts.scanned(trace, values, given, gates, _OF_ACTING_ROWS.get(make, ()))
         for k in range(len(contacts.places)):
             yield {name: of_contacts[k] for name, of_contacts in scanned.items()}
 
@@ -457,7 +461,7 @@ class _EveryMode:
         """Return (t, q, u, ..) -> qdot, udot, multipliers of all rows, report: free motion where none acts."""
         trace, held = Trace("state_derivative", arrays(self.mechanism)), self._held()
         some = self.modes.any_acts
-        (free,) = trace.call(self.known.free, self._given(trace))
+        (free,) = trace.call_where(choose(some, ZERO, ONE), self.known.free, self._given(trace))
         found = trace.call_where(some, held, [trace[array.name] for array in trace.inputs])
         accelerations, multipliers, report = found
         udot = self._moving([choose(some, a, b) for a, b in zip(accelerations, free, strict=True)])
@@ -671,16 +675,20 @@ class _EveryMode:
     def _functions(self, trace: Trace) -> dict[str, Node]:
         """Return the switching functions by name, those of friction and ends of contacts by kinds where they touch."""
         found: dict[str, Node] = {}
+
+        def watch(values: Mapping[str, S]) -> dict[str, Node]:
+            return {name: choose(self.modes.watched(name), value, _NO_END) for name, value in values.items()}
+
         given = {"rows": trace["multipliers"]}
         for make in (ends_of_normal, ends_of_touching):
             of_normal = make is ends_of_normal
             for place, values in zip(self.known.contacts.places, self._of_contacts(trace, make, given), strict=False):
                 own = functions(replace(self.mechanism, one_way=(self.mechanism.one_way[place],)))
                 names = [name for name in own if is_of_normal(name) == of_normal]
-                found |= zip(names, values["values"], strict=True)
+                ends = dict(zip(names, values["values"], strict=True))
+                found |= ends if of_normal else watch(ends)
         others = replace(self._motion, mechanism=self._other_elements)
-        found |= ModeValues(others).functions(trace["multipliers"])
-        return {name: choose(self.modes.watched(name), value, _NO_END) for name, value in found.items()}
+        return found | watch(ModeValues(others).functions(trace["multipliers"]))
 
 
 def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:

@@ -156,7 +156,7 @@ class RowProgram:
     """The Program `rows` of all rows of a mechanism in no mode, and the places of its entries of each matrix.
 
     `may_act` are the rows that do not vanish identically. `free` computes M^-1 f alone. Where `contacts` are derived by
-    kinds, each with `rows_of_kinds`, a call names the contacts that it needs: rows of others are zero. Contacts may
+    kinds, each with `rows_of_kinds`, a call names the contacts that it needs: others have undefined rows. Contacts may
     read the values of their own rows (`ROW_ARRAYS`), elements of their matrices, and values of their speeds.
     """
 
@@ -234,7 +234,8 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
         by_mass = partial(kind.by_speeds, columns=kind.weighted)
         parts = [part for _, part in friction_parts(kind.mechanism)]
         kinds.append(RowValues.of(kind.motion, parts, by_speeds, by_mass, kind.leaves["speeds"]))
-    scanned = contacts.scanned(trace, [rows.values for rows in kinds], {"speeds": free}, trace["gates"])
+    made = [rows.values for rows in kinds]
+    scanned = contacts.scanned(trace, made, {"speeds": free}, trace["gates"], {name for each in made for name in each})
     for k, (chosen, speeds) in enumerate(zip(contacts.chosen, contacts.speeds, strict=True)):
         values = {name: each[k] for name, each in scanned.items()}
         whole.add(kinds[chosen], values, contacts.of("rows", k), speeds, contacts.of("limits", k))

@@ -7,7 +7,7 @@ kinds have the axes of the world, so that directions fixed in the world are exac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from itertools import accumulate, count, pairwise
@@ -39,6 +39,8 @@ _MANY: Final = 24
 _IN_TEXT: Final = (0.0, 1.0, -1.0)
 _OWN: Final = ("t", "parameters", "inputs")
 """Arrays whose slots the declaration of a contact may name."""
+_NUMBERS_OF_BODIES: Final = ("axes", "place", "rates", "bias", "column", "weighted")
+"""Arrays of what contacts read of their bodies: a kind that reads none of an array does not have it computed."""
 _SPEEDS: Final = 6
 """Speeds of a body whose pose is given: its velocity and angular velocity in world axes."""
 
@@ -100,11 +102,17 @@ class LikeContacts:
         return replace(self, kinds=tuple(kinds), atoms={**self.atoms, **places})
 
     def scanned(
-        self, trace: Trace, made: Sequence[Values], given: Mapping[str, Sequence[Node]], gates: Sequence[Node] = ()
+        self,
+        trace: Trace,
+        made: Sequence[Values],
+        given: Mapping[str, Sequence[Node]],
+        gates: Sequence[Node] = (),
+        unread: Collection[str] = (),
     ) -> dict[str, list[tuple[Node, ...]]]:
         """Return by name the values `made` of the kinds for each contact, 0 where its gate is 0; none without kinds.
 
-        `given` are the values of arrays that are not known; gates are slots of one of them.
+        `given` are the values of arrays that are not known; gates are slots of one of them. Where they are 0 nobody
+        reads the values whose names are `unread`, and they may be anything.
         """
         if not made:
             return {}
@@ -127,7 +135,7 @@ class LikeContacts:
                 )
                 for k, kind in enumerate(self.kinds)
             ],
-            [Result(name, places[-1], tuple(places[:-1])) for name, places in ends.items()],
+            [Result(name, places[-1], tuple(places[:-1]), unread=name in unread) for name, places in ends.items()],
             made,
             (numbers[gates[0].data[0]], np.array([gate.data[1] for gate in gates])) if gates else None,
         )
@@ -233,7 +241,7 @@ class _Bodies:
     def __init__(self, motion: Motion, weighted: Weighted) -> None:
         self.motion, self.weighted = motion, weighted
         self.bias = accelerations(motion, [0] * len(motion.state.u))
-        self.values: dict[str, list[Node]] = {name: [] for name in ("place", "bias", "column", "weighted")}
+        self.values: dict[str, list[Node]] = {name: [] for name in _NUMBERS_OF_BODIES}
         self._known: dict[int, _Body] = {}
 
     def of(self, body: int) -> _Body:
@@ -241,14 +249,18 @@ class _Bodies:
         if body not in self._known:
             speeds, columns = self._columns(body)
             (rotation, position), moved = self.motion.poses[body], self.motion.bodies[body]
-            rates, bias = ([apply(rotation, x) for x in pair] for pair in ((moved.v_WB, moved.w_WB), self.bias[body]))
-            numbers = {
-                "place": [x for vector in (*rotation, position, *rates) for x in vector],
-                "bias": [x for vector in bias for x in vector],
-                "column": [x for column in columns for x in column],
-                "weighted": [x for column in self._by_mass(speeds, columns) for x in column],
+            rates = self._sum_of_columns(body, speeds, columns)
+            if rates is None:
+                rates = [[*apply(rotation, x)] for x in (moved.v_WB, moved.w_WB)]
+            numbers: dict[str, Sequence[Sequence[S]]] = {
+                "axes": rotation,
+                "place": [position],
+                "rates": rates,
+                "bias": [apply(rotation, x) for x in self.bias[body]],
+                "column": columns,
+                "weighted": self._by_mass(speeds, columns),
             }
-            nodes = {name: tuple(map(as_node, values)) for name, values in numbers.items()}
+            nodes = {name: tuple(as_node(x) for each in values for x in each) for name, values in numbers.items()}
             begins = {name: len(values) for name, values in self.values.items()}
             for name, values in nodes.items():
                 self.values[name] += [node for node in values if not _in_text(node)]
@@ -269,6 +281,22 @@ class _Bodies:
             found = own + found
             number = tree[number].parent
         return [speed for speed, _ in found], [column for _, column in found]
+
+    def _sum_of_columns(self, body: int, speeds: Sequence[int], columns: Sequence[Sequence[S]]) -> list[list[S]] | None:
+        """Return velocity and angular velocity (3 each) of a body whose speeds move it along fixed directions.
+
+        None of other bodies, and of those with a prescribed motion, whose velocities are known in their own axes.
+        """
+        bodies, number = self.motion.bodies, body
+        while number >= 0:
+            if any(x is not ZERO for x in map(as_node, (*bodies[number].given_linear, *bodies[number].given_angular))):
+                return None
+            number = self.motion.mechanism.bodies[number].parent
+        if any(as_node(x).shadow is None for column in columns for x in column):
+            return None
+        u = [self.motion.state.u[speed] for speed in speeds]
+        rates = [sum((column[k] * x for column, x in zip(columns, u, strict=True)), ZERO) for k in range(_SPEEDS)]
+        return [rates[:3], rates[3:]]
 
     def _by_mass(self, speeds: Sequence[int], columns: Sequence[Sequence[S]]) -> list[list[S]]:
         """Return columns (6) for speeds that count by mass: rows of J times G^-1."""
@@ -306,7 +334,7 @@ class _Local:
         self.atoms: dict[str, list[int]] = {name: [] for name in (*_OWN, "number")}
         self._bodies = list(dict.fromkeys(skin.place.body for skin in skins if skin.place.body >= 0))
         self.touched = [bodies.of(body) for body in self._bodies]
-        self._places = self._local_numbers("place")
+        self._axes = self._local_numbers("axes")
         self.element: LawElement = self._renamed(_with_local_names(element))
         self.speeds = list(dict.fromkeys(speed for body in self.touched for speed in body.speeds))
         for name in bodies.values:
@@ -325,15 +353,15 @@ class _Local:
         return self.element, tuple(body.pattern for body in self.touched), self.ways
 
     def kind(self, mechanism: Mechanism) -> ContactKind:
-        numbers = {name: self._local_numbers(name) for name in ("place", "bias", "column", "weighted")}
-        moved = [_body_motion(*each) for each in zip(numbers["place"], numbers["bias"], strict=True)]
+        numbers = {name: self._local_numbers(name) for name in _NUMBERS_OF_BODIES}
+        moved = [_body_motion(*each) for each in zip(*(numbers[x] for x in ("place", "rates", "bias")), strict=True)]
         speeds = [range(_SPEEDS * k, _SPEEDS * (k + 1)) for k in range(len(moved))]
         bodies = (replace(mechanism.bodies[0], name="", parent=-1, q=(), u=tuple(own)) for own in speeds)
         alone = replace(
             mechanism, bodies=tuple(bodies), coordinates=(), speeds=(), loads=(), rows=(), one_way=(self.element,)
         )
         every = in_every_mode(alone, shares=True)
-        numbers_of = (slots(name, len(self.atoms[name])) for name in ("place", "number"))
+        numbers_of = (slots(name, len(self.atoms[name])) for name in ("axes", "place", "rates", "number"))
         named = [*self.slots.values(), *(leaf for each in numbers_of for leaf in each)]
         state = State(Node, (), (ZERO,) * (_SPEEDS * len(moved)), {leaf: leaf for leaf in named})
         leaves = {name: slots(name, len(atoms)) for name, atoms in {**self.atoms, **_Numbering(alone).atoms(0)}.items()}
@@ -367,7 +395,7 @@ class _Local:
             if part.body < 0:
                 return replace(part, name="", pose=pose)
             body = self._bodies.index(part.body)
-            x, y, z, *_ = vectors(self._places[body])  # kinds' bodies have world axes
+            x, y, z = vectors(self._axes[body])  # kinds' bodies have world axes
             position = pose.position if pose.position is ORIGIN else apply((x, y, z), pose.position)
             in_world = Pose(position, product((x, y, z), pose.rotation))
             return replace(part, name="", body=body, pose=in_world)
@@ -417,10 +445,9 @@ def _sixes(numbers: Sequence[Node]) -> tuple[tuple[Node, ...], ...]:
     return tuple(tuple(numbers[k : k + _SPEEDS]) for k in range(0, len(numbers), _SPEEDS))
 
 
-def _body_motion(place: Sequence[Node], bias: Sequence[Node]) -> BodyMotion:
+def _body_motion(place: Sequence[Node], rates: Sequence[Node], bias: Sequence[Node]) -> BodyMotion:
     """Return the motion of a body with world axes, from its place, velocities and accelerations without udot."""
-    *_, position, v, w = vectors(place)
-    linear, angular = vectors(bias)
+    (position,), (v, w), (linear, angular) = map(vectors, (place, rates, bias))
     units, still = UNIT_MATRIX, (ZERO_VECTOR,) * 3
     return BodyMotion(
         units, position, w, v, (*units, *still), (*still, *units), *(ZERO_VECTOR,) * 2, linear, angular, ZERO_VECTOR
