@@ -38,7 +38,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import BUILD, flatten, postorder
 from multibody_sym.scalars.node import Node
 
-_LONG: Final = 1200
+_LONG: Final = 2000
 """Operations from which on a Program may be worth rolling up: shorter ones compile soon (benchmarks/kinds.py)."""
 _SHORTER: Final = 4
 """How many times fewer operations it then has to have in its text."""
