@@ -601,9 +601,12 @@ def _scan(printer: Printer, statement: Scan) -> None:
     number, lines = printer.record(), printer.piece.lines
     pointers = [printer.pointer(f"a{number}_{k}", atoms) for k, atoms in enumerate(statement.given)]
     names = [name for name, _ in pointers]
+    kernels = [kernel for loop in statement.loops for kernel in loop.kernels]
+    named = {window.array for kernel in kernels for window in (*kernel.reads, *kernel.writes)}
     for k, leaves in enumerate(statement.targets):
         names.append(f"r{number}_{k}")
-        printer.targets(names[-1], leaves, _storage(len(leaves)))
+        if leaves or len(names) - 1 in named:
+            printer.targets(names[-1], leaves, _storage(len(leaves)))
     work = []
     for k, size in enumerate(statement.work):
         names.append(f"s{number}_{k}")

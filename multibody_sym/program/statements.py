@@ -461,6 +461,8 @@ def conflict(scan: Scan) -> str:
             return f"array {number} is given and written"
         if (use.stored > 1).any() or ((use.stored == 1) & use.added).any():
             return f"an element of array {number} is stored twice"
+        if number - len(scan.given) in scan.unread and use.added.any():
+            return f"array {number} is added to, and undefined where gates are closed"
         if (use.written >= use.read).any():
             return f"an element of array {number} is written after it is read"
     return ""

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from random_programs import SMOOTH, Maker
 from random_scans import WIDTH, Passes
 
+from multibody_sym.program.c_target import c_source
 from multibody_sym.program.derivatives import gradient, jacobian
 from multibody_sym.program.program import Program, interpret, operation_count, program_hash
 from multibody_sym.program.statements import (
@@ -183,6 +184,28 @@ def test_an_iteration_behind_a_gate_runs_where_this_is_open() -> None:
     assert interpret(program, [1, np.nan, 3, 4], [-1, 0, 2, 1])[0].tolist() == [2, 0, 6, 0]
     assert "for k < 3 where a1[0 + 1k]" in str(program)
     assert program_hash(program) != program_hash(scan(Window(0, one_by_one), Window(1, one_by_one)))
+
+
+def test_what_nobody_reads_behind_a_closed_gate_is_undefined() -> None:
+    """The interpreter shows it by nan; C leaves out the zeros."""
+
+    def program(unread: Sequence[int], *, adds: bool = False) -> Program:
+        trace = Trace("f", [Array("q", (4,)), Array("open", (4,))])
+        one_by_one = Progression((0,), 1)
+        kernel = Kernel(doubled(), (Window(0, one_by_one),), (Window(2, one_by_one, adds),))
+        loop = Loop(4, (kernel,), gate=Window(1, one_by_one))
+        (result,) = trace.scan([trace["q"], trace["open"]], [4], [], [loop], unread)
+        return trace.finish({"x": ((4,), result)})
+
+    zeros, undefined = program(()), program([0])
+    np.testing.assert_array_equal(interpret(undefined, [1, 2, 3, 4], [1, 0, 2, 0])[0], [2, np.nan, 6, np.nan])
+    assert "unread (0,)" in str(undefined)
+    assert program_hash(zeros) != program_hash(undefined)
+    of_zeros, of_undefined = (c_source({"f": each})["model.c"] for each in (zeros, undefined))
+    assert "] = 0.0;" in of_zeros
+    assert "] = 0.0;" not in of_undefined
+    with pytest.raises(DefinedTwiceError, match="array 2 is added to, and undefined where gates are closed"):
+        program([0], adds=True)
 
 
 def test_a_call_behind_a_gate_gives_zeros_where_this_is_closed() -> None:
