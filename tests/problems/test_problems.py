@@ -49,7 +49,7 @@ import json
 import math
 import random
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -61,7 +61,7 @@ import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import symbol
+from multibody_sym.scalars.node import Node, symbol
 
 FUNCTIONS = {
     **vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "__builtins__": {}
@@ -139,9 +139,15 @@ def number(expected: Any, letters: Mapping[str, Any], case: Mapping[str, Any]) -
     return pytest.approx(calculate(expected, letters), rel=rel, abs=absolute)
 
 
+@lru_cache(maxsize=1)
+def parameters_of(model: str) -> dict[str, Node]:
+    """Return the parameters of a model, which the cases of a file share, as nodes."""
+    return {name: parameter.value for name, parameter in mbs.loads(model).parameters.items()}
+
+
 def letters_of(model: str, given: Mapping[str, Any]) -> dict[str, float]:
     """Return the model's parameters in numbers, some of which are given."""
-    waiting = {name: parameter.value for name, parameter in mbs.loads(model).parameters.items()}
+    waiting = dict(parameters_of(model))
     letters = {name: calculate(x, {}) for name, x in given.items()}
     while waiting := {name: node for name, node in waiting.items() if name not in letters}:
         known = {symbol(name): x for name, x in letters.items()}
