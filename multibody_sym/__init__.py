@@ -99,6 +99,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.joints import Spherical as Spherical
     from multibody_sym.model.joints import Universal as Universal
     from multibody_sym.model.parameters import Parameter as Parameter
+    from multibody_sym.model.parameters import StateVariable as StateVariable
     from multibody_sym.model.parameters import Table as Table
     from multibody_sym.model.schema import schema as schema
     from multibody_sym.model.settings import Ask as Ask
@@ -178,7 +179,7 @@ _NAMES = {
     "model.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull SpringDamper Torque",
     "model.joints": "CurveJoint Custom Cylindrical Direct Fixed Free Initial Limits Planar PointJoint Prismatic "
     "Revolute Screw Spherical Universal",
-    "model.parameters": "Parameter Table",
+    "model.parameters": "Parameter StateVariable Table",
     "model.schema": "schema",
     "model.settings": "Ask Baumgarte Settings SmoothFriction Stabilisation",
     "model.steps": "Curve",

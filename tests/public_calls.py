@@ -142,6 +142,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "SmoothFriction": {"regularised": 1e-3},
     "Spherical": {**_MOVES, "angles": "xyz"},
     "SpringDamper": {"stiffness": 1, **_ENDS, "joint": None, "freedom": None, "damping": 1, "length": 1},
+    "StateVariable": {"rate": 1, "initial": 0, "dimension": "Pa"},
     "Stabilisation": {"baumgarte": {"alpha": 1}, "projection": None, "index_2": None},
     "Surface": {
         "sphere": 1, "disc": None, "axis": "z", "centre": [0, 0, 0], "plane": None, "normal": "z", "between": None,

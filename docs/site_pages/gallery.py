@@ -19,6 +19,7 @@ _TITLES = {
     "impacts": "Impacts",
     "feet": "Walking, landing, toppling",
     "oscillations": "Small oscillations",
+    "states": "Pressures, currents, controllers",
     "guides": "Curves that guide",
     "variable_mass": "Masses that vary",
 }

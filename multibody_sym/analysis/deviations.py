@@ -36,14 +36,15 @@ from multibody_sym.scalars.elimination import eigenvalues, least_rounding, witho
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.rank import SLOPES, leading_columns, least_squares
 
-# --- deviations z = (sigma, delta u): how they move, and which of them constraints allow -----------------------------
+# --- deviations z = (sigma, delta u, delta s): how they move, and which of them constraints allow --------------------
 #
 # Deviations sigma of coordinates are these themselves; of an attitude the rotation vector theta in the body's axes, R
 # = R0(t) exp(theta~), so that
 #
 #     sigma' = delta u,   theta' = delta omega - omega0 x theta,   delta udot = dudot/dq N sigma + dudot/du delta u
 #
-# with dq = N(q) sigma, as qdot = N(q) u: a body that spins about a fixed axis has a constant A, which it has not in
+# and declared states s, which are the last of q, add their rates and dudot/ds delta s. With dq = N(q) sigma + delta s,
+# as qdot = N(q) u + s': a body that spins about a fixed axis has a constant A, which it has not in
 # the components of its quaternion. A motion that satisfies the constraints moves on a surface; with z' = F z + G w,
 # and X spanning the surface's tangents, parametrised by independent components xi of z, these obey
 #
@@ -59,7 +60,10 @@ _WANTED: Final = 1e-3
 
 @dataclass(frozen=True)
 class Slopes:
-    """xi' = A xi + B w beside a state: names of the components xi (m), `A` (m x m), `B` (m x nw), udot by speed."""
+    """xi' = A xi + B w beside a state: names of the components xi (m), `A` (m x m), `B` (m x nw).
+
+    `accelerations` has udot by speed, and the rates of declared states by their names.
+    """
 
     states: tuple[str, ...]
     A: Floats
@@ -69,7 +73,7 @@ class Slopes:
 
 @dataclass(frozen=True)
 class Tangents:
-    """States that constraints allow beside one, dz = (sigma, du) = X xi: `X` (2 nu, m), `places` (m) of xi in dz."""
+    """States that constraints allow beside one, dz = (sigma, du, ds) = X xi: `X` (nz, m), `places` (m) of xi in dz."""
 
     places: list[int]
     X: Floats
@@ -77,7 +81,10 @@ class Tangents:
 
 @dataclass(frozen=True)
 class DeviationFlow:
-    """How states of a mechanism near a motion move, for given parameters: z = (sigma, du), by exact derivatives."""
+    """How states of a mechanism near a motion move, for given parameters, by exact derivatives.
+
+    z = (sigma, du, ds) has nz = 2 nu + ns components, for ns declared states.
+    """
 
     mechanism: Mechanism
     parameters: Sequence[float]
@@ -87,17 +94,17 @@ class DeviationFlow:
         """Return A and B at t = 0 at a state that satisfies the constraints, be A constant or not."""
         known, tangents = self.known(q, u), self.tangents(q, u)
         by_state, by_input = self.derivatives(known)
-        udot = self._rates(*known)[1].tolist()
+        names = (*(s.name for s in self.mechanism.speeds), *self._state_names)
         return Slopes(
             self.state_names(tangents),
             (by_state @ tangents.X)[tangents.places],
             by_input[tangents.places] + 0.0,
-            dict(zip((s.name for s in self.mechanism.speeds), udot, strict=True)),
+            dict(zip(names, self.unbalanced(q, u).tolist(), strict=True)),
         )
 
     def state_names(self, tangents: Tangents) -> tuple[str, ...]:
         """Return the names of the independent components (m)."""
-        names = [*deviation_names(self.mechanism), *(s.name for s in self.mechanism.speeds)]
+        names = [*deviation_names(self.mechanism), *(s.name for s in self.mechanism.speeds), *self._state_names]
         return tuple(names[k] for k in tangents.places)
 
     def known(
@@ -116,6 +123,11 @@ class DeviationFlow:
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""
         return self._rates(*self.known(q, u))[1]
+
+    def unbalanced(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
+        """Return udot and the rates of declared states (nu + ns), which are zero in an equilibrium."""
+        qdot, udot = self.rates(self.known(q, u))
+        return np.concatenate([udot, qdot[len(qdot) - len(self._state_names) :]])
 
     def multipliers(self, q: npt.ArrayLike) -> Floats:
         """Return the multipliers (nr) of the rows at rest."""
@@ -136,23 +148,36 @@ class DeviationFlow:
         return self._residuals(*known)[0]
 
     def derivatives(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
-        """Return dz'/dz (2 nu x 2 nu), through the inputs too, and dz'/dw (2 nu x nw)."""
-        N, size = self.displacements(known[1]), len(self.mechanism.speeds)
-        by = {name: self._by(self._derivative, ("udot",), name, known) for name in ("q", "u", "inputs")}
+        """Return dz'/dz (nz x nz), through the inputs too, and dz'/dw (nz x nw)."""
+        N, size, states = self.displacements(known[1]), len(self.mechanism.speeds), len(self._state_names)
+        by = {name: self._unbalanced_by(name, known) for name in ("q", "u", "inputs")}
         held = (0.0, *known[1:4])
         for name in ("q", "u"):
             by[name] = by[name] + by["inputs"] @ self._by(self._inputs, ("inputs",), name, held)
-        found = np.zeros((2 * size, 2 * size))
-        found[:size, :size], found[:size, size:] = self._turning(known[2]), np.eye(size)
-        found[size:, :size], found[size:, size:] = by["q"] @ N, by["u"]
+        found = np.zeros((2 * size + states,) * 2)
+        found[:size, :size], found[:size, size : 2 * size] = self._turning(known[2]), np.eye(size)
+        found[size:] = self._by_deviations(by["q"], N, by["u"])
         return found, np.vstack([np.zeros((size, by["inputs"].shape[1])), by["inputs"]])
 
     def output_slopes(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
-        """Return the derivatives of the declared outputs (ny) by z (ny x 2 nu), through inputs, and by w (ny x nw)."""
+        """Return the derivatives of the declared outputs (ny) by z (ny x nz), through inputs, and by w (ny x nw)."""
         by = {name: self._by(self._declared, ("values",), name, known) for name in ("q", "u", "inputs")}
         for name in ("q", "u"):
             by[name] = by[name] + by["inputs"] @ self._by(self._inputs, ("inputs",), name, (0.0, *known[1:4]))
-        return np.hstack([by["q"] @ self.displacements(known[1]), by["u"]]), by["inputs"]
+        return self._by_deviations(by["q"], self.displacements(known[1]), by["u"]), by["inputs"]
+
+    def _unbalanced_by(self, name: str, known: Sequence[npt.ArrayLike]) -> Floats:
+        """Return the derivatives of udot and of the rates of states (nu + ns) by an input."""
+        found, states = self._by(self._derivative, ("udot",), name, known), len(self._state_names)
+        return np.vstack([found, self._by(self._derivative, ("qdot",), name, known)[-states:]]) if states else found
+
+    def _by_deviations(self, by_q: Floats, N: Floats, by_u: Floats) -> Floats:
+        """Return derivatives by z (nz) from those by q and u."""
+        return np.hstack([by_q @ N, by_u, by_q[:, by_q.shape[1] - len(self._state_names) :]])
+
+    @cached_property
+    def _state_names(self) -> tuple[str, ...]:
+        return tuple(c.name for c in self.mechanism.coordinates if c.rate is not None)
 
     def displacements(self, q: npt.ArrayLike) -> Floats:
         """Return N (nq x nu) in dq = N sigma."""
@@ -177,14 +202,14 @@ class DeviationFlow:
         """
         known, size = self.known(q, u), len(self.mechanism.speeds)
         positions, speeds = self.restrictions(known)
-        dependent = _pivots(speeds[:, size:], self._wanted)
+        dependent = _pivots(speeds[:, size : 2 * size], self._wanted)
         independent = set(range(size)) - set(dependent)
         dependent = [*_pivots(positions[:, :size], self._wanted | independent), *(size + k for k in dependent)]
-        places = [k for k in range(2 * size) if k not in set(dependent)]
+        places = [k for k in range(speeds.shape[1]) if k not in set(dependent)]
         return Tangents(places, self.span(known, places))
 
     def span(self, known: Sequence[npt.ArrayLike], places: Sequence[int]) -> Floats:
-        """Return X (2 nu x m) for given independent components."""
+        """Return X (nz x m) for given independent components."""
         matrix = np.vstack(self.restrictions(known))
         if not np.isfinite(matrix).all():
             raise FloatingPointError("the constraints' slopes are not finite")
@@ -196,11 +221,12 @@ class DeviationFlow:
         return X
 
     def restrictions(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
-        """Return the derivatives of phi and of phidot by z (x 2 nu), which allowed deviations make zero."""
+        """Return the derivatives of phi and of phidot by z (x nz), which allowed deviations make zero."""
         N = self.displacements(known[1])
-        phi = self._by(self._restricted, ("positions",), "q", known) @ N
+        phi = self._by(self._restricted, ("positions",), "q", known)
         by_q, by_u = (self._by(self._restricted, ("speeds",), name, known) for name in ("q", "u"))
-        return np.hstack([phi, np.zeros_like(phi)]), np.hstack([by_q @ N, by_u])
+        at_positions = self._by_deviations(phi, N, np.zeros((len(phi), N.shape[1])))
+        return at_positions, self._by_deviations(by_q, N, by_u)
 
     def completed(self, q: Floats, u: Floats, t: float, places: Sequence[int]) -> Floats:
         """Return u with the dependent speeds, not in `places`, such that the rows hold."""
@@ -400,7 +426,7 @@ def constancy_of(flow: DeviationFlow, q: Floats, u: Floats) -> Constancy:
     path = _Path(flow, q, u, flow.tangents(q, u))
     rounding = path.rounding(q, u)
     here = without_rounding(path.A(q, u), rounding)
-    times = _Times.of(eigenvalues(here, rounding)[0], u, path.udot)
+    times = _Times.of(eigenvalues(here, rounding)[0], path)
     left_out = path.varying(here, rounding, times.uniform)
     if left_out is None:
         return Constancy(False, frozenset(), rounding, path.reason(here, rounding, times.uniform))
@@ -418,10 +444,11 @@ class _Times:
     moves: bool
 
     @staticmethod
-    def of(values: npt.NDArray[np.complex128], u: Floats, udot: Floats) -> _Times:
-        """Return the times for eigenvalues of A, speeds and accelerations."""
+    def of(values: npt.NDArray[np.complex128], path: _Path) -> _Times:
+        """Return the times for eigenvalues of A and the speeds, accelerations and rates of states on a path."""
         sizes = np.abs(values)[np.abs(values) > 0.0]
-        fastest = float(np.abs(u).max(initial=0.0))
+        udot, changing = path.udot, path.changing / np.maximum(1.0, np.abs(path.states))
+        fastest = max(float(np.abs(x).max(initial=0.0)) for x in (path.u, changing))
         moves = fastest > _REST * (float(sizes.min()) if len(sizes) else _SLOW)
         natural = max(fastest if moves else 0.0, float(np.sqrt(np.abs(udot).max(initial=0.0)))) or 1.0
         acting = np.unique(np.round(np.log10(sizes[sizes > _SLOW * natural]), 1)) if len(sizes) else np.zeros(0)
@@ -449,6 +476,16 @@ class _Path:
     def udot(self) -> Floats:
         """The accelerations (nu) at the start."""
         return self.flow.accelerations(self.q, self.u)
+
+    @property
+    def states(self) -> Floats:
+        """The declared states (ns) at the start."""
+        return self.q[len(self.q) - len(self.flow.mechanism.rates) :]
+
+    @cached_property
+    def changing(self) -> Floats:
+        """The rates of the declared states (ns) at the start."""
+        return self.flow.unbalanced(self.q, self.u)[len(self.u) :]
 
     def A(self, q: Floats, u: Floats, t: float = 0.0) -> Floats:
         """Return A at a state, in the independent components of the start."""
@@ -487,7 +524,10 @@ class _Path:
         return self.flow.known(beside, rounded(u), t, parameters)
 
     def along(self, sigma: Floats, du: Floats, t: float) -> tuple[Floats, Floats] | None:
-        """Return A and its rounding at time t in the closed state nearest to the displaced one; None without any."""
+        """Return A and its rounding at time t in the closed state nearest to the displaced one; None without any.
+
+        `sigma` (nu, or nu + ns) are deviations of coordinates, and of states behind them.
+        """
         rows = ConstraintRows(self.flow.mechanism, self.flow.parameters, range(len(self.flow.mechanism.rows)), t)
         try:
             q = closed_near(rows, displaced(self.flow.mechanism, self.q, sigma))
@@ -506,7 +546,7 @@ class _Path:
         seen, allowed = [here], rounding
         changing: set[int] = set()
         for t in times:
-            there = self.along(self.u * t, np.zeros_like(self.u), t)
+            there = self.along(np.concatenate([self.u, self.changing]) * t, np.zeros_like(self.u), t)
             if there is None:
                 return None
             seen.append(there[0])
@@ -525,6 +565,12 @@ class _Path:
             alone[places] = self.u[places]
             if alone.any() and any(self._differs(here, rounding, alone * t, t) for t in times):
                 moving += places
+        size = len(self.u)
+        for k in np.flatnonzero(self.changing).tolist():
+            alone = np.zeros(size + len(self.changing))
+            alone[size + k] = self.changing[k]
+            if any(self._differs(here, rounding, alone * t, t) for t in times):
+                moving.append(size + k)
         if not moving and any(self._differs(here, rounding, np.zeros_like(self.u), t) for t in times):
             masses = [body.name for body in self.flow.mechanism.bodies if varies_with_time(body)]
             why = f", as the mass of {masses[0]} does," if masses else ""
@@ -546,10 +592,11 @@ class _Path:
         kept, size = np.ix_(keep, keep), len(self.u)
         # x' = A x + x'(0) from x(0) = 0, as one homogeneous system
         whole = np.zeros((len(here) + 1,) * 2)
-        whole[:-1, :-1], whole[:-1, -1] = here, np.concatenate([self.u, self.udot])[self.tangents.places]
+        rates = np.concatenate([self.u, self.udot, self.changing])
+        whole[:-1, :-1], whole[:-1, -1] = here, rates[self.tangents.places]
         for t in times.linear:
             z = self.tangents.X @ expm(whole * t)[:-1, -1]
-            there = self.along(z[:size], z[size:], t)
+            there = self.along(np.concatenate([z[:size], z[2 * size :]]), z[size : 2 * size], t)
             if there is None:
                 return True
             noise, change = _CLOSURE * np.maximum(rounding, there[1])[kept], (there[0] - here)[kept]
@@ -562,12 +609,14 @@ class _Path:
         return False
 
     def accelerated(self) -> str:
-        """Return which speeds change."""
-        udot = self.udot
+        """Return which speeds and states change."""
+        udot, mechanism = self.udot, self.flow.mechanism
         places = [k for k in range(len(udot)) if abs(udot[k]) > _REST * np.abs(udot).max()]
-        speeds = self.flow.mechanism.speeds
-        what = ", ".join(f"{speeds[k].name}' = {udot[k]:.6g}" for k in places)
-        return self._refused(f"speeds change ({what}), and A with them{self._angles_advice(places)}")
+        told = [f"{mechanism.speeds[k].name}' = {udot[k]:.6g}" for k in places]
+        states = zip(mechanism.coordinates[len(self.q) - len(self.changing) :], self.changing.tolist(), strict=True)
+        told += [f"{state.name}' = {rate:.6g}" for state, rate in states if rate]
+        what = "speeds and states" if any(self.changing) else "speeds"
+        return self._refused(f"{what} change ({', '.join(told)}), and A with them{self._angles_advice(places)}")
 
     # --- words ------------------------------------------------------------------------------------------------------
 
@@ -582,6 +631,8 @@ class _Path:
                 if not free.step.speeds_are_rates:
                     rate = float(np.linalg.norm(self.u[list(free.u)]))
                     told.append(f"the attitude of joint {body.joint_name} ({rate:.6g} rad/s)")
+        for k in (k - len(self.u) for k in places if k >= len(self.u)):
+            told.append(f"{mechanism.coordinates[k - len(self.changing)].name} ({self.changing[k]:.6g} a second)")
         return f"A depends on what moves: {', '.join(told)}{self._angles_advice(places)}"
 
     def _angles_advice(self, places: Sequence[int]) -> str:
@@ -605,8 +656,13 @@ class _Path:
 
 
 def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:
-    """Return q (nq) displaced by sigma (nu): coordinates by theirs, quaternions turned by the rotation vector."""
+    """Return q (nq) displaced by sigma: coordinates by theirs, quaternions turned by the rotation vector.
+
+    sigma is (nu,), or (nu + ns,) with changes of the declared states behind it.
+    """
     found = q.copy()
+    states = sigma[len(mechanism.speeds) :]
+    found[len(q) - len(states) :] += states
     for body in mechanism.bodies:
         for free in body.free_steps:
             found[list(free.q)] = step_displaced(free.step, q[list(free.q)], sigma[list(free.u)])

@@ -20,7 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import displaced
-from multibody_sym.analysis.equilibrium_search import Positions, find_equilibria, guesses
+from multibody_sym.analysis.equilibrium_search import find_equilibria, guesses
+from multibody_sym.analysis.positions import Positions
 from multibody_sym.analysis.state_asked_about import friction_left_out, no_equilibrium_error, tried_sets_text
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -129,7 +130,7 @@ def are_all(places: Positions, found: Sequence[Floats], free: Sequence[npt.NDArr
     mechanism = places.mechanism
     if not mechanism.coordinates:
         return True
-    if mechanism.rows or mechanism.kinks or any(x.any() for x in free):
+    if mechanism.rows or mechanism.rates or mechanism.kinks or any(x.any() for x in free):
         return False
     if any(body.quaternions for body in mechanism.bodies):
         return False

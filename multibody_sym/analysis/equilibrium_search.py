@@ -16,244 +16,21 @@ from math import comb
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import DeviationFlow, Tangents, displaced
-from multibody_sym.dynamics.closing import ConstraintRows, closed_near, normalize
+from multibody_sym.analysis.positions import SAME, Mask, Positions
+from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.contact.contact_problem import Scale, one_way_rows
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import mechanism_in_mode, rows_at, start_in_mode
-from multibody_sym.mechanics.energy import stored_energy
 from multibody_sym.mechanics.forces import verify_kept
 from multibody_sym.mechanics.law_elements import ACTIVE, LawElement, Mode
-from multibody_sym.mechanics.load_records import JointPotential, JointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion
-from multibody_sym.mechanics.points import position
-from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.model.bodies import Pose
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.linear_inequalities import linear_program
 from multibody_sym.scalars.rank import ALIKE, FLAT, SLOPES, leading_columns, least_squares, null_space
-
-Mask = npt.NDArray[np.bool_]
-
-# --- positions, compared by where bodies are, not by coordinates: a quaternion and its negative are one attitude -----
-#
-# Coordinates may also give one place twice: a slider on a massless arm is at the same place for (r, theta) and
-# (-r, theta + pi). Two such positions are one where masses, points at which forces and constraints act, and springs are
-# the same, and some length has the other sign.
-
-_NOTHING: Final = 1e-15
-"""The part of the model's size, or of 1 rad, that is rounding."""
-_SAME: Final = 1e-6
-_NEAR: Final = 1e-2
-_LEVEL: Final = 1e-5
-_HEIGHTS: Final = 8
-_SAMPLES: Final = 2
-_PERIODIC: Final = 1e-8
-_SEED: Final = 11
-
-
-@dataclass(frozen=True, eq=False)
-class Positions:
-    """Comparison of positions of a mechanism; `start` is a closed one."""
-
-    flow: DeviationFlow
-    rows: ConstraintRows
-    start: Floats
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The mechanism whose positions these are."""
-        return self.rows.mechanism
-
-    def motion(self, q: Floats) -> Motion:
-        """Return the motion at rest."""
-        return self.rows.motion(q, np.zeros(len(self.mechanism.speeds)))
-
-    @cached_property
-    def length(self) -> float:
-        """The size of the model: the largest distance of bodies and named points from the origin; 1 m for a point."""
-        motion = self.motion(self.start)
-        points = [*(position(motion, x) for x in self.mechanism.markers.values()), *(p for _, p in motion.poses)]
-        return float(np.linalg.norm(np.array(points, dtype=float), axis=1).max(initial=0.0)) or 1.0
-
-    @cached_property
-    def scale(self) -> Floats:
-        """The deviations (nu) between clearly different positions: the size of the model, or 1 rad."""
-        return np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
-
-    @cached_property
-    def angles(self) -> Mask:
-        """The coordinates (nq) that are angles."""
-        return np.array([c.unit == "rad" for c in self.mechanism.coordinates], dtype=bool)
-
-    @cached_property
-    def lengths(self) -> Mask:
-        """The coordinates (nq) that are lengths."""
-        return np.array([c.unit == "m" for c in self.mechanism.coordinates], dtype=bool)
-
-    @cached_property
-    def periodic(self) -> Mask:
-        """The angles (nq) whose whole turns make no difference: no torsion spring winds up, no gear counts them."""
-        found = self.angles.copy()
-        rng = np.random.default_rng(_SEED)
-        for k in np.flatnonzero(self.angles):
-            for _ in range(_SAMPLES):
-                q = self.start + np.where(self.angles, rng.uniform(-1.0, 1.0, len(self.start)), 0.0)
-                turned = q.copy()
-                turned[k] += 2.0 * np.pi
-                found[k] &= self._alike(q, turned)
-        return found
-
-    def _alike(self, a: Floats, b: Floats) -> bool:
-        """Return whether a system at rest has the same poses, accelerations and residuals of rows in two positions.
-
-        Along a curve, or on a screw, a whole turn leads elsewhere.
-        """
-        u, rows = np.zeros(len(self.mechanism.speeds)), self.rows.holonomic()
-        try:
-            accelerations = [self.flow.accelerations(q, u) for q in (a, b)]
-            here, there = (self.flow.poses(q)[0] / self._units for q in (a, b))
-            if not _close(here, there):
-                return False
-        except UNDEFINED:
-            return True
-        missed = [here[0] for here in map(rows.at, (a, b)) if here is not None]
-        pairs = [accelerations, missed] if len(missed) == 2 else [accelerations]
-        return all(np.abs(y - x).max(initial=0.0) <= _PERIODIC * (1.0 + np.abs(x).max(initial=0.0)) for x, y in pairs)
-
-    def principal(self, q: Floats) -> Floats:
-        """Return coordinates with angles in (-pi, pi] where whole turns make no difference, and quaternions w >= 0."""
-        turned = q - 2 * np.pi * np.ceil(q / (2 * np.pi) - 0.5 - _SAME)
-        found = np.where(self.periodic, turned, q)
-        for body in self.mechanism.bodies:
-            for places in map(list, body.quaternions):
-                found[places] *= -1.0 if found[places[0]] < 0.0 else 1.0
-        return found
-
-    def told(self, q: Floats) -> list[float]:
-        """Return coordinates as they are reported: principal ones, zero where they are rounding."""
-        found = self.principal(q)
-        least = _NOTHING * np.where(self.lengths, self.length, 1.0)
-        return [float(x) for x in np.where(np.abs(found) <= least, 0.0, found)]
-
-    def same(self, a: Floats, b: Floats, free: Mask) -> bool:
-        """Return whether two positions are the same up to what is free in the second."""
-        near = np.where(free, b, a)
-        if free.any():
-            normalize(self.mechanism, near)
-        return _close(self._poses(near), self._poses(b)) or self._overlaps(near, b)
-
-    def apart(self, a: Floats, b: Floats) -> Floats:
-        """Return the difference of poses in b from those in a."""
-        return self._poses(b) - self._poses(a)
-
-    def slopes(self, q: Floats) -> Floats:
-        """Return the derivative of the poses of `apart` by deviations (nu) from a position."""
-        found = self.flow.pose_slopes(q) / self._units[:, None]
-        turns = np.eye(len(q))[self.angles & ~self.periodic] @ self.flow.displacements(q)
-        return np.vstack([found, turns])
-
-    def energy(self, q: Floats) -> float:
-        """Return the potential energy."""
-        return self._placed(q)[1]
-
-    def level(self, a: float, b: float) -> bool:
-        """Return whether two potential energies are the same, as they are in positions that are one."""
-        return abs(a - b) <= _LEVEL * self._height
-
-    @cached_property
-    def _height(self) -> float:
-        """How much potential energies differ around the start."""
-        rng, energies = np.random.default_rng(_SEED), []
-        for _ in range(_HEIGHTS):
-            q = displaced(self.mechanism, self.start, self.scale * rng.uniform(-1.0, 1.0, len(self.scale)))
-            try:
-                energies.append(self.energy(q))
-            except UNDEFINED:
-                continue
-        rounding = _PERIODIC * max(map(abs, energies), default=0.0)
-        return float(np.ptp(energies)) + rounding if len(energies) > 1 else np.inf
-
-    def between(self, a: Floats, b: Floats) -> Floats | None:
-        """Return the position half way between two that are close together, None where they are not."""
-        if not _close(self._poses(a), self._poses(b), _NEAR):
-            return None
-        nearest = b - 2 * np.pi * np.round((b - a) / (2 * np.pi)) * self.periodic
-        for body in self.mechanism.bodies:
-            for k in map(list, body.quaternions):
-                nearest[k] *= np.sign(nearest[k] @ a[k])
-        found: Floats = (a + nearest) / 2
-        normalize(self.mechanism, found)
-        return found
-
-    def _poses(self, q: Floats) -> Floats:
-        """Return all bodies' attitudes and places, and angles that count whole turns."""
-        return np.concatenate([self._placed(q)[0] / self._units, self._turns(q)])
-
-    def _placed(self, q: Floats) -> tuple[Floats, float]:
-        """Return poses and the potential energy, computed once for each position."""
-        key = q.tobytes()
-        if key not in self._known:
-            self._known[key] = self.flow.poses(q)
-        return self._known[key]
-
-    @cached_property
-    def _known(self) -> dict[bytes, tuple[Floats, float]]:
-        """Poses and potential energies that were asked for, by coordinates."""
-        return {}
-
-    @cached_property
-    def _units(self) -> Floats:
-        """The unit of each component of poses."""
-        return np.tile([1.0] * 9 + [self.length] * 3, len(self.mechanism.bodies))
-
-    def _turns(self, q: Floats) -> Floats:
-        return q[self.angles & ~self.periodic]
-
-    def _overlaps(self, a: Floats, b: Floats) -> bool:
-        """Return whether coordinates give the same place twice: with lengths of other signs, nothing else differs."""
-        turned = self.lengths & (np.abs(a + b) <= _SAME * self.length) & (np.abs(b) > _SAME * self.length)
-        return bool(turned.any()) and _close(self._matter(a), self._matter(b))
-
-    def _matter(self, q: Floats) -> Floats:
-        """Return where masses are, and points at which forces and rows act, and the energies of springs."""
-        motion = self.motion(q)
-        parts = [self._turns(q)]
-        for index, mass in enumerate(motion.masses):
-            R = np.array(motion.rotation(index), dtype=float)
-            if mass.mass != 0:
-                com = Marker("", index, Pose(self.mechanism.bodies[index].mass.com))
-                parts.append(np.array(position(motion, com), dtype=float) / self.length)
-            inertia = np.array(mass.inertia, dtype=float)
-            parts.append(np.ravel(R @ inertia @ R.T) / (np.abs(inertia).max() or 1.0))
-        parts += [np.ravel(np.array(motion.rotation(body), dtype=float)) for body in self._pushing]
-        acting = [at for load in self.mechanism.loads for at in load.points]
-        acting += [at for row in self.mechanism.rows for at in row.points]
-        parts += [np.array(position(motion, at), dtype=float) / self.length for at in acting]
-        in_joints = [x for x in self.mechanism.loads if isinstance(x, (JointSpring, JointPotential))]
-        energies = [stored_energy(x, motion) for x in in_joints]
-        size = max(map(abs, energies), default=0.0) or 1.0
-        return np.concatenate([*parts, np.array(energies, dtype=float) / size])
-
-    @cached_property
-    def _pushing(self) -> list[int]:
-        """The bodies in whose axes forces and torques are given."""
-        return [load.axes_of for load in self.mechanism.loads if load.axes_of is not None]
-
-    def nearer(self, a: Floats, b: Floats) -> bool:
-        """Return whether more lengths have their sign of the start in a than in b."""
-        signs = np.sign(self.start) * self.lengths
-        return bool((signs * np.sign(a)).sum() > (signs * np.sign(b)).sum())
-
-
-def _close(a: Floats, b: Floats, part: float = _SAME) -> bool:
-    return bool(np.abs(a - b).max(initial=0.0) <= part * (1.0 + np.abs(b).max(initial=0.0)))
-
 
 # --- Newton's method -------------------------------------------------------------------------------------------------
 
@@ -423,7 +200,8 @@ class EquilibriumSearch:
                 if size <= _CONVERGED * (1.0 + first):
                     return self._polished(q)
                 step = self._newton_step(q)
-                step *= min(1.0, _LARGEST_STEP / max(float(np.abs(step).max()), _LARGEST_STEP))
+                moved = float(np.abs(step[: len(self.mechanism.speeds)]).max())
+                step *= min(1.0, _LARGEST_STEP / max(moved, _LARGEST_STEP))
                 ahead = self._line_search(q, step, size)
                 if ahead is None:
                     return q if size <= _CONVERGED * 1e3 * (1.0 + first) else None
@@ -433,9 +211,9 @@ class EquilibriumSearch:
         return None
 
     def _newton_step(self, q: Floats) -> Floats:
-        """Return the deviations (nu) by which Newton's method moves on."""
+        """Return the deviations (nu + ns) by which Newton's method moves on."""
         tangents, slope = self._slope(q)
-        target = -self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))[self._speeds(tangents)]
+        target = -(self._unbalanced(q) / self.places.rate_units)[self._speeds(tangents)]
         if not (np.isfinite(slope).all() and np.isfinite(target).all()):
             raise FloatingPointError("the slope of the accelerations is not finite")
         found: Floats = self._columns(tangents) @ least_squares(slope, target)
@@ -464,26 +242,39 @@ class EquilibriumSearch:
         return None
 
     def _size(self, q: Floats) -> float:
-        return float(np.abs(self.flow.accelerations(q, np.zeros(len(self.mechanism.speeds)))).max())
+        return float(np.abs(self._unbalanced(q) / self.places.rate_units).max())
+
+    def _unbalanced(self, q: Floats) -> Floats:
+        """Return the accelerations and the rates of declared states (nu + ns) at rest."""
+        return self.flow.unbalanced(q, np.zeros(len(self.mechanism.speeds)))
 
     def _columns(self, tangents: Tangents) -> Floats:
-        """Return how all deviations (nu) follow from the independent ones."""
+        """Return how all deviations of positions and declared states (nu + ns) follow from the independent ones.
+
+        Those of states are in their units.
+        """
         size = len(self.mechanism.speeds)
-        return tangents.X[:size, : sum(k < size for k in tangents.places)]
+        positions = {k: place for k, place in enumerate(tangents.places) if place < size or place >= 2 * size}
+        units = [self.places.units[place - size] if place >= size else 1.0 for place in positions.values()]
+        return tangents.X[np.r_[:size, 2 * size : len(tangents.X)]][:, list(positions)] * units
 
     def _speeds(self, tangents: Tangents) -> list[int]:
-        """Return the independent speeds."""
+        """Return the independent speeds, and the places (nu ..) of the declared states behind all speeds."""
         size = len(self.mechanism.speeds)
         return [k - size for k in tangents.places if k >= size]
 
     def _slope(self, q: Floats) -> tuple[Tangents, Floats]:
-        """Return the tangents at rest and dG/dxi, of independent accelerations by independent deviations."""
+        """Return the tangents at rest and dG/dxi, of independent accelerations by independent deviations.
+
+        Behind them stand declared states and their rates, in units of `Positions`.
+        """
         u = np.zeros(len(self.mechanism.speeds))
         tangents = self.flow.tangents(q, u)
         by_state, _ = self.flow.derivatives(self.flow.known(q, u))
         columns = self._columns(tangents)
-        rows = [len(u) + k for k in self._speeds(tangents)]
-        return tangents, by_state[rows, : len(u)] @ columns
+        speeds = self._speeds(tangents)
+        rows = by_state[[len(u) + k for k in speeds]][:, np.r_[: len(u), 2 * len(u) : len(by_state)]]
+        return tangents, rows @ columns / self.places.rate_units[speeds, None]
 
     def _clear_slope(self, q: Floats) -> tuple[Tangents, Floats]:
         """Return the same, zero where it is but rounding of the forces of rows, and nothing resists."""
@@ -504,6 +295,8 @@ class EquilibriumSearch:
 
     def stable(self, q: Floats) -> bool | None:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
+        if self.mechanism.rates:
+            return self._stable_with_states(q)
         tangents, slope = self._clear_slope(q)
         values = np.linalg.eigvals(slope @ self._rates(tangents))
         least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
@@ -511,6 +304,14 @@ class EquilibriumSearch:
             return False
         regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
         return True if regular and (values.real < -least).all() else None
+
+    def _stable_with_states(self, q: Floats) -> bool | None:
+        """Return the same from the eigenvalues of A: rates of states follow speeds, as dampers do."""
+        values = np.linalg.eigvals(self.flow.linearized(q, np.zeros(len(self.mechanism.speeds))).A)
+        least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+        if (values.real > least).any():
+            return False
+        return None if (np.abs(values) <= least).any() else True
 
     def one_sided(self, q: Floats) -> bool:
         """Return whether some acceleration has no real value a little beside a position, along a free direction."""
@@ -529,10 +330,10 @@ class EquilibriumSearch:
         tangents, slope = self._clear_slope(q)
         found = np.zeros(len(q), dtype=bool)
         for direction in (self._columns(tangents) @ null_space(slope, FLAT)).T:
-            step = direction / np.abs(direction).max()
+            step = direction / np.abs(direction / self.places.units).max()
             beside = displaced(self.mechanism, q, _BESIDE * step)
             if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max()))):
-                found |= np.abs(beside - q) > _SAME
+                found |= np.abs(beside - q) > SAME
         return found
 
     def told(self, q: Floats) -> list[float]:
@@ -552,7 +353,7 @@ class EquilibriumSearch:
         try:
             moved = np.abs(displaced(self.mechanism, q, self._newton_step(q)) - q)
         except (*UNDEFINED, np.linalg.LinAlgError):
-            return [_SAME] * len(q)
+            return [SAME] * len(q)
         found: list[float] = (_MEETING * (moved + EPSILON * np.maximum(1.0, np.abs(q)))).tolist()
         return found
 
@@ -586,7 +387,7 @@ class EquilibriumSearch:
         """Return whether moving on, nearer to a target, through positions that rest ends there."""
         for _ in range(_STEPS):
             missing = self.places.apart(q, target)
-            if np.abs(missing).max() <= _SAME:
+            if np.abs(missing).max() <= SAME:
                 return True
             tangents, slope = self._clear_slope(q)
             free = self._columns(tangents) @ null_space(slope, FLAT)
@@ -595,7 +396,7 @@ class EquilibriumSearch:
             step = free @ least_squares(self.places.slopes(q) @ free, missing, ALIKE)
             size = float(np.abs(step).max())
             ahead = closed_near(self.rows, displaced(self.mechanism, q, step * min(1.0, _LARGEST_STEP / (size or 1.0))))
-            if size <= _SAME or ahead is None:
+            if size <= SAME or ahead is None:
                 return False
             q = ahead
         return False

@@ -49,13 +49,13 @@ def no_equilibrium_error(
         try:
             q = closed_near(rows, guess) if len(found) < _POSITIONS else None
             if q is not None:
-                found.append(flow.accelerations(q, rest))
+                found.append(flow.unbalanced(q, rest))
         except (*UNDEFINED, np.linalg.LinAlgError):
             continue
     size = max((float(np.abs(x).max(initial=0.0)) for x in found), default=0.0)
     if size > 0.0 and len(found) == _POSITIONS and all((np.abs(x - found[0]) <= _ALIKE * size).all() for x in found):
-        pairs = zip(flow.mechanism.speeds, found[0].tolist(), strict=True)
-        moving = [f"{speed.name}' = {x:.6g} {speed.unit}^2" for speed, x in pairs if abs(x) > _ALIKE * size]
+        pairs = zip(flow.mechanism.rate_units.items(), found[0].tolist(), strict=True)
+        moving = [f"{name}' = {x:.6g} {unit}".rstrip() for (name, unit), x in pairs if abs(x) > _ALIKE * size]
         named = ", ".join([*moving[:_MOST_NAMED], *(["..."] if len(moving) > _MOST_NAMED else [])])
         alike = f"in {len(found)} positions the system at rest accelerates alike ({named})"
         return NoSolutionError(f"no position of equilibrium was found: {alike}{one_way}", number="N109")

@@ -81,7 +81,10 @@ def _trim(system: System, at: Mapping[str, Any] | None, names: tuple[str, ...]) 
         for k in free.u
         if any(mechanism.coordinates[i].name in given for i in free.q)
     }
-    free = [k for k in range(len(mechanism.speeds)) if k not in held]
+    count = len(mechanism.speeds)
+    states = [c.name for c in mechanism.coordinates if c.rate is not None]
+    free = [k for k in range(count) if k not in held]
+    free += [count + k for k, name in enumerate(states) if name not in given]
     with errors_at(at):
         q, w = _Search(flow, names, free).run(np.array(begin.q, dtype=float))
     coordinates = (coordinate.name for coordinate in mechanism.coordinates)
@@ -91,7 +94,10 @@ def _trim(system: System, at: Mapping[str, Any] | None, names: tuple[str, ...]) 
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Newton's method for accelerations at rest: the unknowns are deviations `free` of coordinates, and inputs."""
+    """Newton's method for accelerations at rest and rates of states.
+
+    The unknowns are deviations `free` of coordinates and, counted behind the speeds, of states; and inputs.
+    """
 
     flow: DeviationFlow
     names: tuple[str, ...]
@@ -107,9 +113,10 @@ class _Search:
             missed, slopes = self._equations(q, values, places)
             size = float(np.abs(slopes).max(initial=0.0)) * max(1.0, np.abs(values).max(initial=0.0))
             step = least_squares(slopes, -missed, ROUNDED)
-            turns = [abs(x) for k, x in zip(self.free, step, strict=False) if speeds[k].unit == "rad/s"]
+            moved = ((k, x) for k, x in zip(self.free, step, strict=False) if k < len(speeds))
+            turns = [abs(x) for k, x in moved if speeds[k].unit == "rad/s"]
             step *= min(1.0, _LARGEST / max(turns, default=_LARGEST)) if any(turns) else 1.0
-            sigma = np.zeros(len(speeds))
+            sigma = np.zeros(len(speeds) + len(self.flow.mechanism.rates))
             sigma[self.free] = step[: len(self.free)]
             q, values = displaced(self.flow.mechanism, q, sigma), values + step[len(self.free) :]
             if small:  # one step more leaves rounding
@@ -124,14 +131,23 @@ class _Search:
         )
 
     def _equations(self, q: Floats, values: Floats, places: list[int]) -> tuple[Floats, Floats]:
-        """Return accelerations and phi, and their derivatives by the unknowns."""
+        """Return accelerations, rates of states and phi, and their derivatives by the unknowns.
+
+        Rates are divided by the largest of their derivatives: that of a pressure in Pa is 1e10 times others.
+        """
         flow, count = self.flow, len(self.flow.mechanism.speeds)
         t, _, u, parameters, declared, modes = flow.known(q, np.zeros(count))
         inputs = np.array(declared, dtype=float)
         inputs[places] = values
         known = t, q, u, parameters, inputs, modes
         by_state, by_input = flow.derivatives(known)
-        of_rows = flow.restrictions(known)[0][:, self.free]
-        slopes = np.hstack([by_state[count:, self.free], by_input[count:, places]])
-        whole = np.vstack([slopes, np.hstack([of_rows, np.zeros((len(of_rows), len(places)))])])
-        return np.concatenate([flow.rates(known)[1], flow.positions(known)]), whole
+        columns = [k if k < count else count + k for k in self.free]
+        of_rows = flow.restrictions(known)[0][:, columns]
+        slopes = np.hstack([by_state[count:, columns], by_input[count:, places]])
+        qdot, udot = flow.rates(known)
+        missed = np.concatenate([udot, qdot[len(qdot) - (len(slopes) - count) :]])
+        sizes = np.ones(len(missed))
+        sizes[count:] = np.abs(slopes[count:]).max(axis=1, initial=0.0)
+        sizes[sizes == 0.0] = 1.0
+        whole = np.vstack([slopes / sizes[:, None], np.hstack([of_rows, np.zeros((len(of_rows), len(places)))])])
+        return np.concatenate([missed / sizes, flow.positions(known)]), whole

@@ -271,7 +271,8 @@ class Solution:
     the parent), of an expression `multiplier`, of any other constraint `tension`, which is one of ropes and rods (their
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
-    the reasons. `units`: the unit of each coordinate and speed. `steps`: how a book gets there, where asked for.
+    the reasons. `rates` of declared states. `units`: the unit of each coordinate and speed. `steps`: how a book gets
+    there, where asked for.
 
     What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
     `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
@@ -298,6 +299,7 @@ class Solution:
     notes: tuple[str, ...] = ()
     assembled: Mapping[str, Value] = field(default_factory=dict)
     shifts: Mapping[str, float] = field(default_factory=dict)
+    rates: Mapping[str, Value] = field(default_factory=dict)
     kinds: Mapping[str, RowKind] = field(default_factory=dict)
     withheld: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     withheld_reasons: tuple[str, ...] = ()
@@ -336,6 +338,7 @@ class Solution:
             "assembled": _json(self.assembled),
             "shifts": dict(self.shifts),
             "accelerations": _json(self.accelerations),
+            "rates": _json(self.rates),
             "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
             "sums": _json(self.sums),
             "states": dict(self.states),

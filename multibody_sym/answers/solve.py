@@ -13,6 +13,7 @@ from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.reactions import is_lettered, place_of, reactions_of, unique_sums, with_letters
 from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found, validity
 from multibody_sym.answers.records import OtherState, RowKind, Solution
+from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import numbers_of
 from multibody_sym.mechanics.changes import Overrides
@@ -122,6 +123,7 @@ def solution_of(solved: SolvedInstant) -> Solution:
         coordinates=dict(zip((c.name for c in resolved.coordinates), begin.q, strict=True)),
         speeds=dict(zip((s.name for s in resolved.speeds), begin.u, strict=True)),
         accelerations=accelerations,
+        rates=_rates_of_states(solved),
         reactions=reactions,
         kinds=kinds,
         conditions=(*valid.conditions, *remarks),
@@ -153,6 +155,17 @@ def solution_of(solved: SolvedInstant) -> Solution:
         labels=letters_of(solved.system.parameters),
     )
     return _with_shared_roots(solved, found)
+
+
+def _rates_of_states(solved: SolvedInstant) -> dict[str, Value]:
+    """Return the rates of the declared states by name."""
+    mechanism = solved.mechanism
+    names = [c.name for c in mechanism.coordinates if c.rate is not None]
+
+    def rates(instant: StateQuantities) -> dict[str, Any]:
+        return dict(zip(names, instant.motion.state.values(mechanism.rates), strict=True))
+
+    return with_letters(solved, rates, mechanism.rate_units) if names else {}
 
 
 def _with_shared_roots(solved: SolvedInstant, found: Solution) -> Solution:

@@ -111,6 +111,8 @@ def _option(path: tuple[str, ...], options: argparse.Namespace, system: System) 
         declared = system.joints[name]
         names = (*coordinate_names(name, declared), *speed_names(name, declared))
         section, name = key, next((each for each in names if each in options.initial), "")
+    if section == "states" and key == "initial" and name in options.initial:
+        section = key
     if section in ASSIGNED and name in getattr(options, section):
         return f"{ASSIGNED[section]} {name}"
     word = name if section == "simulation" else section

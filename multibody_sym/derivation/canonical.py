@@ -42,9 +42,9 @@ from multibody_sym.derivation.notation import (
     Notation,
     Step,
     Symbols,
-    dotted,
     latex_name,
     notation_of,
+    rate_label,
     upright,
     with_free_letters,
 )
@@ -54,11 +54,12 @@ from multibody_sym.derivation.symbolic_equations import CanonicalEquations, Firs
 from multibody_sym.dynamics.conserved import Candidate, Conserved, candidates, find_conserved, freedom_name
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.dynamics.programs.tree_functions import OF_MOMENTA
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, ModelError, MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import Mechanism, verify_without_states
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.state import slot_state
@@ -460,9 +461,10 @@ class _HamiltonParts:
 def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> CanonicalEquations:
     """Return Hamilton's equations of a prepared mechanism.
 
-    Raises ModelError where friction defines forces, or speeds move nothing with mass.
+    Raises ModelError where friction defines forces, states are declared, or speeds move nothing with mass.
     """
     mechanism, symbols = ready.mechanism, ready.symbols
+    verify_without_states(mechanism, OF_MOMENTA)
     name = _row_with_friction(mechanism)
     if name is not None:
         raise ModelError(
@@ -475,10 +477,10 @@ def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> 
     raw = _hamilton_parts(mechanism, symbols, momenta, left, names, given)
     definitions, parts, shown = _tidy(names, raw, given, symbols)
     notation = _momentum_notation(ready, definitions, momenta, names)
-    rates = [Equation(_rate_label(notation, q), x) for q, x in zip(symbols.coordinates, parts.qdot, strict=True)]
+    rates = [Equation(rate_label(notation, q), x) for q, x in zip(symbols.coordinates, parts.qdot, strict=True)]
     for k, (p, x) in enumerate(zip(momenta, parts.pdot, strict=True)):
         pulls = (row.jacobian[k] * s for row, s in zip(parts.rows, symbols.multipliers, strict=True))
-        rates.append(Equation(_rate_label(notation, p), sympy.Add(x, *pulls)))
+        rates.append(Equation(rate_label(notation, p), sympy.Add(x, *pulls)))
     constraints = tuple(row.phidot if row.phi is None else row.phi for row in parts.rows)
     equations = (*rates, *(Equation(x, sympy.S.Zero) for x in constraints if x != 0))
     steps = (
@@ -527,11 +529,6 @@ def _hamilton_parts(
         rows = [replace(row, phidot=names.name(row.phidot.xreplace(put))) for row in rows]
     qdot = [sympy.S.Zero + x for x in rates]
     return _HamiltonParts(by_speeds, list(speeds), left.reduction.potential, qdot, pdot, forces, rows)
-
-
-def _rate_label(notation: Notation, symbol: Any) -> Label:
-    """Return a quantity's rate: with a prime in text, a dot in LaTeX."""
-    return Label(f"{notation.text(symbol)}'", dotted(notation.latex(symbol), "dot"))
 
 
 def _meaning_of_function(
@@ -587,8 +584,10 @@ class _RouthParts:
 
 
 def routh(ready: DerivationInput, names: Subexpressions, given: Energies) -> CanonicalEquations:
-    """Return Routh's equations of a prepared mechanism; raises ModelError where no coordinate is cyclic."""
+    """Return Routh's equations of a mechanism; raises ModelError where no coordinate is cyclic, or states are declared.
+    """
     mechanism, symbols = ready.mechanism, ready.symbols
+    verify_without_states(mechanism, OF_MOMENTA)
     cyclic = _verified_cyclic_speeds(mechanism)
     every = momentum_symbols(mechanism, symbols)
     momenta = tuple(every[k] for k in cyclic)

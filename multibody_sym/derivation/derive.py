@@ -5,7 +5,7 @@ In: a System or a Mechanism, and a method. Out: SymbolicEquations, or CanonicalE
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final, Literal, overload
 
@@ -22,6 +22,7 @@ from multibody_sym.derivation.lagrange import (
     known_nodes,
     lagrange_terms,
     rows_terms,
+    state_rates,
     totals,
     verify_free,
     with_friction,
@@ -33,6 +34,7 @@ from multibody_sym.derivation.notation import (
     Step,
     Symbols,
     notation_of,
+    rate_label,
     with_free_letters,
 )
 from multibody_sym.derivation.prepare import (
@@ -73,6 +75,8 @@ from multibody_sym.scalars.vectors import S
 
 IN_MOMENTA: Final = ("hamilton", "routh")
 """Methods whose equations are in momenta."""
+RATES: Final = "Rates of the states"
+"""The title of the step with the equations of declared states."""
 _ELIMINATED: Final = "what remains when the reactions are eliminated"
 
 
@@ -185,7 +189,8 @@ def _method(method: str | None, formalism: str | None, mechanism: Mechanism) -> 
 class EquationParts:
     """The parts of equations of motion, by speed (nu): M, c, dV/dq where it is kept apart, Q of the other loads; rows.
 
-    `terms` are those of Lagrange's equations, `bodies` those cut free, where the method has them.
+    `rates` are those of the declared states (ns), `terms` those of Lagrange's equations, `bodies` those cut free, where
+    the method has them.
     """
 
     energies: Energies
@@ -196,6 +201,7 @@ class EquationParts:
     rows: list[RowTerms]
     terms: LagrangeTerms | None = None
     bodies: FreeBodies | None = None
+    rates: Sequence[Any] = ()
 
 
 def _by_multipliers(mechanism: Mechanism, symbols: Symbols, names: Subexpressions, given: Energies) -> EquationParts:
@@ -259,7 +265,8 @@ def _equations_of_motion(
     ready: DerivationInput, method: str, names: Subexpressions, given: Energies
 ) -> SymbolicEquations:
     mechanism, symbols, n = ready.mechanism, ready.symbols, len(ready.symbols.speeds)
-    raw = map_expressions(METHODS[method](mechanism, symbols, names, given), lambda e: e.xreplace(given.held))
+    own = replace(METHODS[method](mechanism, symbols, names, given), rates=state_rates(mechanism, symbols, names))
+    raw = map_expressions(own, lambda e: e.xreplace(given.held))
     written = {name: e.xreplace(given.held) for name, e in names.definitions.items()}
     parts: EquationParts
     definitions, parts = tidy_record(written, raw, symbols.free_prefix)
@@ -268,13 +275,17 @@ def _equations_of_motion(
     notation = with_force_letters(plain, mechanism, symbols, parts.bodies)
     numbers = {symbol: value_of(node) for symbol, node in names.numbers.items()}
     equations = _equations(parts, symbols)
+    states = symbols.coordinates[len(symbols.coordinates) - len(parts.rates) :]
+    rates = tuple(Equation(rate_label(notation, s), x) for s, x in zip(states, parts.rates, strict=True))
     steps = [
         *_first_steps(ready, names, parts, notation),
         Step("Equations of motion", equations, _ELIMINATED if parts.bodies else ""),
+        *((Step(RATES, rates),) if rates else ()),
         matrix_step(M, f, H, gamma, C, D),
     ]
     if parts.bodies:
         equations = (*parts.bodies.equations, *_defined_forces(parts, symbols))
+    equations = (*equations, *rates)
     return SymbolicEquations(
         method,
         mechanism,
@@ -298,6 +309,7 @@ def _equations_of_motion(
         coupling=D,
         beside={k: row.beside for k, row in enumerate(parts.rows) if row.beside},
         dissipation=parts.energies.dissipation,
+        state_rates=tuple(parts.rates),
     )
 
 

@@ -212,7 +212,14 @@ def totals(parts: Sequence[Sequence[Any]], size: int) -> list[Any]:
 def time_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> dict[Any, Any]:
     """Return the rates of t and q at constant u: the direction of d/dt without accelerations."""
     qdot = [names.sum([rate]) for rate in coordinate_rates(mechanism, symbols.coordinates, symbols.speeds)]
-    return {symbols.time: 1, **dict(zip(symbols.coordinates, qdot, strict=True))}
+    states = state_rates(mechanism, symbols, names)
+    return {symbols.time: 1, **dict(zip(symbols.coordinates, [*qdot[: len(qdot) - len(states)], *states], strict=True))}
+
+
+def state_rates(mechanism: Mechanism, symbols: Symbols, names: Subexpressions) -> list[Any]:
+    """Return the rates of the declared states, which are the last of q."""
+    translated = names.translated(list(mechanism.rates), known_nodes(mechanism, symbols))
+    return [names.name(x) for x in translated]
 
 
 def project_gradient(

@@ -269,6 +269,11 @@ def _spell_balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:
     return found
 
 
+def rate_label(notation: Notation, symbol: Any) -> Label:
+    """Return a quantity's rate: with a prime in text, a dot in LaTeX."""
+    return Label(f"{notation.text(symbol)}'", dotted(notation.latex(symbol), "dot"))
+
+
 def dotted(latex: str, accent: str) -> str:
     """Return a name in LaTeX with dots over its letter or words, not over the subscript."""
     end = _end_of_words(latex) if latex.startswith((r"\text{", r"\mathrm{")) else latex.find("_")

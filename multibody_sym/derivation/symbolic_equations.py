@@ -98,6 +98,7 @@ class SymbolicEquations(ReadableEquations):
     numbers. `steps` is the derivation, `notation` how it is written. `constants` are the values, at the declared
     start, of the parameters that a run measures there; none where that start cannot be assembled. `dissipation` is
     Rayleigh's function D of dampers, where there are any and all are linear: -dD/du is their part of the forces.
+    `state_rates` are those of the declared states, which are the last of `symbols.coordinates`.
 
     Where something slides or joints rub, `exerted` C (s x n) stands for H and `coupling` D (s x s) is added in
     M udot = f + C^T lambda, H udot + D lambda = gamma; else both are None. Rows `beside` others exert their force times
@@ -126,13 +127,14 @@ class SymbolicEquations(ReadableEquations):
     coupling: Any = None
     beside: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
     dissipation: Any = None
+    state_rates: tuple[Any, ...] = ()
 
     @property
     def operations(self) -> int:
-        """The number of operations in M, f, H and gamma, each shared sub-expression counted once."""
+        """The number of operations in M, f, H, gamma and rates of states, each shared sub-expression counted once."""
         upper = [self.mass_matrix[i, j] for i in range(self.mass_matrix.rows) for j in range(i + 1)]
         parts = [*upper, *self.forcing, *self.constraint_jacobian, *self.constraint_forcing]
-        parts += [] if self.exerted is None else [*self.exerted, *self.coupling]
+        parts += [*self.state_rates, *([] if self.exerted is None else [*self.exerted, *self.coupling])]
         return self._counted(parts)
 
     @door

@@ -18,6 +18,7 @@ from multibody_sym.derivation.notation import escaped
 from multibody_sym.documents.formulas import latex_document
 from multibody_sym.documents.notes import shifts_text
 from multibody_sym.text.printer import text
+from multibody_sym.text.units import rate_unit
 from multibody_sym.text.values import SI, Units, Value, number_within
 
 _NOWHERE: Final = "rest is possible at no value of"
@@ -291,7 +292,7 @@ def _linearization_notes(found: Linearization, units: Units) -> list[str]:
     """Return what to know of the state and of what was held."""
     notes = []
     independent = {name: x for name, x in found.accelerations.items() if not found.steady or name in found.states}
-    rates = {name: units.said(x, f"{found.units[name]}^2", 6) for name, x in independent.items()}
+    rates = {name: units.said(x, rate_unit(found.units[name]), 6) for name, x in independent.items()}
     moving = ", ".join(f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING)
     if not found.steady:
         notes.append(f"note: {NO_EIGENVALUES} ({moving}): its eigenvalues are not given")

@@ -112,6 +112,7 @@ def _in_speeds(equations: SymbolicEquations) -> dict[str, Any]:
         "forcing": [row[0] for row in _matrix(equations, equations.forcing)],
         "constraint_jacobian": _matrix(equations, equations.constraint_jacobian),
         "constraint_forcing": [row[0] for row in _matrix(equations, equations.constraint_forcing)],
+        "state_rates": [_expression(equations, x) for x in equations.state_rates],
         "letters": {s.name: equations.notation.text(s) for s in unknown},
         "withheld": {name: list(x.components) for name, x in equations.mechanism.withheld.items()},
         "withheld_reasons": reasons(equations.mechanism.withheld),

@@ -135,6 +135,7 @@ def solution_markdown(found: Any) -> str:
     dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
     lines = {
         "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
+        "Rates": [(dotted(latex_name(name), "dot"), x) for name, x in found.rates.items()],
         "Forces": forces,
         "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
         "Where": [(latex_name(name), Value(x.value, x.expression, x.unit)) for name, x in found.where.items()],

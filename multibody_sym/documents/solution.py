@@ -142,6 +142,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "accelerations": [
             f"{name + primes[name]} = {value.told(units)}" for name, value in solution.accelerations.items()
         ],
+        "rates of the states": [f"{name}' = {value.told(units)}" for name, value in solution.rates.items()],
         "tensions": _constraint_lines(solution, units, "rope"),
         "forces of contacts, stops and friction": _one_way_lines(solution, units),
         "forces of constraints": _constraint_lines(solution, units, "rod", "force"),

@@ -27,7 +27,7 @@ from multibody_sym.mechanics.forces import applied_forces, carried_by_flows, car
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, pose, rates_of_state
+from multibody_sym.mechanics.motion import Motion, motion_of, pose, qdot_of, rates_of_state
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, generalized_forces, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker
@@ -75,7 +75,7 @@ def rates_of(mechanism: Mechanism) -> EnergyRates:
     changing = replace(motion.state, slots={**motion.state.slots, _LOADS_TIME: _LOADS_TIME})
     T = as_node(kinetic_energy(motion))
     V = as_node(potential_energy(replace(motion, state=changing, mechanism=replace(mechanism, loads=tuple(stored)))))
-    qdot = [as_node(rate) for rate in coordinate_rates(mechanism, motion.state.q, motion.state.u)]
+    qdot = [as_node(rate) for rate in qdot_of(motion.state, mechanism)]
     udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
     leaves, rates = [*motion.state.q, *motion.state.u, TIME], [*qdot, *udot, ONE]
     momenta = [as_node(x) for part in _momenta_of(body_momenta(motion)) for x in part]

@@ -14,7 +14,7 @@ from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
 from multibody_sym.model.fields import Names, is_gap, scalar
 from multibody_sym.model.joints import Initial, MovingJoint
-from multibody_sym.model.parameters import InputField
+from multibody_sym.model.parameters import InputField, StateVariable
 from multibody_sym.model.run_options import MODEL_OVERRIDES, ModelOptions
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
@@ -104,7 +104,7 @@ class _Place(NamedTuple):
 
 
 def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
-    """Return the system with other start values of coordinates and speeds, by their names; None: to be found.
+    """Return the system with other start values of coordinates, speeds and states, by name; None: to be found.
 
     `values` may be the `final` of a run, from which another one goes on; its time is left out: runs begin at t = 0.
     Raises InputError for a name that is neither's, for a value of another dimension, and for a part of a quaternion.
@@ -117,12 +117,16 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
         for key, names in named:
             places |= {name: _Place(joint, key, k, units[key][k]) for k, name in enumerate(names)}
     found: dict[str, dict[str, Node | None]] = {}
+    states = dict(system.states)
     for name, value in given.items():
         with at(name):
+            if name in system.states:
+                states[name] = _begun_at(system.states[name], value)
+                continue
             if name not in places:
                 from multibody_sym.mechanics.absolute import unknown_coordinate
 
-                raise unknown_coordinate(name, system, places)
+                raise unknown_coordinate(name, system, (*places, *system.states))
             found.setdefault(places[name].joint, {})[name] = start_value(value, places[name].unit)
     joints = dict(system.joints)
     for joint, new in found.items():
@@ -136,7 +140,15 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
             keys = {places[name].key for name in new}
             changed: dict[str, Any] = {key: values for key, values in starts.items() if key in keys}
             joints[joint] = replace(moving, initial=replace(initial, **changed))
-    return replace(system, joints=Names(joints)) if given else system
+    return replace(system, joints=Names(joints), states=Names(states)) if given else system
+
+
+def _begun_at(state: StateVariable, value: Any) -> StateVariable:
+    """Return a state with another value at the start. Raises InputError for one to be found, or in another unit."""
+    if is_gap(value):
+        raise ModelError("a state needs a value at the start: its rate does not tell one", number="M102")
+    unit = None if state.dimension is None else str(state.dimension)
+    return replace(state, initial=scalar(value, unit))
 
 
 def start_value(value: Any, unit: str) -> Node | None:

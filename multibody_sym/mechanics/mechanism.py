@@ -12,7 +12,7 @@ from enum import Enum
 from functools import cached_property, wraps
 from typing import ClassVar, Final, TypeVar
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, Where
 from multibody_sym.mechanics.law_elements import LawElement, Mode, StruckImpacts
 from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.row_records import AngleRow, CutJoint, Marker, PositionRow, Row
@@ -23,7 +23,7 @@ from multibody_sym.model.steps import FreeStep, Step, free_steps
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
-from multibody_sym.text.units import Dimension
+from multibody_sym.text.units import Dimension, rate_unit
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Constants of a run that its start measures, in the parameter vector beside the declared parameters.
@@ -213,7 +213,8 @@ NORMAL: Final = "normal"
 class Coordinate:
     """A coordinate: its name, joint, unit and initial value (an expression of parameters).
 
-    It is `known` where it is given and marked so.
+    It is `known` where it is given and marked so. A declared state is a coordinate without joint and speed, but with a
+    `rate` of its own; its unit is empty where none is known.
     """
 
     name: str
@@ -222,6 +223,12 @@ class Coordinate:
     initial: Node
     given: bool
     known: bool
+    rate: Node | None = None
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """Where the model declares it: its joint, or the state."""
+        return ("joints", self.joint) if self.rate is None else ("states", self.name)
 
 
 @dataclass(frozen=True)
@@ -234,6 +241,11 @@ class Speed:
     initial: Node
     given: bool
     known: bool
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """Where the model declares it: its joint."""
+        return ("joints", self.joint)
 
 
 @dataclass(frozen=True)
@@ -325,6 +337,8 @@ class Withheld:
 class Mechanism:
     """A system resolved: bodies in tree order (parents first), coordinates, speeds, parameters, inputs, loads, rows.
 
+    Behind the coordinates of the joints, in the same order as in the model, stand the declared states.
+
     `symbols` gives the slot or the measured expression of each name in expressions, first of rates such as `phi'`;
     `markers` every named point and frame. `stops` are functions that become
     positive where the run ends, `kinks` functions at whose zeros forces or inputs bend or jump, `fades` those at whose
@@ -379,6 +393,17 @@ class Mechanism:
         own = (*(body.joint_name for body in self.bodies), *(cut.name for cut in self.cuts))
         return own if self.relative is None else tuple(name for name in own if name in self.relative.joint_names)
 
+    @cached_property
+    def rates(self) -> tuple[Node, ...]:
+        """The rates of the declared states, which are the last of the coordinates."""
+        return tuple(c.rate for c in self.coordinates if c.rate is not None)
+
+    @property
+    def rate_units(self) -> dict[str, str]:
+        """The units of the rates of all speeds and declared states, by their names."""
+        states = {c.name: rate_unit(c.unit) for c in self.coordinates if c.rate is not None}
+        return {**{speed.name: f"{speed.unit}^2" for speed in self.speeds}, **states}
+
     @property
     def drives(self) -> tuple[str, ...]:
         """The joints (and ground) that move as prescribed, and so do work on the system."""
@@ -419,6 +444,14 @@ class Mechanism:
         if name == GROUND:
             return -1
         raise ModelError(f"no body is called {name!r}", number="M106", word=name, known=[b.name for b in self.bodies])
+
+
+def verify_without_states(mechanism: Mechanism, why: str) -> None:
+    """Raise ModelError at the first declared state; `why` says what has no place for it, and what has."""
+    for coordinate in mechanism.coordinates:
+        if coordinate.rate is not None:
+            where = Where(path=coordinate.path)
+            raise ModelError(f"{coordinate.name!r} is a state beside the motion: {why}", where=where, number="M120")
 
 
 def normal_forces(mechanism: Mechanism) -> dict[str, Row]:

@@ -533,11 +533,18 @@ def spread(alpha: Vec, w: Vec) -> Mat:
 
 
 def coordinate_rates(mechanism: Mechanism, q: Sequence[S], u: Sequence[S]) -> list[S]:
-    """Return qdot = N(q) u of the whole mechanism."""
+    """Return N(q) u of the whole mechanism: how coordinates change with the speeds, which declared states do not."""
     qdot: list[S] = []
     for body in mechanism.bodies:
         qdot.extend(joint_rates(body, q, u))
-    return qdot
+    return [*qdot, *(0 * q[k] for k in range(len(qdot), len(mechanism.coordinates)))]
+
+
+def qdot_of(state: State, mechanism: Mechanism, u: Sequence[S] | None = None) -> list[S]:
+    """Return qdot in the motion: N(q) u, and the rates of declared states; `u` in place of the speeds of the joints."""
+    qdot = coordinate_rates(mechanism, state.q, state.u if u is None else u)
+    rates = mechanism.rates
+    return [*qdot[: len(qdot) - len(rates)], *state.values(rates)] if rates else qdot
 
 
 def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
@@ -550,9 +557,9 @@ def joint_rates(body: TreeBody, q: Sequence[S], u: Sequence[S]) -> list[S]:
 
 
 def rates_of_state(mechanism: Mechanism) -> dict[Node, Node]:
-    """Return the rate of each slot that changes: qdot = N u, udot as slots, 1 of the time."""
+    """Return the rate of each slot that changes: qdot, udot as slots, 1 of the time."""
     state = slot_state(mechanism)
-    qdot = [as_node(rate) for rate in coordinate_rates(mechanism, state.q, state.u)]
+    qdot = [as_node(rate) for rate in qdot_of(state, mechanism)]
     udot = [slot("udot", k) for k in range(len(mechanism.speeds))]
     return dict(zip([*state.q, *state.u, TIME], [*qdot, *udot, ONE], strict=True))
 

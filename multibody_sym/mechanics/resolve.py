@@ -47,6 +47,7 @@ from multibody_sym.mechanics.spanning_tree import (
     used_joints,
 )
 from multibody_sym.mechanics.vocabulary import (
+    Dimensions,
     meanings,
     verify_curves,
     verify_expressions,
@@ -229,7 +230,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     tree = spanning_tree(system)
     doubled, measuring = _uncarried_joints(system, tree, freed)
     named = (*tree.carrying, *doubled)
-    coordinates, speeds = _coordinates(system, named), _speeds(system, named)
+    coordinates, speeds = (*_coordinates(system, named), *_states(system)), _speeds(system, named)
     names = meanings(system, (*coordinates, *_coordinates(system, measuring)), (*speeds, *_speeds(system, measuring)))
     slots = _slots(system, coordinates, speeds)
     references = _references(system, tree, doubled, names, slots, plane=bool(freed and freed.plane))
@@ -264,7 +265,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         gravity=resolved.gravity,
         bodies=_in_slots(told, bodies),
         markers=references.markers(),
-        coordinates=tuple(replace(c, initial=_in(slots, c.initial)) for c in coordinates),
+        coordinates=tuple(_resolved_coordinate(c, slots, resolved) for c in coordinates),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
@@ -373,8 +374,8 @@ def _in(slots: Mapping[Node, Node], node: Node) -> Node:
 
 
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
-    """Return the expressions of forces, constraints and motions, curves at the coordinates of their joints."""
-    written = expressions_in(resolved, ("forces", "constraints", "inputs", "joints", "bodies"))
+    """Return the expressions of forces, constraints, rates and motions, curves at the coordinates of their joints."""
+    written = expressions_in(resolved, ("forces", "constraints", "states", "inputs", "joints", "bodies"))
     nodes = [each.node for each in written if each.node.shadow is None]
     found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
     for name, joint in resolved.joints.items():
@@ -398,6 +399,21 @@ def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...
             given = value is not None
             found.append(Coordinate(q, name, unit, as_node(zero) if value is None else value, given, marked and given))
     return tuple(found)
+
+
+def _states(system: System) -> Iterator[Coordinate]:
+    """Yield the declared states, whose rates are in names."""
+    dimensions = Dimensions(system)
+    for name, state in system.states.items():
+        dimension = dimensions.of_state(name)
+        unit = "" if dimension is None or str(dimension) == "1" else str(dimension)
+        yield Coordinate(name, "", unit, state.initial, given=True, known=True, rate=state.rate)
+
+
+def _resolved_coordinate(coordinate: Coordinate, slots: Mapping[Node, Node], resolved: System) -> Coordinate:
+    """Return a coordinate with its start in slots, and its rate if it is a state."""
+    rate = None if coordinate.rate is None else resolved.states[coordinate.name].rate
+    return replace(coordinate, initial=_in(slots, coordinate.initial), rate=rate)
 
 
 def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:

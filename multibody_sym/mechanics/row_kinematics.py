@@ -22,7 +22,7 @@ from multibody_sym.mechanics.forces import span
 from multibody_sym.mechanics.joint_friction import part_of_reaction
 from multibody_sym.mechanics.law_elements import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates
+from multibody_sym.mechanics.motion import Motion, accelerations, qdot_of
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -64,6 +64,7 @@ from multibody_sym.mechanics.row_records import (
     TurningRow,
     VelocityRow,
 )
+from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -394,8 +395,8 @@ def _of_speeds(motion: Motion, phi: Node | None, psi: Node) -> RowMotion:
 
 def _rates(mechanism: Mechanism) -> dict[Node, Node]:
     """Return the rates of t and q at constant u: the direction of d/dt without accelerations."""
-    q = [slot("q", i) for i in range(len(mechanism.coordinates))]
-    qdot = coordinate_rates(mechanism, q, [slot("u", k) for k in range(len(mechanism.speeds))])
+    state = slot_state(mechanism)
+    q, qdot = state.q, qdot_of(state, mechanism)
     return {TIME: ONE, **dict(zip(q, qdot, strict=True))}
 
 
@@ -629,8 +630,8 @@ def _(row: VelocityRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 def _of_expression(motion: Motion, zero: Node, *, holonomic: bool) -> float:
     """Return sum |d(psi)/dq_i qdot_i| + |d(psi)/dt|, where psi is the rate of a holonomic row's expression."""
     mechanism = motion.mechanism
-    q = [slot("q", i) for i in range(len(mechanism.coordinates))]
-    qdot = coordinate_rates(mechanism, q, [slot("u", k) for k in range(len(mechanism.speeds))])
+    state = slot_state(mechanism)
+    q, qdot = state.q, qdot_of(state, mechanism)
     ways: list[tuple[Node, Node]] = [(TIME, ONE), *zip(q, qdot, strict=True)]
     rates = [tangents([zero], {x: rate})[0] for x, rate in ways] if holonomic else [zero]
     parts = [tangents([psi], {x: rate})[0] for psi in rates for x, rate in ways]

@@ -109,6 +109,13 @@ def speed_names(name: str, joint: Joint) -> tuple[str, ...]:
     return tuple(f"u_{coordinates[k]}" if suffix is None else name + suffix for k, suffix in pairs)
 
 
+def start_names(system: System) -> list[str]:
+    """Return the names of what has a value at the start: coordinates and speeds joint by joint, declared states."""
+    joints = system.joints.items()
+    moving = (x for name, joint in joints for x in (*coordinate_names(name, joint), *speed_names(name, joint)))
+    return [*moving, *system.states]
+
+
 def rate_names(system: System) -> list[tuple[str, str]]:
     """Return the names of all coordinates whose rates are speeds, with the names of these."""
     return [pair for name, joint in system.joints.items() for pair in rate_pairs(name, joint)]

@@ -58,7 +58,7 @@ class MechanismUnits:
 
     @property
     def accelerations(self) -> dict[str, str]:
-        return {speed.name: f"{speed.unit}^2" for speed in self.mechanism.speeds}
+        return self.mechanism.rate_units
 
     @cached_property
     def inputs(self) -> dict[str, str]:
@@ -114,6 +114,9 @@ class MechanismUnits:
             return self._inputs[index]
         if array == "t":
             return InferredUnit(Kind(TIME), doubtful=True)  # 2*t may be any force that grows
+        if array == "q" and self.mechanism.coordinates[index].rate is not None:
+            unit = self.mechanism.coordinates[index].unit
+            return InferredUnit(kind_of(unit), firm=True) if unit else None
         return InferredUnit(self._moved[array][index])
 
     @cached_property

@@ -39,7 +39,16 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, as_node, named_nodes, symbol
 from multibody_sym.text.parser import OWN_CENTRE, QUANTITIES, SYSTEM, WEIGHT, component_kind, of_run
 from multibody_sym.text.printer import AT, COMPONENTS, FORCE_NAMES, text
-from multibody_sym.text.units import DIMENSIONLESS, LENGTH, TIME, Dimension, Measured, given_in, infer_dimension
+from multibody_sym.text.units import (
+    DIMENSIONLESS,
+    LENGTH,
+    TIME,
+    Dimension,
+    Measured,
+    given_in,
+    infer_dimension,
+    rate_unit,
+)
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The dimensions of a system's expressions: one check for each of them, with all units of the model.
@@ -168,6 +177,7 @@ class Dimensions:
     @cached_property
     def _given(self) -> dict[str, Dimension]:
         stated = {name: x.dimension for name, x in self.system.parameters.items()}
+        stated |= {name: x.dimension for name, x in self.system.states.items()}
         found = {name: dimension for name, dimension in stated.items() if dimension is not None}
         return found | input_dimensions(self.system.inputs)
 
@@ -176,6 +186,18 @@ class Dimensions:
         """Whether the model gives units, other than those of angles, so that motion and time have units too."""
         return any(dimension != DIMENSIONLESS for dimension in self._given.values())
 
+    def of_state(self, name: str) -> Dimension | None:
+        """Return the dimension of a declared state: stated, or that of its start; None where neither is known."""
+        found = self._of_name(name)
+        return None if found is None or not found.certain else found.dimension
+
+    def _unit_of_state(self, name: str, key: str) -> str | None:
+        """Return the unit of a state's rate or start, None where the state has none."""
+        dimension = self._given.get(name) if key == "initial" else self.of_state(name)
+        if dimension is None:
+            return None
+        return rate_unit(str(dimension)) if key == "rate" else str(dimension)
+
     @cached_property
     def _contacts(self) -> Collection[str]:
         """The names of contacts, those that repeat among them."""
@@ -183,9 +205,13 @@ class Dimensions:
 
     @cached_property
     def _expressions(self) -> dict[str, Node]:
-        """The names that are expressions of others: parameters, inputs, outputs; a coordinate's name stands for it."""
+        """The names that are expressions of others: parameters, inputs, outputs; a coordinate's name stands for it.
+
+        A state without a stated dimension has that of its start.
+        """
         parameters = {name: x.value for name, x in self.system.parameters.items()}
-        found = {**self.system.outputs, **named_nodes(self.system.inputs), **parameters}
+        begun = {name: x.initial for name, x in self.system.states.items()}
+        found = {**self.system.outputs, **named_nodes(self.system.inputs), **begun, **parameters}
         others = (*self._given, *self._units_of_motion)
         return {name: node for name, node in found.items() if node.shadow is None and name not in others}
 
@@ -214,6 +240,8 @@ class Dimensions:
         section, *path = written.path
         if written.unit is not None:
             return written.unit
+        if section == "states":
+            return self._unit_of_state(path[0], path[1])
         if section == "parameters" and path[0] in self._given:
             return str(self._given[path[0]])
         own = self._of_elements.get((section, path[0]))
@@ -256,6 +284,8 @@ class Dimensions:
             for name in moment if isinstance(moment, Mapping) else ():
                 if name in self._units_of_motion:
                     found[key] = self._units_of_motion[name]
+                elif name in self.system.states and (dimension := self.of_state(name)) is not None:
+                    found[key] = str(dimension)
         if question.between is not None and question.find in self._given:
             found["between"] = str(self._given[question.find])
         elif question.between is not None and question.find in self._units_of_motion:
@@ -297,7 +327,7 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
-        *((c.name, "a coordinate", _coordinate_path(c.joint, c.name, system)) for c in coordinates),
+        *((c.name, _kind(c), _coordinate_path(c, system)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
         *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
@@ -321,24 +351,30 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     return taken
 
 
-def _coordinate_path(joint: str, name: str, system: System) -> tuple[str, ...]:
-    """Return where a joint names a coordinate; the joint itself where it has a name by default."""
-    given = getattr(system.joints.get(joint), "q", None) or ()
-    place = ("q", str(given.index(name))) if name in given else ()
-    return ("joints", joint, *place[: 1 + (len(given) > 1)])
+def _kind(coordinate: Coordinate) -> str:
+    return "a coordinate" if coordinate.rate is None else _STATE
+
+
+def _coordinate_path(coordinate: Coordinate, system: System) -> tuple[str, ...]:
+    """Return where the model names a coordinate; the joint itself where it has a name by default."""
+    given = getattr(system.joints.get(coordinate.joint), "q", None) or ()
+    place = ("q", str(given.index(coordinate.name))) if coordinate.name in given else ()
+    return (*coordinate.path, *place[: 1 + (len(given) > 1)])
 
 
 _MOTION: Final = "motion"
+_STATE: Final = "a state"
 _ANSWER: Final = "an answer"
 _OUTPUT: Final = "an output"
 _ONLY_PARAMETERS: Final = ("a parameter",)
 _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
-    "forces": ("a parameter", "a coordinate", "a speed", "an input", "the time"),
+    "forces": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time"),
     "constraints": ("a parameter", "a coordinate", "an input", "the time"),
-    "inputs": ("a parameter", "a coordinate", "a speed", "the time"),
-    "outputs": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
-    "stop": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT),
-    "ask": ("a parameter", "a coordinate", "a speed", "an input", "the time", _OUTPUT, _ANSWER),
+    "states": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time"),
+    "inputs": ("a parameter", "a coordinate", "a speed", _STATE, "the time"),
+    "outputs": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT),
+    "stop": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT),
+    "ask": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT, _ANSWER),
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
@@ -415,9 +451,11 @@ def verify_curves(system: System, names: Mapping[str, str]) -> None:
 def _may_name(system: System, path: Sequence[str]) -> tuple[str, ...]:
     if _is_of_mass(path) and system.bodies[path[1]].varying is not None:
         return _MAY_NAME["forces"] if path[-2].endswith("_velocity") else _VARIES_WITH
+    if path[0] == "states" and path[-1] == "initial":
+        return _ONLY_PARAMETERS
     allowed = _MAY_NAME.get(_MOTION if _is_driven(path) else path[0], _ONLY_PARAMETERS)
     of_speeds = path[0] == "constraints" and isinstance(system.constraints[path[1]], VelocityConstraint)
-    return (*allowed, "a speed") if of_speeds else allowed
+    return (*allowed, "a speed", _STATE) if of_speeds else allowed
 
 
 _VARIES_WITH: Final = ("a parameter", "a coordinate", "the time")
@@ -723,11 +761,13 @@ def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
         moment.verify(possible_words(mechanism.one_way))
     elif isinstance(moment, Mapping):
         quaternions = {k for body in mechanism.bodies for places in body.quaternions for k in places}
-        names = [c.name for k, c in enumerate(mechanism.coordinates) if k not in quaternions]
+        names = [c.name for k, c in enumerate(mechanism.coordinates) if k not in quaternions and c.rate is None]
         for coordinate in moment:
             if coordinate not in names:
                 meant = _MEANT.get(coordinate) or next(iter(get_close_matches(coordinate, fields_of(Ask), n=1)), None)
                 hint = f"; of what questions begin with, did you mean {meant}?" if meant else ""
+                if any(c.name == coordinate for c in mechanism.coordinates):
+                    hint = f"; of a state or quaternion write a condition: {coordinate} > .."
                 if coordinate == "t":
                     hint = "; a time stands under after: 2 s, and the start needs no moment"
                 message = f"no coordinate is called {coordinate!r}{hint}"

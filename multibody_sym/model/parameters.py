@@ -1,4 +1,4 @@
-"""Parameters and inputs as they are declared: numbers with units, expressions, tables."""
+"""Parameters, inputs and state variables as they are declared: numbers with units, expressions, tables."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
 from multibody_sym.text.parser import parse_scalar
 from multibody_sym.text.printer import text
-from multibody_sym.text.units import DIMENSIONLESS, Dimension, parse_unit
+from multibody_sym.text.units import DIMENSIONLESS, Dimension, parse_unit, rate_unit
 
 
 @dataclass(frozen=True)
@@ -274,3 +274,41 @@ def input_dimensions(inputs: Mapping[str, Node | Table | Constant]) -> dict[str,
     """Return the dimensions of tables and constants that state one."""
     stated = {name: x.dimension for name, x in inputs.items() if not isinstance(x, Node)}
     return {name: dimension for name, dimension in stated.items() if dimension is not None}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# State variables: a pressure, a current, the integral of an error. They have a rate, and no speed.
+
+
+@dataclass(frozen=True)
+class StateVariable(Element):
+    """A state beside those of the joints: the expression of its rate, its value at t = 0, and its dimension if stated.
+
+    Raises ModelError where `rate` is a number in another unit than that of the state over a second.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        "derivative": "rate", "value": "initial", "unit": "the unit stands behind the number: {initial: 1 bar}",
+    }
+
+    rate: Node = holds(
+        Scalar(), says="its time derivative, an expression of the motion, inputs, parameters, t and other states",
+        such="(Q - A*u_s)/C",
+    )
+    initial: Node = holds(Scalar(), says="its value at t = 0, with a unit if it has one", such="1 bar")
+    dimension: Dimension | None = holds(
+        DimensionField(), None, says="a unit of its dimension, where `initial` states none", such="Pa"
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.given("initial")
+        if self.dimension is None and isinstance(given, str):
+            object.__setattr__(self, "dimension", parse_scalar(given)[1])
+        if self.dimension is not None:
+            self.verify_unit("initial", _unit_text(self.dimension))
+            self.verify_unit("rate", rate_unit(str(self.dimension)))
+
+
+def _unit_text(dimension: Dimension) -> str:
+    return "" if dimension == DIMENSIONLESS else str(dimension)

@@ -35,7 +35,7 @@ from multibody_sym.model.fields import (
 )
 from multibody_sym.model.forces import FORCES
 from multibody_sym.model.joints import JOINTS, Joint
-from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, Table
+from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, StateVariable, Table
 from multibody_sym.model.settings import Ask, AskField, Settings
 from multibody_sym.model.states import StateCondition, StopCondition
 from multibody_sym.records import dataclass
@@ -45,7 +45,7 @@ from multibody_sym.scalars.node import ZERO, Node, symbol, symbol_with
 
 _MAPS: Final = (
     *("parameters", "bodies", "joints", "forces", "constraints", "pulleys", "contacts"),
-    *("inputs", "outputs", "stop", "ask"),
+    *("states", "inputs", "outputs", "stop", "ask"),
 )
 _COUNTED: Final = (("bodies", "body"), *((f"{one}s", one) for one in ("joint", "constraint", "contact", "force")))
 _SYMBOL: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -102,6 +102,10 @@ class System(Element):
     impact: Impacts | None = holds(
         ImpactsField(), None, keyword=True, such="{impulse: [0, I, 0], at: coin.edge}",
         says="what strikes at the start: one impact, a map of several, or closing",
+    )
+    states: Mapping[str, StateVariable] = holds(
+        MapOf(Record(StateVariable)), None, keyword=True, such="{p: {rate: (Q - A*u_s)/C, initial: 1 bar}}",
+        says="state variables by name, such as a pressure or a current: each has a rate and a value at the start",
     )
     inputs: Mapping[str, Node | Table | Constant] = holds(
         MapOf(InputField()), None, such="{tau: T0*sin(t)}",

@@ -56,6 +56,7 @@ from multibody_sym.program.program import OperationCount, Program, operation_cou
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats, floats, number
 from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.text.units import rate_unit
 
 _BY_FORCES: Final = frozenset(
     ["state_derivative", "inverse_dynamics", "hybrid_dynamics", "constraints", "reactions", "outputs"]
@@ -223,7 +224,7 @@ class _Question:
         coordinates, speeds = self.mechanism.coordinates, [x.unit for x in self.mechanism.speeds]
         turns = [unit.startswith("rad") for unit in speeds]
         found = {
-            "qdot": tuple(f"{x.unit}/s" if x.unit else "1/s" for x in coordinates),
+            "qdot": tuple(rate_unit(x.unit) or "1/s" for x in coordinates),
             "udot": tuple(f"{unit}^2" for unit in speeds),
             **dict.fromkeys(("forces", "bias", "gravity"), tuple("N*m" if turn else "N" for turn in turns)),
             "mass_matrix": tuple(tuple(("kg", "kg*m", "kg*m^2")[a + b] for a in turns) for b in turns),
@@ -559,6 +560,12 @@ class Function:
     # --- what is made once --------------------------------------------------------------------------------------------
 
     @cached_property
+    def _variables(self) -> tuple[Variable, ...]:
+        """By what it can be differentiated."""
+        without = {"udot": not self._takes_udot, "s": not self._question.mechanism.rates}
+        return tuple(name for name in VARIABLES if not without.get(name))
+
+    @cached_property
     def _takes_udot(self) -> bool:
         return any(array.name == "udot" for array in self._program.inputs)
 
@@ -611,14 +618,15 @@ class Function:
     # --- derivatives --------------------------------------------------------------------------------------------------
 
     def derivative(self, by: Variable) -> Function:
-        """Return the derivative by t, q, u, udot, inputs or parameters: a Function with one axis more, the last.
+        """Return the derivative by t, q, u, s, udot, inputs or parameters: a Function with one axis more, the last.
 
-        Its columns by q are those of the tangent, one a speed. Declared inputs are functions of the state, but for the
-        derivative by inputs. Raises InputError for a variable that the function does not have.
+        Its columns by q are those of the tangent, one a speed; by s those of the declared states. Declared inputs are
+        functions of the state, but for the derivative by inputs. Raises InputError for a variable that the function
+        does not have.
         """
-        if by not in VARIABLES or (by == "udot" and not self._takes_udot):
-            known = [x for x in VARIABLES if x != "udot" or self._takes_udot]
-            raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {', '.join(known)}")
+        if by not in self._variables:
+            known = ", ".join(self._variables)
+            raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
         if by == "inputs":
             self._arguments._verify_free(self.inputs)
         if by not in self._derivatives:
@@ -646,7 +654,7 @@ class Function:
         Raises InputError as `derivative` does, and for wrong shapes.
         """
         if not isinstance(rates, Mapping) or not rates:
-            raise ArgumentError(f"rates is a map from what moves to its rate: {', '.join(VARIABLES)}")
+            raise ArgumentError(f"rates is a map from what moves to its rate: {', '.join(self._variables)}")
         sums: list[Any] = [0.0] * len(self.names)
         for by, given in rates.items():
             slopes = self._parts(self.derivative(by)(*state, **options))

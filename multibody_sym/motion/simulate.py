@@ -8,7 +8,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
-from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.mechanics.spanning_tree import start_names
 from multibody_sym.model.argument_checks import callback, door, flag
 from multibody_sym.model.run_options import RUN_SETTINGS, RunOptions, spelled_out
 from multibody_sym.model.settings import Baumgarte
@@ -181,11 +181,8 @@ class Prepared:
 
     @cached_property
     def _known(self) -> tuple[frozenset[str], frozenset[str]]:
-        """The names of parameters, and of coordinates and speeds of joints."""
-        joints = self.system.joints.items()
-        named = ((*coordinate_names(name, joint), *speed_names(name, joint)) for name, joint in joints)
-        state = [name for names in named for name in names]
-        return frozenset(self.system.parameters), frozenset(state)
+        """The names of parameters, and of coordinates, speeds and states."""
+        return frozenset(self.system.parameters), frozenset(start_names(self.system))
 
     @cached_property
     def _families(self) -> dict[Any, VariedSystem]:

@@ -69,6 +69,18 @@ _NAMED: Final = {
     Dimension(1, 2, -3): "W", Dimension(1, -1, -2): "Pa",
 }
 
+
+
+def rate_unit(unit: str) -> str:
+    """Return the unit of the rate of a quantity in a unit, empty if that is: Pa/s of a pressure, m/s^2 of a speed."""
+    if not unit:
+        return ""
+    if "/" not in unit:
+        return f"{unit}/s"
+    dimension = parse_unit(unit)[1]
+    return str((Turning if isinstance(dimension, Turning) else Dimension)(*dimension.times(TIME, -1)))
+
+
 _DEGREE: Final = PI / 180
 _UNITS: Final[dict[str, tuple[Node, Dimension, str]]] = {
     # name: factor to SI, dimension, prefixes that people use with it

@@ -37,7 +37,7 @@ from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
-from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, verify_without_states
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.state import State, state_of
@@ -326,6 +326,7 @@ def place_of(system: System, formalism: str | None, at: At = None) -> SteadyStat
     there is none, or with `at` where that state is none.
     """
     flow, begin = flow_at(system, formalism, at)
+    verify_without_states(flow.mechanism, "it has no normal modes; linearize tells its eigenvalues")
     if is_balanced(flow, begin):
         with suppress(*((NoSolutionError,) if at is None and any(begin.u) else ())):  # it may pass a rest on its way
             return _linearized_at(flow, begin, at)

@@ -33,7 +33,7 @@ from multibody_sym.errors import (
 )
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import verify_kept
-from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source
+from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source, verify_without_states
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
@@ -174,6 +174,7 @@ def rest_position(system: System, formalism: str | None) -> Position:
     """
     declared = check_numbers(system)
     verify_kept(declared)
+    verify_without_states(declared, "a range of rest is one of forces alone; equilibrium finds the state too")
     resolved = declared.relative or declared
     position = Position(resolved, start(resolved, project=system.simulation.project), formalism)
     moved = position.moved({}, moves=False)

@@ -78,10 +78,10 @@ class Anywhere:
 def anywhere(solved: SolvedInstant, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:
     """Return a system's equations at any state like one that it comes to, whose signs of |u| and such they have.
 
-    None where they have no closed form, or poses are quaternions.
+    None where they have no closed form, poses are quaternions, or declared states move beside them.
     """
     mechanism = solved.mechanism
-    if solved.forms is None or any(body.quaternions for body in mechanism.bodies):
+    if solved.forms is None or mechanism.rates or any(body.quaternions for body in mechanism.bodies):
         return None
     general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:

@@ -31,7 +31,7 @@ from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, qdot_of
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
@@ -386,7 +386,7 @@ class OneWayRows(RowNumbers):
         """Return the rows a little later, to first order."""
         state = self.motion.state
         q, u = np.array(state.q, dtype=float), np.array(state.u, dtype=float)
-        rates = np.array(coordinate_rates(self.mechanism, state.q, state.u), dtype=float)
+        rates = np.array(qdot_of(state, self.mechanism), dtype=float)
         parameters = [state.slots[slot("parameters", k)] for k in range(len(self.mechanism.parameters))]
         t = float(state.slots[TIME]) + step
         moved = state_of(self.mechanism, float, t, (q + step * rates).tolist(), (u + step * udot).tolist(), parameters)

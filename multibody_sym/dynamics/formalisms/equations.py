@@ -19,10 +19,10 @@ from multibody_sym.mechanics.motion import (
     Motion,
     body_mass,
     body_motion,
-    coordinate_rates,
     motion_of,
     moving_parent,
     partial_velocities,
+    qdot_of,
 )
 from multibody_sym.mechanics.row_kinematics import RowMotion
 from multibody_sym.mechanics.state import State, state_of
@@ -295,7 +295,7 @@ def tree_dynamics(motion: Motion, factors: MassFactors, forcing: list[S], rows: 
         factors,
         forcing,
         rows,
-        coordinate_rates(mechanism, state.q, state.u),
+        qdot_of(state, mechanism),
         tuple(c.name for c in mechanism.coordinates),
         tuple(s.name for s in mechanism.speeds),
         tuple(row.name for row in mechanism.rows),

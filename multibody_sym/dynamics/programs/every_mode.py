@@ -46,7 +46,7 @@ from multibody_sym.mechanics.modes import (
     in_every_mode,
     may_share,
 )
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, qdot_of
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Row as DeclaredRow
@@ -465,7 +465,7 @@ class _EveryMode:
         found = trace.call_where(some, held, [trace[array.name] for array in trace.inputs])
         accelerations, multipliers, report = found
         udot = self._moving([choose(some, a, b) for a, b in zip(accelerations, free, strict=True)])
-        rates = coordinate_rates(self.mechanism, trace["q"], self._moving(trace["u"]))
+        rates = qdot_of(slot_state(self.mechanism), self.mechanism, self._moving(trace["u"]))
         rank, independence, residual = report
         outputs = {
             "qdot": rates,

@@ -370,9 +370,10 @@ def _state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
     of_speeds = Result("udot", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
     results = [_of_coordinates("qdot", mechanism), of_speeds]
     found = scan_tree(trace, _inputs(trace), like.bodies, passes, results, partial(_dynamics_of_body, like.kinds))
+    qdot = [*found["qdot"], *mechanism.rates]
     return trace.finish(
         {
-            "qdot": ((len(found["qdot"]),), found["qdot"]),
+            "qdot": ((len(qdot),), qdot),
             "udot": ((len(found["udot"]),), found["udot"]),
             "multipliers": ((0,), ()),
             "report": ((3,), (ZERO,) * 3),
@@ -431,13 +432,14 @@ def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
     largest = Pass("largest", tuple(range(-1, count - 1)), 1, (ZERO,))
     results = [_of_coordinates("q", mechanism), Result("deviation", count, tuple(range(count)))]
     found = scan_tree(trace, _inputs(trace), like.bodies, [largest], results, partial(_normalize_body, like.kinds))
-    q = found["q"]
+    q = [*found["q"], *trace["q"][len(found["q"]) :]]
     return trace.finish({"q": ((len(q),), q), "deviation": ((), found["deviation"][-1:])})
 
 
 def _normalize_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
     """Return a body's coordinates and the largest deviation of its quaternion and of those before."""
-    body, q = kinds[number].body, list(kinds[number].state.q)
+    body = kinds[number].body
+    q = list(kinds[number].state.q[: len(body.q)])  # behind them stand those that its loads name
     largest = read["largest"][0]
     for places in body.quaternions:
         unit, off = unit_quaternion([q[k] for k in places])
@@ -507,8 +509,9 @@ def _inputs(trace: Trace) -> list[tuple[Node, ...]]:
 
 
 def _of_coordinates(name: str, mechanism: Mechanism) -> Result:
-    """Return the result that has an element for each coordinate."""
-    return Result(name, len(mechanism.coordinates), tuple(min(body.q, default=0) for body in mechanism.bodies))
+    """Return the result that has an element for each coordinate of a joint."""
+    count = len(mechanism.coordinates) - len(mechanism.rates)
+    return Result(name, count, tuple(min(body.q, default=0) for body in mechanism.bodies))
 
 
 def vectors(values: Sequence[Node]) -> list[Vec]:

@@ -35,7 +35,7 @@ from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, spread
+from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, qdot_of, spread
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -468,8 +468,8 @@ def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
 # Derivatives.
 
 
-Variable = Literal["t", "q", "u", "udot", "inputs", "parameters"]
-"""By what a function is differentiated; by q along the tangent."""
+Variable = Literal["t", "q", "u", "s", "udot", "inputs", "parameters"]
+"""By what a function is differentiated; by q along the tangent, by s along the declared states, the last of q."""
 VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
 
 
@@ -496,7 +496,7 @@ def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Vari
     forces = tuple(map(callee_value, forces, slopes.outputs[0].values))
     factors = tree_factors(motion_of(mechanism, slot_state(mechanism)))
     columns = [factors.solve([-forces[row * width + k] for row in range(count)]) for k in range(width)]
-    of_q = jacobian_along(_coordinate_rates(mechanism, whole), ways, name=f"rates_by_{variable}")
+    of_q = jacobian_along(_qdot_program(mechanism, whole), ways, name=f"rates_by_{variable}")
     found: Outputs = {
         qdot: ((len(mechanism.coordinates), width), list(of_q.outputs[0].values)),
         udot: ((count, width), [as_node(column[row]) for row in range(count) for column in columns]),
@@ -505,9 +505,9 @@ def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Vari
     return trace.finish(found)
 
 
-def _coordinate_rates(mechanism: Mechanism, whole: Program) -> Program:
-    trace = Trace("coordinate_rates", whole.inputs)
-    return trace.finish({"qdot": column(coordinate_rates(mechanism, trace["q"], trace["u"]))})
+def _qdot_program(mechanism: Mechanism, whole: Program) -> Program:
+    qdot = [as_node(x) for x in qdot_of(slot_state(mechanism), mechanism)]
+    return Trace("qdot", whole.inputs).finish({"qdot": column(qdot)})
 
 
 def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
@@ -531,6 +531,9 @@ def _directions(mechanism: Mechanism, variable: Variable, *, declared: bool = Fa
         ways = [{"q": _rates(mechanism, way)} for way in _units(count)]
     elif variable == "parameters":
         ways = [{"parameters": way} for way in _parameter_ways(mechanism)]
+    elif variable == "s":
+        states = [c.rate is not None for c in mechanism.coordinates]
+        ways = [{"q": way} for way, state in zip(_units(len(states)), states, strict=True) if state]
     else:
         size = {"t": 1, "u": count, "udot": count, "inputs": len(mechanism.inputs)}[variable]
         ways = [{variable: way} for way in _units(size)]

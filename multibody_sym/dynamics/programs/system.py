@@ -23,7 +23,7 @@ from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import shared_forces
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, qdot_of
 from multibody_sym.mechanics.points import NO_WRENCH, direction, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, power_terms, row_motions
 from multibody_sym.mechanics.row_records import AngleRow
@@ -325,7 +325,7 @@ def _equations(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Pro
     udot = rows.unheld(dynamics.factors.solve([f + x for f, x in zip(rows.pushed(trace), pushing, strict=True)]))
     shift = dynamics.factors.solve(_combination(rows.shifting, mu))
     shifted = rows.unheld([u + x for u, x in zip(trace["u"], shift, strict=True)])
-    qdot = coordinate_rates(mechanism, trace["q"], shifted)
+    qdot = qdot_of(slot_state(mechanism), mechanism, shifted)
     left_out = [k in rows.given for k in range(count)]
     phi = [row.phi if row.holonomic and not out else ZERO for row, out in zip(dynamics.rows, left_out, strict=True)]
     residual = [ZERO if out else row.phidot for row, out in zip(dynamics.rows, left_out, strict=True)]
@@ -428,7 +428,7 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
         udot, multipliers, report = constrained_motion(trace, mechanism, dynamics)
     rates = dynamics.rates
     if mechanism.held:
-        rates = coordinate_rates(mechanism, trace["q"], _zero_where_held(mechanism, trace["u"]))
+        rates = qdot_of(slot_state(mechanism), mechanism, _zero_where_held(mechanism, trace["u"]))
         udot = _zero_where_held(mechanism, udot)
     return trace.finish(
         {

@@ -6,6 +6,7 @@ Inputs are t, q, u, parameters, inputs, modes as of every system Program; where 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.joint_friction import along_reactions
-from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
+from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism, verify_without_states
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
 from multibody_sym.mechanics.points import joint_projection
 from multibody_sym.mechanics.row_kinematics import acting_rows, row_motions
@@ -34,6 +35,9 @@ from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real, slot
 from multibody_sym.scalars.rank import ROUNDED, null_space, rank
 from multibody_sym.scalars.vectors import S
+
+OF_MOMENTA: Final = "canonical equations are those of coordinates and momenta alone; choose the method multipliers"
+"""Why canonical equations take no declared states."""
 
 
 def mass_matrix_program(mechanism: Mechanism) -> Program:
@@ -192,7 +196,8 @@ def canonical_programs(mechanism: Mechanism) -> dict[str, Program]:
 
 
 def verify_canonical(mechanism: Mechanism) -> None:
-    """Raise ModelError where momenta do not determine the motion: masses that vary, and rows with friction."""
+    """Raise ModelError where momenta do not determine the motion: states, masses that vary, and rows with friction."""
+    verify_without_states(mechanism, OF_MOMENTA)
     for body in mechanism.bodies:
         if varies(body):
             raise ModelError(f"the mass of {body.name!r} varies, so that its momentum changes with it", number="M120")

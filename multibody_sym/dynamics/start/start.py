@@ -282,7 +282,7 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
     for named in declared:
         value = value_or_nan(named.initial, values)
         if not math.isfinite(value):
-            where = Where(path=("joints", named.joint, "initial"))
+            where = Where(path=(*named.path, "initial"))
             raise ModelError(f"the initial value of {named.name} is not finite", where=where, number="M119")
         found.append(value)
     q, u = np.split(np.array(found, dtype=float), [len(mechanism.coordinates)])
@@ -297,6 +297,8 @@ def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[
 _TRIES: Final = 20
 _REJECTED: Final = 10
 """After so many rejected states constraints are closed no more: where they hold, rows may nearly depend on others."""
+_OF_STATES: Final = 0.5
+"""How far declared states are drawn from their start, as a part of it; of those that start at zero, of 1."""
 _STILL: Final = 1e-13
 """Of speeds that are drawn from -1 to 1, the rounding that is left of one that rows hold."""
 
@@ -326,6 +328,9 @@ def _near(mechanism: Mechanism, begin: Start, rng: np.random.Generator, *, close
     change, u = (rng.uniform(-1.0, 1.0, len(mechanism.speeds)) for _ in range(2))
     rows = ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows)), float(rng.uniform(0.0, 1.0)))
     apart = displaced(mechanism, np.array(begin.q, dtype=float), change)
+    if mechanism.rates:
+        states = apart[-len(mechanism.rates) :]
+        states += rng.uniform(-_OF_STATES, _OF_STATES, len(states)) * np.where(states == 0.0, 1.0, np.abs(states))
     closed = closed_near(rows, apart) if closes else None
     if closed is None and any(body.is_foot for body in mechanism.bodies):
         raise ValueError("a curve is not where its foot is, and what touches it is told by that")

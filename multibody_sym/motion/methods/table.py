@@ -41,6 +41,8 @@ SUMMARIES: Final[Mapping[str, str]] = {
 """What each method is; the names are those that a model file and `--method` take."""
 LOOKING_BACK: Final = ("adams_bashforth_moulton", "stoermer_6", "stoermer_verlet")
 """Those that take steps before into account."""
+OF_SECOND_ORDER: Final = ("stoermer_6", "stoermer_verlet")
+"""Those for second derivatives, which take no declared states."""
 
 
 def _maker(name: str) -> Callable[[], Method]:

@@ -19,11 +19,12 @@ from multibody_sym.dynamics.start.start import verify_regular_start
 from multibody_sym.dynamics.start.state import StartState, state_at, with_numbers_as_data
 from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify_motions
 from multibody_sym.errors import ModelError, MultibodyError, at
-from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, verify_without_states
 from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import Loop, Problem
+from multibody_sym.motion.methods.table import OF_SECOND_ORDER
 from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws, recall_programs
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
@@ -59,6 +60,9 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     NoSolutionError where the start is a singular position.
     """
     _verify_size(ready, settings)
+    if settings.method.name in OF_SECOND_ORDER:
+        why = f"{settings.method.name} takes equations of second order only; choose another method"
+        verify_without_states(ready.mechanism, why)
     if ready.start.assembled:  # what is declared is examined already
         names = (symbol(coordinate.name) for coordinate in ready.mechanism.coordinates)
         values = {**dict(zip(names, ready.q0.tolist(), strict=True)), **ready.parameter_values}

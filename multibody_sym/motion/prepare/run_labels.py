@@ -52,6 +52,12 @@ class RunLabels:
         return tuple(c.name for c in self.mechanism.coordinates)
 
     @cached_property
+    def quaternions(self) -> Names:
+        """The names of the coordinates that are parts of quaternions."""
+        bodies = self.mechanism.bodies
+        return tuple(self.coordinates[k] for body in bodies for places in body.quaternions for k in places)
+
+    @cached_property
     def speeds(self) -> Names:
         """The names of the speeds."""
         return tuple(s.name for s in self.mechanism.speeds)

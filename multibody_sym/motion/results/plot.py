@@ -130,7 +130,7 @@ def _across(run: Samples, x: str, units: Units) -> tuple[_Column, str]:
 def _column(run: Samples, name: str, units: Units) -> _Column:
     if name in run.units:
         unit = run.units[name]
-        told = units.of(unit) or ("quaternion" if name in run.coordinates else "")
+        told = units.of(unit) or ("quaternion" if name in run.ready.told.quaternions else "")
         return _Column(run[name] / units.size(unit), told)
     output = name.removeprefix(_OUTPUT)
     if output in run.outputs:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
+from multibody_sym.mechanics.spanning_tree import start_names
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
@@ -84,12 +84,7 @@ def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[VariedAxis, ...]:
 
 
 def _axis(system: System, name: str, given: Any) -> VariedAxis:
-    initial = [
-        x
-        for joint, declared in system.joints.items()
-        for x in (*coordinate_names(joint, declared), *speed_names(joint, declared))
-    ]
-    if name not in (known := [*system.parameters, *initial]):
+    if name not in (known := [*system.parameters, *start_names(system)]):
         with at("vary"):
             raise ModelError(f"no parameter, coordinate or speed is called {name!r}", word=name, known=known)
     kind = "parameters" if name in system.parameters else "initial"

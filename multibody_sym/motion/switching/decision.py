@@ -21,7 +21,7 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS
 from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, LawElement, Mode
 from multibody_sym.mechanics.modes import mode_words
-from multibody_sym.mechanics.motion import coordinate_rates
+from multibody_sym.mechanics.motion import qdot_of
 from multibody_sym.motion.loop.integrate import runge_kutta_step
 from multibody_sym.motion.loop.problem import Reason
 from multibody_sym.motion.switching import impact
@@ -139,7 +139,7 @@ def _after_flight(met: AfterImpact, time: float) -> LawValues:
     facts, udot = met.facts, met.udot
     assert udot is not None
     mean, u = facts.u + 0.5 * time * udot, facts.u + time * udot
-    rates = coordinate_rates(facts.laws.mechanism, facts.q.tolist(), mean.tolist())
+    rates = qdot_of(facts.state, facts.laws.mechanism, mean.tolist())
     return facts.laws.at(facts.t + time, facts.q + time * np.array(rates, dtype=float), u, facts.scale)
 
 

@@ -778,6 +778,8 @@ def _held_beside_too(mechanism: Mechanism, parameters: Floats, at: LawValues) ->
         return ()
     aside = np.array([np.sin(1.0 + 2.0 * k) for k in range(len(mechanism.speeds))]) * _ASIDE
     moved = np.array(coordinate_rates(mechanism, at.q.tolist(), aside.tolist()), dtype=float)
+    states = len(mechanism.rates)  # which may drive a row, though they are zero now
+    moved[len(moved) - states :] = _ASIDE
     return tuple(sorted(here & _held_places(mechanism, parameters, at.t + _ASIDE, at.q + moved)))
 
 

@@ -21,7 +21,7 @@ from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import BETWEEN_POWERS, ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass
@@ -294,10 +294,15 @@ class LawValues(RowNumbers):
         return next((f"{name}: {flat}" for name, row in rows for flat in flat_rims([row], self.motion)), "")
 
     @cached_property
+    def state(self) -> State:
+        """The state over numbers."""
+        known = self.q.tolist(), self.u.tolist(), self.laws.parameters.tolist()
+        return state_of(self.laws.mechanism, float, self.t, *known)
+
+    @cached_property
     def motion(self) -> Motion:
         """The motion over numbers."""
-        mechanism, known = self.laws.mechanism, (self.q.tolist(), self.u.tolist(), self.laws.parameters.tolist())
-        return motion_of(mechanism, state_of(mechanism, float, self.t, *known))
+        return motion_of(self.laws.mechanism, self.state)
 
     def rounding_of_gap(self, element: LawElement) -> float:
         """Return what rounding of the coordinates, such as an angle of many turns, makes of the gap of an element."""
