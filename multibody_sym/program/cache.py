@@ -251,6 +251,17 @@ def alone(key: str) -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def alone_at_once(key: str) -> Iterator[bool]:
+    """Tell a block whether no other process or thread is in such a block, or in `alone`, of the same `key`."""
+    path = folder() / f"{digest(key)}{_LOCK}"
+    descriptor = _waited_for(path, 0.0, shared=False)
+    try:
+        yield descriptor is not None or fcntl is None
+    finally:
+        _let_go(descriptor, path)
+
+
 def store(key: str, path: Path, metadata: Mapping[str, Any]) -> None:
     """Let `key` lead to the cached file `path` and to `metadata` (JSON values); what cannot be written is left out."""
     body = json.dumps({"file": path.name, "metadata": metadata}, sort_keys=True).encode()

@@ -16,14 +16,15 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import field, replace
 from functools import cached_property
 from importlib.util import find_spec
+from io import StringIO
 from itertools import accumulate
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,6 +59,8 @@ _SECONDS: Final = 60.0
 _BYTES_PER_SECOND: Final = 20_000.0  # more time for a large source: a slow compiler is not a hanging one
 
 
+_MOST_AT_ONCE: Final = 3
+"""Files of the runtime that are compiled at the same time: the longest one takes a third of all."""
 BROUGHT: Final = "runtime.objects"
 """A file beside this one in the wheels of platforms: what the runtime is compiled to, so that a first run need not."""
 _SIGNS: Final = ("error", "undefined ", "cannot ", "No such ", "ld: ")  # of a reason, the surest first
@@ -92,7 +95,9 @@ class Compiler:
     def version(self) -> str:
         """Return what the compiler says about itself."""
         with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
-            return _run([[*self.command, "--version"]], Path(place), 10.0)
+            with _running([[*self.command, "--version"]], Path(place), 10.0) as printed:
+                pass
+            return printed.getvalue()
 
 
 def find_compiler(*, native: bool = False) -> Compiler:
@@ -177,6 +182,7 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
         return library
 
 
+@functools.cache
 def _origin(compiler: Compiler) -> str:
     """Return what tells the objects of a compiler from those of others."""
     return "\0".join([*compiler.command, *compiler.flags, compiler.version(), compiler.identity])
@@ -185,14 +191,23 @@ def _origin(compiler: Compiler) -> str:
 def begin_runtime(compiler: Compiler, sources: Mapping[str, str]) -> None:
     """Compile what is missing of the runtime's files in `sources` (file name -> text), beside what the caller does.
 
-    `build_library` waits for it. What fails here fails there again, where it is told.
+    The caller keeps a processor for itself until `build_library`, which helps, and waits for what is begun. What fails
+    here fails there again, where it is told.
     """
+    units = _by_length(sources)
 
     def compiled() -> None:
         with suppress(CompilerError, OSError), tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
-            _Build(compiler, sources, _origin(compiler), Path(place)).runtime()
+            _Build(compiler, sources, _origin(compiler), Path(place)).runtime(units)
 
-    threading.Thread(target=compiled, name="multibody_sym runtime").start()
+    for _ in range(max(1, min(_MOST_AT_ONCE, (os.cpu_count() or 1) - 1))):
+        threading.Thread(target=compiled, name="multibody_sym runtime").start()
+
+
+def _by_length(sources: Mapping[str, str]) -> list[str]:
+    """Return the names of the runtime's sources without the ending, the shortest first."""
+    units = [name.removesuffix(".c") for name in sources if name.endswith(".c") and name != "model.c"]
+    return sorted(units, key=lambda unit: len(sources[f"{unit}.c"]))
 
 
 def objects_to_bring(sources: Mapping[str, str]) -> bytes:
@@ -230,8 +245,8 @@ class _Build:
     def library(self) -> bytes:
         """Return the content of the shared library."""
         self._write_sources()
-        self._bring_runtime()
-        self._compile(["model"])
+        with self._compiling(["model"]):
+            self._bring_runtime()
         try:
             self._link()
         except CompilerError:  # the kept objects may be another linker's
@@ -239,10 +254,18 @@ class _Build:
             self._link()
         return self._written("model.so")
 
-    def runtime(self) -> None:
-        """Have the objects of the runtime in the cache."""
+    def runtime(self, units: list[str]) -> None:
+        """Have objects of the runtime in the cache: those of `units` from the last on, which others take from as well.
+
+        What another process is at is left to it.
+        """
         self._write_sources()
-        self._bring_runtime()
+        brought = _packaged_objects()
+        with suppress(IndexError):
+            while True:
+                unit = units.pop()
+                if self._made_of(unit) not in brought:
+                    self._make_at_once(unit)
 
     def objects(self) -> dict[str, bytes]:
         """Return the objects of the runtime, each by what it was made from."""
@@ -264,12 +287,21 @@ class _Build:
         """Bring the objects of the runtime into the folder."""
         brought = _packaged_objects()
         missing = [unit for unit in self._units if not self._put(unit, brought.get(self._made_of(unit)))]
-        missing = [unit for unit in missing if not self._put(unit, cache.stored_content(self._key(unit)))]
-        if missing:
-            with cache.alone(cache.digest("runtime", self.origin)):
-                # another process may have made them meanwhile
-                missing = [unit for unit in missing if not self._put(unit, cache.stored_content(self._key(unit)))]
-                self._compile_runtime(missing)
+        missing = [unit for unit in _by_length(self.sources)[::-1] if unit in missing]
+        for unit in [unit for unit in missing if not self._make_at_once(unit)]:
+            with cache.alone(self._key(unit)):
+                self._make(unit)
+
+    def _make_at_once(self, unit: str) -> bool:
+        """Have the object of a unit in the cache and the folder; tell whether it is, and not somebody else at it."""
+        with cache.alone_at_once(self._key(unit)) as alone:
+            if alone:
+                self._make(unit)
+        return alone
+
+    def _make(self, unit: str) -> None:
+        if not self._put(unit, cache.stored_content(self._key(unit))):
+            self._compile_runtime([unit])
 
     def _put(self, unit: str, content: bytes | None) -> bool:
         """Write a unit's object into the folder where there is one; tell whether there is."""
@@ -302,15 +334,21 @@ class _Build:
 
     def _compile(self, units: Sequence[str]) -> None:
         """Compile files at the same time."""
-        self._run([[*self._flags(unit), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
+        with self._compiling(units):
+            pass
+
+    def _compiling(self, units: Sequence[str]) -> AbstractContextManager[object]:
+        """Compile files at the same time, beside what a block does."""
+        return self._running([[*self._flags(unit), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
 
     def _link(self) -> None:
         objects = [f"{unit}.o" for unit in ("model", *self._units)]
-        self._run([[*self.compiler.flags, "-shared", *objects, "-lm", "-o", "model.so"]])
+        with self._running([[*self.compiler.flags, "-shared", *objects, "-lm", "-o", "model.so"]]):
+            pass
 
-    def _run(self, arguments: Sequence[Sequence[str]]) -> None:
+    def _running(self, arguments: Sequence[Sequence[str]]) -> AbstractContextManager[object]:
         limit = _SECONDS + sum(map(len, self.sources.values())) / _BYTES_PER_SECOND
-        _run([[*self.compiler.command, *words] for words in arguments], self.place, limit)
+        return _running([[*self.compiler.command, *words] for words in arguments], self.place, limit)
 
     def _written(self, name: str) -> bytes:
         """Return the content of a file that the compiler was to write; raises CompilerError."""
@@ -320,8 +358,13 @@ class _Build:
             raise CompilerError(f"the C compiler {self.compiler.command[0]} wrote no {name}") from None
 
 
-def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:
-    """Run `commands` at the same time in the private folder `place`; return what they printed."""
+@contextmanager
+def _running(commands: Sequence[Sequence[str]], place: Path, limit: float) -> Iterator[StringIO]:
+    """Run `commands` at the same time in the private folder `place`, beside a block; yield what they will have printed.
+
+    Raises CompilerError behind the block.
+    """
+    printed = StringIO()
     environment = {**os.environ, "PATH": os.pathsep.join(_search_path()), "TMPDIR": str(place), "LC_ALL": "C"}
     processes: list[subprocess.Popen[bytes]] = []
     late = threading.Event()
@@ -335,31 +378,36 @@ def _run(commands: Sequence[Sequence[str]], place: Path, limit: float) -> str:
     with tempfile.TemporaryFile(dir=place) as output:
         try:
             for command in commands:
-                processes.append(
-                    subprocess.Popen(
-                        command,
-                        cwd=place,
-                        env=environment,
-                        stdin=subprocess.DEVNULL,
-                        stdout=output,
-                        stderr=subprocess.STDOUT,
-                        start_new_session=True,
-                    )
-                )
+                processes.append(_started(command, place, environment, output))
             timer.start()
+            yield printed
             codes = [process.wait() for process in processes]
-        except OSError as problem:
-            raise CompilerError(f"the C compiler {commands[0][0]} cannot be started: {problem.strerror}") from None
         finally:
             timer.cancel()
             _end(processes)
         if late.is_set():
             raise CompilerError(f"the C compiler {commands[0][0]} took more than {limit:.0f} s")
         output.seek(0)
-        printed = output.read().decode(errors="replace")
+        printed.write(output.read().decode(errors="replace"))
     if any(codes):
-        raise CompilerError(f"the C compiler {commands[0][0]} failed: {_reason(printed)}")
-    return printed
+        raise CompilerError(f"the C compiler {commands[0][0]} failed: {_reason(printed.getvalue())}")
+
+
+def _started(
+    command: Sequence[str], place: Path, environment: Mapping[str, str], output: IO[bytes]
+) -> subprocess.Popen[bytes]:
+    try:
+        return subprocess.Popen(
+            command,
+            cwd=place,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+    except OSError as problem:
+        raise CompilerError(f"the C compiler {command[0]} cannot be started: {problem.strerror}") from None
 
 
 def _reason(printed: str) -> str:

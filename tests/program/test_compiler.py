@@ -238,14 +238,14 @@ def test_a_wheel_of_a_platform_brings_the_runtime_compiled(fresh, monkeypatch, t
     place = tmp_path / module.BROUGHT
     place.write_bytes(module.objects_to_bring(runtime))
     compiled = []
-    run = module._Build._compile
-    monkeypatch.setattr(module._Build, "_compile", lambda self, units: (compiled.append([*units]), run(self, units)))
+    run = module._Build._compiling
+    monkeypatch.setattr(module._Build, "_compiling", lambda self, units: compiled.append([*units]) or run(self, units))
     monkeypatch.setattr(module, "__file__", str(tmp_path / "compiler.py"))
     assert build_library(find_compiler(), OSCILLATOR.sources()).exists()
     assert compiled == [["model"]]
     changed = {**OSCILLATOR.sources(), "solve.c": runtime["solve.c"] + "\n"}
     assert build_library(find_compiler(), changed).exists()
-    assert compiled[1:] == [["solve"], ["model"]]
+    assert compiled[1:] == [["model"], ["solve"]]
 
 
 def test_units_that_take_no_time_of_a_run_are_compiled_with_less_work(fresh, monkeypatch):
