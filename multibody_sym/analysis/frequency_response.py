@@ -14,7 +14,8 @@ from multibody_sym.errors import ArgumentError, InputError, short_repr
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, floats
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.pictures.notebook_figure import ShownFigure

@@ -24,9 +24,10 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import function
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, vector
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.numbers import vector
 
 _NEAR: Final = 1e-10
 """How far (m, rad) a frame may be from where it should be."""

@@ -30,9 +30,10 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.fields import Scalar
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED, Floats, number
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
+from multibody_sym.scalars.numbers import number
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853

@@ -39,10 +39,10 @@ from multibody_sym.model.joints import Follow
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System, with_expressions
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import number
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
+from multibody_sym.scalars.numbers import number
 from multibody_sym.text.printer import text
 
 SIDES: Final = "Sides at the start, on which these equations hold"

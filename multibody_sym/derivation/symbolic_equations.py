@@ -25,7 +25,8 @@ from multibody_sym.errors import InputError, ModelError, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.argument_checks import door
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, number, vector
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import number, vector
 from multibody_sym.scalars.rank import exact, rank
 from multibody_sym.scalars.sympy_bridge import TableFunction
 from multibody_sym.scalars.tabulated import Tabulated

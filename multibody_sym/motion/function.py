@@ -54,8 +54,9 @@ from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import NativeFunction
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, floats, number
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.scalars.numbers import floats, number
 from multibody_sym.text.units import rate_unit
 
 _BY_FORCES: Final = frozenset(

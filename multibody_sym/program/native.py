@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.program.runtime_constants import DOUBLED, PASSED
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, floats
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program

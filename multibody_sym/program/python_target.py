@@ -101,10 +101,13 @@ _FUTURE: Final = "from __future__ import annotations\n"
 _PACKAGE: Final = "from multibody_sym."
 
 
+OWN_ARITHMETIC: Final = (arrays, floats, between, rank, least_norm)
+"""The modules whose text stands in exported Python."""
+
+
 def _own_arithmetic() -> str:
     """Return the text of this package's arithmetic and solve, without the words at their heads."""
-    modules = (arrays, floats, between, rank, least_norm)
-    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in modules]
+    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in OWN_ARITHMETIC]
     bodies = [text.partition(_FUTURE)[2].splitlines() for text in texts]
     own = ["\n".join(line for line in body if not line.startswith(_PACKAGE)).strip() for body in bodies]
     return _OWN.format(**dict(zip(("arrays", "floats", "between", "rank", "solve"), own, strict=True)))

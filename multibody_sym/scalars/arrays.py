@@ -1,13 +1,14 @@
-"""Arrays of floats: their rounding, what undefined arithmetic raises, and the numbers that a caller hands over."""
+"""Arrays of floats, the rounding of one, and what undefined arithmetic raises.
+
+The text of this file stands in exported Python, and imports NumPy only.
+"""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-
-from multibody_sym.errors import ArgumentError, InputError, short_repr
 
 Floats = NDArray[np.float64]
 
@@ -28,54 +29,3 @@ def row_sums(values: Floats) -> Floats:
     """Return the sum of each row, its elements added from left to right as C does; NumPy's `sum` adds in parts."""
     sums: Floats = values.cumsum(axis=1)[:, -1] + 0.0 if values.shape[1] else np.zeros(len(values))
     return sums
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# What a caller hands over as numbers: real ones, as arrays of floats.
-
-
-_REAL: Final = "fiub"
-_OBJECTS: Final = "O"
-
-
-def floats(name: str, given: Any) -> Floats:
-    """Return an argument as an array of floats; raises ArgumentError for text, complex numbers and what is no number.
-
-    NumPy alone would read text, and drop imaginary parts.
-    """
-    if isinstance(given, np.ndarray) and given.dtype == np.float64:
-        return given
-    try:
-        found = np.asarray(given)
-        if found.dtype.kind in _REAL:
-            return found.astype(float)
-        if found.dtype.kind == _OBJECTS and not any(isinstance(x, (str, bytes, complex)) for x in found.flat):
-            return np.array([float(x) for x in found.flat]).reshape(found.shape)
-    except (TypeError, ValueError, ArithmeticError):
-        pass
-    raise ArgumentError(f"{name} is to be real numbers, got {_describe(given)}")
-
-
-def number(name: str, given: Any) -> float:
-    """Return an argument as a float; raises ArgumentError."""
-    if type(given) is float:
-        return given
-    found = floats(name, given)
-    if found.ndim:
-        raise ArgumentError(f"{name} is to be one of the real numbers, got an array of shape {found.shape}")
-    return float(found)
-
-
-def vector(name: str, given: Any, size: int) -> Floats:
-    """Return an argument as a vector of a size; raises InputError."""
-    values = floats(name, given)
-    if values.shape != (size,):
-        raise InputError(f"{name} has the shape {values.shape}, not ({size},)")
-    return values
-
-
-def _describe(given: Any) -> str:
-    try:
-        return "complex ones" if np.asarray(given).dtype.kind == "c" else short_repr(given)
-    except (TypeError, ValueError):
-        return short_repr(given)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,7 @@ from hypothesis import strategies as st
 from random_programs import ARITHMETIC, FUNCTIONS, Maker
 
 from multibody_sym.program.program import Program, interpret
-from multibody_sym.program.python_target import python_source
+from multibody_sym.program.python_target import OWN_ARITHMETIC, python_source
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import Trace
@@ -87,3 +89,12 @@ def test_self_test_passes_and_finds_a_wrong_constant(tmp_path) -> None:
         run = subprocess.run([sys.executable, path], capture_output=True, text=True, timeout=60, check=False)
         assert run.returncode == code, run.stdout + run.stderr
         assert ("f: WRONG" in run.stdout) == bool(code)
+
+
+def test_exported_arithmetic_imports_nothing_that_is_not_exported() -> None:
+    """But `dataclass`, in whose place exported text has that of Python, and what functions take that no model calls."""
+    exported = {module.__name__: Path(str(module.__file__)).read_text() for module in OWN_ARITHMETIC}
+    imports = (node for text in exported.values() for node in ast.walk(ast.parse(text)))
+    needed = {node.module or "" for node in imports if isinstance(node, ast.ImportFrom)}
+    of_package = {module for module in needed if module.startswith("multibody_sym")}
+    assert of_package - set(exported) == {"multibody_sym.records", "multibody_sym.scalars.elimination"}

@@ -14,7 +14,8 @@ from multibody_sym.errors import InputError
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, floats, number, vector
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.numbers import floats, number, vector
 
 Values = Mapping[str, float] | ArrayLike | None
 """Values by name in place of the system's, all of them as a vector, or None for the system's."""

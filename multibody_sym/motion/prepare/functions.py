@@ -35,8 +35,9 @@ from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats, vector
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.numbers import vector
 from multibody_sym.text.printer import COMPONENTS
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,56 @@
+"""What a caller hands over as numbers: real ones, as arrays of floats."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from multibody_sym.errors import ArgumentError, InputError, short_repr
+from multibody_sym.scalars.arrays import Floats
+
+_REAL: Final = "fiub"
+_OBJECTS: Final = "O"
+
+
+def floats(name: str, given: Any) -> Floats:
+    """Return an argument as an array of floats; raises ArgumentError for text, complex numbers and what is no number.
+
+    NumPy alone would read text, and drop imaginary parts.
+    """
+    if isinstance(given, np.ndarray) and given.dtype == np.float64:
+        return given
+    try:
+        found = np.asarray(given)
+        if found.dtype.kind in _REAL:
+            return found.astype(float)
+        if found.dtype.kind == _OBJECTS and not any(isinstance(x, (str, bytes, complex)) for x in found.flat):
+            return np.array([float(x) for x in found.flat]).reshape(found.shape)
+    except (TypeError, ValueError, ArithmeticError):
+        pass
+    raise ArgumentError(f"{name} is to be real numbers, got {_describe(given)}")
+
+
+def number(name: str, given: Any) -> float:
+    """Return an argument as a float; raises ArgumentError."""
+    if type(given) is float:
+        return given
+    found = floats(name, given)
+    if found.ndim:
+        raise ArgumentError(f"{name} is to be one of the real numbers, got an array of shape {found.shape}")
+    return float(found)
+
+
+def vector(name: str, given: Any, size: int) -> Floats:
+    """Return an argument as a vector of a size; raises InputError."""
+    values = floats(name, given)
+    if values.shape != (size,):
+        raise InputError(f"{name} has the shape {values.shape}, not ({size},)")
+    return values
+
+
+def _describe(given: Any) -> str:
+    try:
+        return "complex ones" if np.asarray(given).dtype.kind == "c" else short_repr(given)
+    except (TypeError, ValueError):
+        return short_repr(given)
