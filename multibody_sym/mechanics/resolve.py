@@ -19,7 +19,7 @@ from multibody_sym.mechanics.declared_rows import (
 from multibody_sym.mechanics.forces import loads, with_own_names
 from multibody_sym.mechanics.gears import with_withheld
 from multibody_sym.mechanics.joint_friction import joint_frictions, stops
-from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, StruckImpacts
 from multibody_sym.mechanics.mechanism import (
     TIME,
     Coordinate,
@@ -34,7 +34,7 @@ from multibody_sym.mechanics.mechanism import (
 from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.references import BARE, References
 from multibody_sym.mechanics.ropes import rope_slips
-from multibody_sym.mechanics.row_records import MeanTensionRow, Row
+from multibody_sym.mechanics.row_records import CutJoint, MeanTensionRow, Row
 from multibody_sym.mechanics.spanning_tree import (
     SpanningTree,
     body_part,
@@ -249,11 +249,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     one_way = _in_slots(told, _law_elements(references, loose))
     loaded = _in_slots(told, tuple(loads(references)))
     state_stops = _state_stops(resolved, one_way)
-    struck = None
-    if system.impact is not None:
-        from multibody_sym.mechanics.impacts import struck_impacts  # which few systems have
-
-        struck = _in_slots(told, struck_impacts(references, one_way, rows, cuts))
+    struck = _in_slots(told, _impacts(references, one_way, rows, cuts))
     with_forces = [*one_way, *(() if struck is None else struck.meetings)]
     verify_forces(system, with_forces, [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut])
     adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
@@ -286,6 +282,16 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         state_stops=state_stops,
         impact=struck,
     )
+
+
+def _impacts(
+    references: References, one_way: Sequence[LawElement], rows: Sequence[Row], cuts: Sequence[CutJoint]
+) -> StruckImpacts | None:
+    if references.system.impact is None:
+        return None
+    from multibody_sym.mechanics.impacts import struck_impacts  # which few systems have
+
+    return struck_impacts(references, one_way, rows, cuts)
 
 
 def _uncarried_joints(system: System, tree: SpanningTree, freed: Freed | None) -> tuple[list[str], list[str]]:
