@@ -25,6 +25,7 @@ from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.changes import start_value
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.model.argument_checks import state_by_name
+from multibody_sym.model.fields import is_text
 from multibody_sym.model.system import System
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
@@ -104,7 +105,7 @@ def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, form
     if place is None:
         return begin
     with at("at"):
-        if place == REST:
+        if is_text(place, REST):
             q = zip((c.name for c in resolved.coordinates), _rest_beside(resolved, begin, formalism), strict=True)
             return start_beside(resolved, begin, {**dict(q), **{speed.name: 0.0 for speed in resolved.speeds}})
         if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
