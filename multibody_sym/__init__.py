@@ -129,6 +129,8 @@ if TYPE_CHECKING:
     from multibody_sym.motion.simulate import Prepared as Prepared
     from multibody_sym.motion.simulate import prepare as prepare
     from multibody_sym.motion.simulate import simulate as simulate
+    from multibody_sym.motion.stepper import Stepper as Stepper
+    from multibody_sym.motion.stepper import StepperState as StepperState
     from multibody_sym.motion.sweep.study import Study as Study
     from multibody_sym.motion.sweep.study import sweep as sweep
     from multibody_sym.pictures.draw import Figure as Figure
@@ -192,6 +194,7 @@ _NAMES = {
     "motion.results.plot": "plot",
     "motion.results.trajectory": "Trajectory",
     "motion.simulate": "Prepared prepare simulate",
+    "motion.stepper": "Stepper StepperState",
     "motion.sweep.study": "Study sweep",
     "pictures.draw": "Figure",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",

@@ -282,6 +282,8 @@ def _compiled(system: mbs.System) -> list[Call]:
     forces = mbs.compile(mbs.inverse_dynamics(system), backend="python")
     hybrid = mbs.compile(mbs.hybrid_dynamics(system, ["hinge"]), backend="python")
     asked = mbs.function(system, "state_derivative", backend="python")
+    prepared = mbs.prepare(system, backend="python", method="rk4", step=0.1)
+    sim = prepared.stepper(0.1)
     tree = {"t": 0.0, "q": [0.1], "u": [0.2], "udot": None, **more}
     values = [1, 0.5, 9.81, 1]
     numeric = {"q": [0.1], "u": [0.2], "t": 0.0, "parameters": values}
@@ -302,6 +304,10 @@ def _compiled(system: mbs.System) -> list[Call]:
         Call("vjp", partial(_vjp, asked), {"weights": [1.0]}),
         Call("ode", asked.ode().__call__, {"t": 0.0, "x": [0.1, 0.2]}),
         Call("jac", asked.ode().jac, {"t": 0.0, "x": [0.1, 0.2]}),
+        Call("stepper", prepared.stepper, {"dt": 0.1, "count": None}, slow=True),
+        Call("Stepper", sim.step, {"inputs": {"F": 1.0}}, slow=True),
+        Call("reset", sim.reset, {"initial": {"theta": 0.1}, "parameters": {"m": 2}, "inputs": [1.0]}, slow=True),
+        Call("StepperState", sim.restore, {"state": sim.state}),
         Call("lambdify", equations.lambdify, {"result": "terms"}, slow=True),
         Call("lambdified terms", equations.lambdify("terms"), numeric),
         Call("lambdified accelerations", equations.lambdify(), numeric),

@@ -24,6 +24,7 @@ from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:
     from multibody_sym.motion.runs.family import VariedRun, VariedSystem
+    from multibody_sym.motion.stepper import Stepper
     from multibody_sym.motion.switching.mode_run import ModeRun
 
 Columns = Mapping[str, Sequence[float]]
@@ -112,6 +113,22 @@ class Prepared:
             changed = Overrides(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
         return run(run_start(self), on_progress)
+
+    @door
+    def stepper(
+        self, dt: Any, *, inputs: Sequence[str] | str | None = None, count: int | None = None, threads: int = 1
+    ) -> Stepper:
+        """Return the system at its start, to be stepped by `dt` (s, or text such as `1 ms`) while `inputs` are held.
+
+        `inputs`: the names of those that each step may change, None for all; `count` of systems that step together, in
+        so many `threads`. Raises InputError and NoSolutionError as `run` does.
+        """
+        from multibody_sym.motion.stepper import Stepper  # which few runs need
+
+        def start(system: System) -> RunStart:
+            return run_start(replace(self, system=system))
+
+        return Stepper(self.system, start, dt, inputs, count, threads)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
         """Return the system prepared for another end or number of samples; the latest one is kept."""

@@ -510,20 +510,25 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
     return written;
 }
 
-void mbs_integrate_each(const mbs_problem *problem, mbs_system *system, long long runs, const double *parameters,
+void mbs_integrate_each(const mbs_problem *problem, long long runs, const double *spans, const double *parameters,
                         long long count, const double *x0, mbs_state *states, double *work, long long steps,
                         double *samples, double *ends)
 {
-    const double *own = system->parameters;
-    const int n = system->nq + system->nu;
+    mbs_system system = *problem->system;
+    mbs_problem own = *problem;
+    const int n = system.nq + system.nu;
     const long long room = mbs_work(problem);
+    own.system = &system;
     for (long long k = 0; k < runs; ++k) {
         for (long long i = 0; i < room; ++i)
             work[i] = 0.0;
-        system->parameters = parameters + k * count;
-        mbs_start(problem, x0 + k * n, states + k, work);
-        mbs_integrate(problem, states + k, work, steps, problem->samples, samples + k * problem->samples * n);
+        system.parameters = parameters + k * count;
+        if (spans) {
+            own.t0 = spans[2 * k];
+            own.t_end = spans[2 * k + 1];
+        }
+        mbs_start(&own, x0 + k * n, states + k, work);
+        mbs_integrate(&own, states + k, work, steps, own.samples, samples + k * own.samples * n);
         mbs_copy(n, work, ends + k * n);
     }
-    system->parameters = own;
 }

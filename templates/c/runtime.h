@@ -221,8 +221,9 @@ long long mbs_integrate(const mbs_problem *problem, mbs_state *state, double *wo
                         double *samples);
 
 /* Begin runs that differ in `count` parameters and x0 alone, which stand one after the other, and go on with each for at
-   most `steps` steps: a state, problem->samples rows and the state (q, u) it reached of each. `system` is the problem's. */
-void mbs_integrate_each(const mbs_problem *problem, mbs_system *system, long long runs, const double *parameters,
+   most `steps` steps: a state, problem->samples rows and the state (q, u) it reached of each. Run k lasts from spans[2 k]
+   to spans[2 k + 1]; where `spans` is null all last as long as the problem. Nothing is written but that and `work`. */
+void mbs_integrate_each(const mbs_problem *problem, long long runs, const double *spans, const double *parameters,
                         long long count, const double *x0, mbs_state *states, double *work, long long steps,
                         double *samples, double *ends);
 

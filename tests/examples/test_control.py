@@ -63,3 +63,9 @@ def test_masses_are_identified_as_far_as_torques_tell_them() -> None:
     assert 8 < count < 30
     noisy, _ = module.identified(0.8, 0.1)
     assert 0.001 < noisy < 0.3
+
+
+def test_a_pole_is_swung_up_by_the_best_of_what_is_tried_ahead() -> None:
+    cart = script("predict").swing_up()
+    assert np.sin(cart["theta"]) > np.cos(np.radians(10.0))
+    assert abs(cart["u_theta"]) < 1.0

@@ -425,7 +425,7 @@ class Step:
     singular: tuple[float, ...] = ()
 
 
-class Stepper(Protocol):
+class StepsTaken(Protocol):
     """A family of methods at work: restart, then for each step attempt (until one is good enough), finish, advance."""
 
     def restart(self) -> None:

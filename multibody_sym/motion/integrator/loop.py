@@ -21,7 +21,7 @@ from multibody_sym.motion.integrator.flow import (
     Flow,
     Step,
     StepError,
-    Stepper,
+    StepsTaken,
     TrialStep,
     sample_times,
     scaled_norm,
@@ -83,7 +83,7 @@ class _Course:
     """What takes the steps of a flow and watches over them."""
 
     flow: Flow
-    taking: Stepper
+    taking: StepsTaken
     watch: Watch | None
     approach: Approach
 
@@ -413,31 +413,31 @@ def solution(
 
 
 @singledispatch
-def stepper(method: Method, flow: Flow) -> Stepper:
+def stepper(method: Method, flow: Flow) -> StepsTaken:
     """Return what takes the steps of a method; raises TypeError for a family that is not known."""
     raise TypeError(f"{method!r} is no method")
 
 
 @stepper.register
-def _explicit(method: RungeKutta, flow: Flow) -> Stepper:
+def _explicit(method: RungeKutta, flow: Flow) -> StepsTaken:
     return ExplicitStepper(method.tableau, flow)
 
 
 @stepper.register
-def _adams(method: AdamsBashforthMoulton, flow: Flow) -> Stepper:
+def _adams(method: AdamsBashforthMoulton, flow: Flow) -> StepsTaken:
     return AdamsStepper(method, flow)
 
 
 @stepper.register
-def _stoermer(method: Stoermer, flow: Flow) -> Stepper:
+def _stoermer(method: Stoermer, flow: Flow) -> StepsTaken:
     return StoermerStepper(method, flow)
 
 
 @stepper.register
-def _verlet(method: StoermerVerlet, flow: Flow) -> Stepper:
+def _verlet(method: StoermerVerlet, flow: Flow) -> StepsTaken:
     return VerletStepper(method, flow)
 
 
 @stepper.register
-def _collocation(method: Collocation, flow: Flow) -> Stepper:
+def _collocation(method: Collocation, flow: Flow) -> StepsTaken:
     return CollocationStepper(method.scheme, flow)

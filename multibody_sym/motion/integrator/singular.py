@@ -20,7 +20,7 @@ from multibody_sym.motion.integrator.flow import (
     StageEquations,
     Step,
     StepError,
-    Stepper,
+    StepsTaken,
     TrialStep,
     require_finite,
 )
@@ -229,7 +229,7 @@ class Approach:
         if self.start < LEAST:
             raise StepError(Status.SINGULAR, t, -1)
 
-    def advance(self, step: Step, taking: Stepper) -> None:
+    def advance(self, step: Step, taking: StepsTaken) -> None:
         """Let an accepted step be the one before; what an implicit method knows of slopes beside it does not count."""
         self.rate = (self.start - self.end) / (step.t_new - step.t)
         near, self.near = self.near, self.near and self._comes_near()
@@ -279,7 +279,7 @@ class Approach:
         """Tell whether the trial comes near a singular position and was not made for that."""
         return self._crosses() and self._comes_near() and not self.near
 
-    def foresee(self, before: Step, taking: Stepper) -> Step:
+    def foresee(self, before: Step, taking: StepsTaken) -> Step:
         """Let the next trial be made for that, and return the step before with an end that is on the constraints.
 
         What an implicit method knows of other slopes does not count.
@@ -295,7 +295,7 @@ class Approach:
         except StepError:
             return before
 
-    def turns_stiff(self, taking: Stepper) -> bool:
+    def turns_stiff(self, taking: StepsTaken) -> bool:
         """Tell whether a trial that failed is to be made again with a Jacobian; from now on so.
 
         It failed, as others of the step, for another reason than that it came too near.

@@ -140,7 +140,7 @@ class NativeProblem:
         else:
             self._take_over(_of(problem.like))
         self.margins = self._given[2]
-        self.handle, self.system = ctypes.byref(self.structure), ctypes.byref(self._system)
+        self.handle = ctypes.byref(self.structure)
 
     def _take_over(self, like: NativeProblem) -> None:
         """Copy the structures of a problem that differs in its numbers alone, and point them to those of this one."""

@@ -63,15 +63,15 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
     count = len(parameters)
     if loop_for(like) is not native_loop or like.begun or like.jump or like.course or any(like.terminal):
         return None
-    native, x0 = NativeProblem(like.again()), np.hstack([q0, u0])  # a copy: threads write their own
+    native, x0 = NativeProblem(like.again()), np.hstack([q0, u0])
     width = x0.shape[1]
     samples, ends = np.empty((count, like.samples, width)), np.empty((count, width))
     states, work = (StateStruct * count)(), np.empty(native.work)
     given = np.ascontiguousarray(parameters)
     native.library.mbs_integrate_each(
         native.handle,
-        native.system,
         ctypes.c_longlong(count),
+        None,
         address(given),
         ctypes.c_longlong(given.shape[1]),
         address(x0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy, deepcopy
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -325,6 +326,38 @@ class ModeRun(Legs):
     def loop(self) -> Loop:
         """The loop that goes from leg to leg."""
         return chain(partial(next_leg, run=self), self.legs)
+
+    def resumed(self, t: float, until: float, x: Floats, values: Mapping[str, float]) -> Problem:
+        """Return the problem in which the run goes on from a state x (nq + nu,), two samples long, by other parameters.
+
+        The legs before are forgotten, but not what decisions to come ask for.
+        """
+        for shared in (self.prepared, self.prepared.modes):
+            shared.template = replace(shared.template, t0=t, t_end=until, samples=2)
+        leg, laws, nq = self.legs[-1], self.switches.laws, len(self.mechanism.coordinates)
+        own = leg.of.parameters.copy()
+        for parameters, of in ((laws.parameters, laws.mechanism), (own, leg.program.mechanism)):
+            for name, value in values.items():
+                parameters[of.parameters.places[name]] = value
+        self.course = None  # its modes have the parameters and the end of the run that they were met in
+        problem = replace(leg.problem, t0=t, t_end=until, samples=2, begun=None, q0=x[:nq], u0=x[nq:], parameters=own)
+        problem = replace(problem, jump=partial(_jump, self), course=None)
+        self.legs[:] = [replace(leg, of=problem, since=None, cause=None)]
+        self.jumps.clear()
+        for told in ("events", "blows", "account"):
+            vars(self).pop(told, None)
+        return problem
+
+    def copied(self) -> ModeRun:
+        """Return a run that goes on by itself from where this one is."""
+        other = copy(self)
+        other.prepared = copy(self.prepared)
+        other.prepared.modes = copy(self.prepared.modes)
+        other.legs, other.jumps = list(self.legs), list(self.jumps)
+        own = {name: deepcopy(getattr(self.switches, name)) for name in ("standstill", "returns", "bounces")}
+        laws = replace(self.switches.laws, parameters=self.switches.laws.parameters.copy())
+        other.switches = replace(self.switches, laws=laws, **own)
+        return other
 
     @cached_property
     def account(self) -> EnergyAccount:

@@ -1,0 +1,520 @@
+"""A system stepped from outside: a caller holds its inputs for a while, one state or many, and reads the next state.
+
+In: a prepared system, the time of a step and the inputs that are held. Out: states, outputs and events, step by step. A
+held input is a parameter of the system that is compiled, so that C, events and impacts take it as they take any other.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.start.parameters import parameter_values
+from multibody_sym.errors import ArgumentError, InputError, ModelError, MultibodyError, at, short_repr
+from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.model.argument_checks import door
+from multibody_sym.model.argument_checks import names as listed_names
+from multibody_sym.model.fields import Names, scalar
+from multibody_sym.model.parameters import Parameter
+from multibody_sym.model.system import System
+from multibody_sym.motion.loop.integrate import held_at_start, loop_for
+from multibody_sym.motion.loop.native_loop import native_loop
+from multibody_sym.motion.loop.native_problem import NativeProblem, address
+from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
+from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.results.samples import RunStart
+from multibody_sym.motion.runs.run import run
+from multibody_sym.program.native import StateStruct
+from multibody_sym.program.program import interpret
+from multibody_sym.program.runtime_constants import Status
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.scalars.numbers import floats
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.switching.mode_run import ModeRun
+
+_STATE: Final = np.dtype(StateStruct)
+_MOST_STEPS: Final = 1_000_000
+"""Steps of the method within one step of a Stepper that are taken by one call; what takes more is driven in pieces."""
+_FLOAT: Final = np.dtype(np.float64)
+
+Stops = Mapping[str, Any]
+"""The stop that a motion has met: its time `t`, its `kind` and the `element`."""
+
+
+@dataclass(frozen=True, eq=False)
+class StepperState:
+    """Where a Stepper stands: time, coordinates q, speeds u and held inputs, of one system or of n in rows.
+
+    `Stepper.restore` goes on from it: it holds which contacts touch, stick or slide as well, and what of the motion
+    before decides about that.
+    """
+
+    t: Any
+    q: Floats
+    u: Floats
+    inputs: Floats
+    _parameters: Floats
+    _stops: tuple[Stops | None, ...]
+    _runs: tuple[ModeRun | None, ...]
+
+
+class Stepper:
+    """A system that goes on by `dt` (s) a step, while its `inputs` are held: one system, or `count` of them.
+
+    `prepare(system).stepper(dt)` makes it. `sim.step([1.0])` returns it, `sim.t`, `sim.q` (nq,) and `sim.u` (nu,) tell
+    the state, `sim["x"]` a coordinate, speed, input or output by name; of n systems t is (n,), q (n, nq) and so on.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        start: Callable[[System], RunStart],
+        dt: Any,
+        inputs: Any,
+        count: int | None,
+        threads: int,
+    ) -> None:
+        self.dt = _positive("dt", dt)
+        self.inputs = _held_names(system, inputs)
+        self.count = _whole("count", count, 1) if count is not None else None
+        self._threads = _whole("threads", threads, 1)
+        self._declared, self._start = system, start
+        _, self._names = _with_held_inputs(system, self.inputs)
+        rows = self.count or 1
+        begin = self._begin(None, None)
+        self._ready: PreparedSystem = begin.ready
+        self._problem = replace(begin.problem, t0=0.0, t_end=self.dt, samples=2)
+        places = begin.ready.mechanism.parameters.places
+        self._places = [places[name] for name in self._names]
+        self._runs: list[ModeRun | None] = [None] * rows
+        self._stops: list[Stops | None] = [None] * rows
+        self._begun, self._steps = np.zeros(rows), np.zeros(rows)
+        self._span = np.tile([0.0, self.dt], (rows, 1))  # the times at which the next step begins and ends
+        self._x = np.empty((rows, len(begin.problem.x0)))
+        self._parameters = np.empty((rows, len(begin.problem.parameters)))
+        self._events: list[Sequence[Mapping[str, Any]]] = [[] for _ in range(rows)]
+        for k in range(rows):
+            self._enter(k, begin)
+        self._clock()
+
+    def __repr__(self) -> str:
+        many, held = "" if self.count is None else f"{self.count} of ", ", ".join(self.inputs) or "no input"
+        return f"<Stepper of {many}{self._declared.name}: {self.dt:g} s a step, holds {held}>"
+
+    # --- where it stands ----------------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> Any:
+        """The time in s: a float, or (n,)."""
+        return self._span[0, 0].item() if self.count is None else self._span[:, 0].copy()
+
+    @property
+    def q(self) -> Floats:
+        """The coordinates (nq,) or (n, nq)."""
+        return self._shown(self._x[:, : self._nq])
+
+    @property
+    def u(self) -> Floats:
+        """The speeds (nu,) or (n, nu)."""
+        return self._shown(self._x[:, self._nq :])
+
+    @property
+    def held(self) -> Floats:
+        """The values of the held inputs (nw,) or (n, nw), in the order of `inputs`."""
+        return self._shown(self._parameters[:, self._places])
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the coordinates, in the order of q."""
+        return tuple(self._ready.told.coordinates)
+
+    @property
+    def speeds(self) -> tuple[str, ...]:
+        """The names of the speeds, in the order of u."""
+        return tuple(self._ready.told.speeds)
+
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """The declared outputs by name: floats, or (n,). Work and impulses, which add up along a run, are left out."""
+        columns = [part.evaluated("outputs")[0] for part in self._parts] if self._ready.told.outputs else []
+        values = np.concatenate(columns) if columns else np.empty((0, 0))
+        return dict(zip(self._ready.told.outputs, self._columns(values), strict=True))
+
+    @property
+    def state(self) -> StepperState:
+        """All of where it stands, for `restore`."""
+        runs = tuple(None if one is None else one.copied() for one in self._runs)
+        return StepperState(
+            self.t, self.q, self.u, self.held, self._parameters.copy(), tuple(self._stops), runs
+        )
+
+    @property
+    def stop(self) -> Any:
+        """The declared stop that ended the motion, {t, kind, element}, or None; of n systems a list."""
+        return self._stops[0] if self.count is None else list(self._stops)
+
+    @property
+    def events(self) -> Any:
+        """What began to stick, slide, open or close, or struck, in the last step; of n systems a list of lists."""
+        return list(self._events[0]) if self.count is None else [list(each) for each in self._events]
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a coordinate, speed, held input or output by name. Raises InputError for another name."""
+        for names, values in (
+            (self.coordinates, self._x[:, : self._nq]),
+            (self.speeds, self._x[:, self._nq :]),
+            (self.inputs, self._parameters[:, self._places]),
+        ):
+            if name in names:
+                return self._columns(values)[names.index(name)]
+        told = self._ready.told.outputs
+        if name in told:
+            return self.outputs[name]
+        known = [*self.coordinates, *self.speeds, *self.inputs, *told]
+        raise InputError(f"nothing here is called {short_repr(name)}", number="M106", word=str(name), known=known)
+
+    # --- going on -----------------------------------------------------------------------------------------------------
+
+    def step(self, inputs: Mapping[str, ArrayLike] | ArrayLike | None = None) -> Stepper:
+        """Go on by `dt`, and return itself.
+
+        `inputs` are held from now on, by name or as a vector in their order; (n, nw) for n systems, or the same for
+        all. What is not given stays as it was. A step that fails raises RunError and leaves everything as it was. A
+        system that has met a stop stays there, alone raises InputError.
+        """
+        if self.count is None and self._stops[0] is not None:
+            raise InputError(f"{self._stops[0]['element']} has stopped the motion: reset it, or restore a state")
+        if inputs is None:
+            self._go_on()
+            return self
+        before = self._parameters[:, self._places]
+        try:
+            self._hold(inputs)
+            self._go_on()
+        except BaseException:
+            self._parameters[:, self._places] = before
+            raise
+        return self
+
+    @door
+    def reset(
+        self,
+        *,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, ArrayLike] | ArrayLike | None = None,
+        rows: Sequence[int] | None = None,
+    ) -> Stepper:
+        """Begin again at t = 0, and return itself; of n systems all begin alike, or those of some `rows` do.
+
+        `initial` and `parameters` as for `simulate`, `inputs` as for `step`. Raises InputError and NoSolutionError.
+        """
+        chosen = range(len(self._x)) if rows is None else [self._row(k) for k in rows]
+        begin = self._begin(parameters, initial)
+        for k in chosen:
+            self._enter(k, begin)
+        self._clock()
+        if inputs is not None:
+            before = self._parameters.copy()
+            self._hold(inputs)
+            others = [k for k in range(len(self._x)) if k not in chosen]
+            self._parameters[others] = before[others]
+        return self
+
+    def restore(self, state: StepperState) -> Stepper:
+        """Go on from a `state` that a Stepper of this system had, and return itself; n systems may all begin at one."""
+        if not isinstance(state, StepperState):
+            raise ArgumentError(f"state is what `state` of a Stepper returned, not {short_repr(state)}")
+        x = np.hstack([np.atleast_2d(state.q), np.atleast_2d(state.u)])
+        rows = len(self._x)
+        if x.shape[1] != self._x.shape[1] or state._parameters.shape[1] != self._parameters.shape[1]:
+            raise InputError("the state is that of another system")
+        if len(x) not in (1, rows):
+            raise InputError(f"the state is that of {len(x)} systems, not {rows}")
+        self._x[:], self._parameters[:], self._begun[:], self._steps[:] = x, state._parameters, state.t, 0.0
+        times = rows // len(x)
+        self._stops = list(state._stops * times)
+        self._runs = [None if one is None else one.copied() for one in state._runs * times]
+        self._events = [[] for _ in self._x]
+        self._clock()
+        return self
+
+    def copy(self) -> Stepper:
+        """Return a Stepper that stands where this one does, and goes on by itself; nothing is compiled."""
+        other = object.__new__(Stepper)
+        vars(other).update(vars(self))
+        vars(other).pop("_calls", None)  # which are about the arrays of this one
+        for name in ("_x", "_parameters", "_begun", "_steps", "_span"):
+            setattr(other, name, getattr(self, name).copy())
+        return other.restore(self.state)
+
+    # --- how ----------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _nq(self) -> int:
+        return len(self._problem.q0)
+
+    def _shown(self, values: Floats) -> Floats:
+        return values[0].copy() if self.count is None else values.copy()
+
+    def _columns(self, values: Floats) -> list[Any]:
+        """Return the columns of rows of values, as numbers where there is one system."""
+        return values[0].tolist() if self.count is None and len(values) else list(values.T)
+
+    def _row(self, k: Any) -> int:
+        if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or not 0 <= k < len(self._x):
+            raise InputError(f"rows has {short_repr(k)}; they are numbers from 0 to {len(self._x) - 1}")
+        return int(k)
+
+    def _hold(self, inputs: Any) -> None:
+        """Hold inputs from now on. Raises InputError for unknown names, wrong shapes and what is not finite."""
+        if isinstance(inputs, Mapping):
+            for name, value in inputs.items():
+                if name not in self.inputs:
+                    raise InputError(f"no input {name!r} is held", number="M106", word=str(name), known=self.inputs)
+                values = floats(f"inputs[{name!r}]", value)
+                if values.shape not in ((), (len(self._x),)) or (values.ndim and self.count is None):
+                    wanted = "a number" if self.count is None else f"a number or ({self.count},)"
+                    raise InputError(f"inputs[{name!r}] has the shape {values.shape}, not {wanted}")
+                _verify_finite(f"inputs[{name!r}]", values)
+                self._parameters[:, self._places[self.inputs.index(name)]] = values
+            return
+        width = len(self.inputs)
+        values = inputs if type(inputs) is np.ndarray and inputs.dtype is _FLOAT else floats("inputs", inputs)
+        fits = values.shape == (width,) or (self.count is not None and values.shape == (self.count, width))
+        if not fits:
+            wanted = f"({width},)" if self.count is None else f"({width},) or ({self.count}, {width})"
+            raise InputError(f"inputs has the shape {values.shape}, not {wanted}: {', '.join(self.inputs) or 'none'}")
+        _verify_finite("inputs", values)
+        self._parameters[:, self._places] = values
+
+    def _begin(self, parameters: Mapping[str, Any] | None, initial: Mapping[str, Any] | None) -> RunStart:
+        """Return how a motion begins, its inputs as declared there. Raises InputError and NoSolutionError."""
+        declared = Overrides(parameters, initial).of(self._declared)
+        changed, _ = _with_held_inputs(declared, self.inputs)
+        first = self._start(changed)
+        if not self.inputs:
+            return first
+        mechanism = check_numbers(declared)
+        given = 0.0, first.ready.q0, first.ready.u0, np.array(parameter_values(mechanism, {}))
+        values = dict(zip(mechanism.inputs, interpret(inputs_program(mechanism), *given)[0].tolist(), strict=True))
+        held = {own: values[name] for own, name in zip(self._names, self.inputs, strict=True)}
+        if not any(held.values()):
+            return first
+        return self._start(Overrides(held).of(changed))
+
+    def _enter(self, k: int, begin: RunStart) -> None:
+        """Put system number k where a motion begins."""
+        problem = begin.problem
+        self._x[k], self._parameters[k] = problem.x0, _values_of(problem, begin)
+        self._begun[k], self._steps[k], self._events[k] = 0.0, 0.0, [dict(event) for event in begin.events]
+        self._runs[k] = None if begin.modes is None else cast("ModeRun", begin.modes).copied()
+        holding = held_at_start(problem)
+        self._stops[k] = None
+        if holding is not None:
+            self._stops[k] = {"t": 0.0, "kind": "stop", "element": self._ready.told.stops[holding]}
+
+    def _go_on(self) -> None:
+        """Take one step of all systems that no stop holds; nothing changes unless all of them succeed."""
+        left: Sequence[int] = range(len(self._x))
+        ends = self._x
+        if self._in_c and not self._one_way:
+            calls = self._calls
+            left, ends = calls.run(), calls.ends
+        moving = [stop is None for stop in self._stops]
+        if len(left) or not all(moving):
+            ended = {k: self._alone(k) for k in left if moving[k]}
+            for k, one in ended.items():
+                ends[k] = one.x
+                self._runs[k], self._stops[k], self._events[k] = one.run, one.stop, one.events
+            self._x[moving] = ends[moving]
+            self._steps += moving
+            for k, one in ended.items():
+                if one.stop is not None:
+                    self._begun[k], self._steps[k] = one.t, 0.0
+        else:
+            self._x[:] = ends
+            self._steps += 1.0
+        self._clock()
+
+    def _clock(self) -> None:
+        """Say when the next step begins and ends."""
+        self._span[:, 0] = self._begun + self._steps * self.dt
+        self._span[:, 1] = self._begun + (self._steps + 1.0) * self.dt
+
+    @cached_property
+    def _one_way(self) -> bool:
+        return any(one is not None for one in self._runs)
+
+    @cached_property
+    def _in_c(self) -> bool:
+        return loop_for(self._problem) is native_loop
+
+    @cached_property
+    def _calls(self) -> _Calls:
+        return _Calls(self._problem, self._span, self._parameters, self._x, self._threads)
+
+    def _alone(self, k: int) -> _Ended:
+        """Take a step of one system, as a run of its own."""
+        (t, until), x, going = self._span[k].tolist(), self._x[k].copy(), self._runs[k]
+        if going is None:
+            span = {"t0": t, "t_end": until, "parameters": self._parameters[k].copy()}
+            problem = replace(self._problem, **span, q0=x[: self._nq], u0=x[self._nq :])
+        else:
+            going = going.copied()  # a step that fails leaves the run as it was
+            values = zip(self._names, self._parameters[k, self._places].tolist(), strict=True)
+            problem = going.resumed(t, until, x, dict(values))
+        try:
+            reached = run(RunStart(self._ready, problem, going), None)
+        except MultibodyError as error:
+            if self.count is not None:
+                error.under(f"system {k}")
+            raise
+        end = reached.integration
+        events = [] if going is None else list(going.events)
+        return _Ended(np.concatenate([end.q_final, end.u_final]), end.t_final, reached.stop, going, events)
+
+    @property
+    def _parts(self) -> list[LegSamples]:
+        """The samples of the state: all systems at once, or each in its mode."""
+        told = self._ready.told
+        t, q, u = np.atleast_1d(self.t), self._x[:, : self._nq], self._x[:, self._nq :]
+        if not self._one_way:
+            return [LegSamples(told, self._ready.compiled, self._parameters, t, q, u)]
+        parts = []
+        for k, going in enumerate(self._runs):
+            assert going is not None
+            leg, here = going.legs[-1], slice(k, k + 1)
+            labels = RunLabels(ResolvedAlone(leg.program.mechanism))
+            values = leg.of.parameters.copy()
+            places = leg.program.mechanism.parameters.places
+            values[[places[name] for name in self._names]] = self._parameters[k, self._places]
+            parts.append(LegSamples(labels, leg.of.compiled, values, t[here], q[here], u[here], leg.of.modes))
+        return parts
+
+
+class _Ended(NamedTuple):
+    """Where a step of one system ended: the state x (nq + nu,), when, at which stop, and the run from mode to mode."""
+
+    x: Floats
+    t: float
+    stop: Stops | None
+    run: ModeRun | None
+    events: Sequence[Mapping[str, Any]]
+
+
+class _Calls:
+    """The calls in C, one for each thread, that take a step of n systems from x0 (n, nq + nu) to `ends`."""
+
+    def __init__(self, problem: Problem, spans: Floats, parameters: Floats, x0: Floats, threads: int) -> None:
+        self._native = NativeProblem(problem.again())
+        self._spans, self._parameters, self._x0 = spans, parameters, x0
+        count, width = x0.shape
+        self.ends, self._samples = np.empty((count, width)), np.empty((count, 2, width))
+        self._states = (StateStruct * count)()
+        self._all: Any = np.frombuffer(memoryview(self._states), dtype=_STATE)
+        bounds = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
+        self._kept: list[Floats] = []
+        self._given = [self._arguments(a, b) for a, b in pairwise(bounds)]
+        self._pool = ThreadPoolExecutor(len(self._given)) if len(self._given) > 1 else None
+
+    def _arguments(self, first: int, last: int) -> tuple[Any, ...]:
+        work = np.empty(self._native.work)
+        self._kept.append(work)
+        states = ctypes.byref(self._states, first * ctypes.sizeof(StateStruct))
+        return (
+            self._native.handle,
+            ctypes.c_longlong(last - first),
+            address(self._spans[first:]),
+            address(self._parameters[first:]),
+            ctypes.c_longlong(self._parameters.shape[1]),
+            address(self._x0[first:]),
+            states,
+            address(work),
+            ctypes.c_longlong(_MOST_STEPS),
+            address(self._samples[first:]),
+            address(self.ends[first:]),
+        )
+
+    def run(self) -> list[int]:
+        """Take the step; return the numbers of the systems that are not at its end."""
+        call = self._native.library.mbs_integrate_each
+        if self._pool is None:
+            call(*self._given[0])
+        else:
+            list(self._pool.map(lambda given: call(*given), self._given))
+        if len(self._states) == 1:
+            one = self._states[0]
+            return [] if one.status == Status.DONE and one.event < 0 and not one.passed else [0]
+        found = self._all
+        done = (found["status"] == Status.DONE) & (found["event"] < 0) & (found["passed"] == 0)
+        return [] if done.all() else np.flatnonzero(~done).tolist()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Inputs that are held.
+
+
+def _with_held_inputs(system: System, held: Sequence[str]) -> tuple[System, list[str]]:
+    """Return the system whose `held` inputs are parameters, and the names of these."""
+    taken = {*system.parameters, *system.inputs}
+    names = []
+    for name in held:
+        own = f"held_{name}"
+        while own in taken:
+            own += "_"
+        taken.add(own)
+        names.append(own)
+    parameters = {**system.parameters, **{name: Parameter(value=ZERO) for name in names}}
+    inputs = {**system.inputs, **{name: symbol(own) for name, own in zip(held, names, strict=True)}}
+    return replace(system, parameters=Names(parameters), inputs=Names(inputs)), names
+
+
+def _held_names(system: System, given: Any) -> tuple[str, ...]:
+    """Return the inputs that are held: those that are named, or all. Raises InputError for a name of none."""
+    if given is None:
+        return tuple(system.inputs)
+    named = listed_names("inputs", given)
+    for name in named:
+        if name not in system.inputs:
+            raise InputError(f"there is no input {name!r}", number="M106", word=name, known=system.inputs)
+    return tuple(dict.fromkeys(named))
+
+
+def _values_of(problem: Problem, begin: RunStart) -> Floats:
+    """Return the parameters with which a motion begins, in the order of the mechanism in no mode."""
+    return begin.ready.parameters if begin.modes is not None else problem.parameters
+
+
+def _positive(name: str, value: Any) -> float:
+    with at(name):
+        node = scalar(value, "s")
+    found = float("nan") if node.shadow is None else float(node.shadow)
+    if not 0.0 < found < float("inf"):
+        raise ModelError(f"{name} is a time in s, or text such as '1 ms', not {short_repr(value)}")
+    return found
+
+
+def _verify_finite(name: str, values: Floats) -> None:
+    if not np.isfinite(values).all():
+        raise InputError(f"{name} is to be finite, got {short_repr(values.tolist())}")
+
+
+def _whole(name: str, value: Any, least: int) -> int:
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
+        raise ArgumentError(f"{name} is a number of at least {least}, not {short_repr(value)}")
+    return int(value)

@@ -1,0 +1,277 @@
+"""Systems stepped from outside against whole runs with the same inputs, alone, in a batch, over contacts and stops."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import multibody_sym as mbs
+
+CART = """multibody_sym: 1
+name: cart
+gravity: [0, -9.81, 0]
+parameters: {m: 1 kg, M: 2 kg, l: 1 m, k: 1 N/m, f: 2 N}
+bodies:
+  cart: {mass: M}
+  bob: {mass: m, com: [0, -l, 0]}
+joints:
+  rail: {type: prismatic, parent: ground, child: cart, axis: x, q: x, initial: {q: 0.25}}
+  pin: {type: revolute, parent: cart, child: bob, axis: z, q: phi, initial: {q: 0.3}}
+inputs: {F: f*cos(3*t) - k*x, wind: 0 N}
+forces:
+  push: {type: force, on: cart, value: [F + wind, 0, 0]}
+outputs: {tip: x + l*sin(phi), work: k*x^2/2}
+stop: {far: x > 2}
+"""
+BLOCK = """multibody_sym: 1
+name: block
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  block: {mass: 1 kg}
+joints:
+  free: {type: point, parent: ground, child: block, q: [x, y]}
+inputs: {F: "where(t < 0.5, 3, where(t < 0.8, 8, -2))"}
+forces:
+  push: {type: force, on: block, value: [F, 0, 0]}
+contacts:
+  c: {between: [block, ground.floor], static: 0.5, kinetic: 0.4}
+outputs: {friction: friction(c)}
+simulation: {t_end: 1.5 s, samples: 31}
+"""
+FOUR_BAR = """multibody_sym: 1
+name: four_bar
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {right: [0.9, 0, 0]}}
+  crank: {mass: 0.3, com: [0.15, 0, 0], inertia: {Izz: 0.002}, points: {end: [0.3, 0, 0]}}
+  coupler: {mass: 0.8, com: [0.4, 0, 0], inertia: {Izz: 0.04}, points: {end: [0.8, 0, 0]}}
+  rocker: {mass: 0.6, com: [0.3, 0, 0], inertia: {Izz: 0.02}, points: {end: [0.6, 0, 0]}}
+joints:
+  a: {type: revolute, parent: ground, child: crank, q: a, initial: {q: 0.7}}
+  b: {type: revolute, parent: crank.end, child: coupler, q: b, initial: {q: 0}}
+  c: {type: revolute, parent: ground.right, child: rocker, q: c, initial: {q: 1.5}}
+  d: {type: revolute, parent: coupler.end, child: rocker.end}
+forces: {motor: {type: torque, joint: a, value: M}}
+inputs: {M: 0.4}
+"""
+
+
+@pytest.fixture(scope="module")
+def cart() -> mbs.Prepared:
+    return mbs.prepare(mbs.loads(CART), method="rk4", step="2 ms", t_end=1, samples=11)
+
+
+@pytest.fixture(scope="module")
+def block() -> mbs.Prepared:
+    return mbs.prepare(mbs.loads(BLOCK))
+
+
+def push(t: float) -> float:
+    """Return the input that the block declares, between times at which it jumps."""
+    return 3.0 if t < 0.499 else 8.0 if t < 0.799 else -2.0
+
+
+def test_a_held_input_is_that_of_a_run(cart: mbs.Prepared) -> None:
+    sim = cart.stepper("20 ms", inputs="F")
+    for _ in range(50):
+        sim.step([1.5])
+    whole = cart.run(inputs={"F": 1.5}, t_end=1)
+    assert sim.t == whole.t_final == 1.0
+    assert np.allclose([*sim.q, *sim.u], [whole[name][-1] for name in ("x", "phi", "u_x", "u_phi")], rtol=1e-13)
+    assert sim["tip"] == pytest.approx(whole["tip"][-1], rel=1e-13)
+    assert sim["F"] == 1.5
+    assert set(sim.outputs) == {"tip", "work"}
+
+
+def test_a_controller_is_held_from_step_to_step(cart: mbs.Prepared) -> None:
+    """Second route: scipy's integrator over each step, on the Function with the same inputs."""
+    adaptive = mbs.prepare(cart.system, rtol=1e-11, atol=1e-11, step=None, method="dormand_prince")
+    sim, f = adaptive.stepper(0.05), mbs.function(cart.system, "state_derivative")
+    x = np.concatenate([sim.q, sim.u])
+    for k in range(20):
+        held = np.array([-3.0 * x[0] - x[2], 0.4])
+        assert np.allclose(held, [-3.0 * sim["x"] - sim["u_x"], 0.4], rtol=1e-8)
+        sim.step({"F": -3.0 * sim["x"] - sim["u_x"], "wind": 0.4})
+
+        def rates(t: float, x: np.ndarray, held: np.ndarray = held) -> np.ndarray:
+            found = f(t, x[:2].copy(), x[2:].copy(), inputs=held)
+            return np.concatenate([found.qdot, found.udot])
+
+        x = solve_ivp(rates, (0.05 * k, 0.05 * (k + 1)), x, rtol=1e-11, atol=1e-11).y[:, -1]
+        assert np.allclose(x, [*sim.q, *sim.u], rtol=0, atol=1e-9)
+
+
+def test_until_it_is_given_an_input_is_as_declared_at_the_start(cart: mbs.Prepared) -> None:
+    sim = cart.stepper(0.02)
+    assert sim.inputs == ("F", "wind")
+    assert sim.held.tolist() == [2.0 - 0.25, 0.0]
+    free = cart.stepper(0.02, inputs="wind")  # F goes on as declared
+    for _ in range(10):
+        free.step()
+    whole = cart.run(t_end=0.2)
+    assert np.allclose(free.q, [whole["x"][-1], whole["phi"][-1]], rtol=1e-13)
+
+
+def test_many_have_the_bits_of_each_alone(cart: mbs.Prepared) -> None:
+    rng = np.random.default_rng(0)
+    given = rng.standard_normal((6, 5, 2))
+    many = [cart.stepper(0.02, count=5), cart.stepper(0.02, count=5, threads=2)]
+    python = mbs.prepare(cart.system, method="rk4", step="2 ms", backend="python").stepper(0.02)
+    alone = [cart.stepper(0.02) for _ in range(5)]
+    for inputs in given:
+        for sim in many:
+            sim.step(inputs)
+        python.step(inputs[0])
+        for sim, own in zip(alone, inputs, strict=True):
+            sim.step(own)
+    for sim in many:
+        assert sim.t.tolist() == [one.t for one in alone]
+        assert np.array_equal(sim.q, [one.q for one in alone])
+        assert np.array_equal(sim.u, [one.u for one in alone])
+        assert sim["tip"].tolist() == [one["tip"] for one in alone]
+    assert np.array_equal(python.q, alone[0].q)
+
+
+def test_a_state_is_gone_on_from(cart: mbs.Prepared) -> None:
+    sim = cart.stepper(0.02, count=2).step([1.0, 0.0])
+    state, other = sim.state, sim.copy()
+    first = [sim.step().q for _ in range(3)]
+    assert np.array_equal(first, [other.step().q for _ in range(3)])
+    again = sim.restore(state)
+    assert again.t.tolist() == [0.02] * 2
+    assert again.held.tolist() == [[1.0, 0.0]] * 2
+    assert np.array_equal(first, [again.step().q for _ in range(3)])
+    one = cart.stepper(0.02).step([1.0, 0.0])
+    assert np.array_equal(first, [x.step().q for x in [sim.restore(one.state)] for _ in range(3)])
+
+
+def test_begun_again(cart: mbs.Prepared) -> None:
+    sim = cart.stepper(0.02, count=3)
+    start = sim.q
+    sim.step([5.0, 0.0])
+    sim.reset(initial={"phi": "10 deg"}, parameters={"f": 7}, rows=[1])
+    assert sim.t.tolist() == [0.02, 0.0, 0.02]
+    assert sim.q[1].tolist() == [0.25, pytest.approx(np.pi / 18)]
+    assert sim.held[1].tolist() == [7.0 - 0.25, 0.0]
+    assert sim.held[0].tolist() == [5.0, 0.0]
+    sim.reset(inputs={"wind": [1.0, 2.0, 3.0]})
+    assert np.array_equal(sim.q, start)
+    assert sim.held.tolist() == [[1.75, w] for w in (1.0, 2.0, 3.0)]
+
+
+def test_a_stop_ends_it(cart: mbs.Prepared) -> None:
+    whole = cart.run(inputs={"F": 30.0}, t_end=5)
+    assert whole.stop is not None
+    sim = cart.stepper(0.1, count=2)
+    while sim.stop[0] is None:
+        sim.step(np.array([[30.0, 0.0], [0.0, 0.0]]))
+    assert sim.stop == [{"t": sim.t[0], "kind": "stop", "element": "far"}, None]
+    assert sim.t[0] == pytest.approx(whole.t_final, rel=1e-9)
+    assert sim.q[0, 0] == pytest.approx(2.0, rel=1e-9)
+    at = sim.state
+    sim.step()
+    assert np.array_equal(sim.q[0], at.q[0])  # it stays there, and the other one goes on
+    assert sim.t[1] > at.t[1]
+    assert sim.t[0] == at.t[0]
+    one = cart.stepper(0.1)
+    while one.stop is None:
+        one.step([30.0, 0.0])
+    with pytest.raises(mbs.InputError, match="far has stopped the motion: reset it, or restore a state"):
+        one.step()
+    assert one.reset().step().stop is None
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.05])
+def test_contacts_stick_and_slide_on(block: mbs.Prepared, dt: float) -> None:
+    """As in a run whose input jumps at the same times."""
+    whole, sim, events = block.run(), block.stepper(dt), list[dict[str, Any]]()
+    for _ in range(round(1.5 / dt)):
+        events += sim.step([push(sim.t)]).events
+        k = round(sim.t / 0.05)
+        assert np.allclose(sim.q, [whole["x"][k], whole["y"][k]], rtol=0, atol=1e-8)
+    assert [(e["kind"], e["element"]) for e in events] == [("slide+", "c"), ("stick", "c")]
+    assert np.allclose([e["t"] for e in events], [e["t"] for e in whole.events], rtol=1e-8)
+    assert sim["friction"] == pytest.approx(2.0)
+
+
+def test_contacts_of_many_and_their_states(block: mbs.Prepared) -> None:
+    sim = block.stepper(0.1, count=3)
+    for _ in range(4):
+        sim.step([[3.0], [8.0], [-2.0]])
+    assert np.allclose(sim["friction"], [-3.0, -0.4 * 9.81, 2.0])
+    assert np.allclose(sim["x"], [0.0, (8.0 - 0.4 * 9.81) * 0.4**2 / 2, 0.0])
+    state = sim.state
+    first = [sim.step([[-3.0], [-3.0], [-3.0]]).q for _ in range(12)]
+    assert "stick" in {change["kind"] for change in _all_events(sim.restore(state), 12)}
+    other = sim.restore(state).copy()
+    assert np.array_equal(first, [other.step([[-3.0], [-3.0], [-3.0]]).q for _ in range(12)])
+
+
+def _all_events(sim: Any, steps: int) -> list[dict[str, Any]]:
+    return [event for _ in range(steps) for row in sim.step([-3.0]).events for event in row]
+
+
+def test_loops_stay_closed() -> None:
+    prepared = mbs.prepare(mbs.loads(FOUR_BAR))
+    sim, whole = prepared.stepper(0.01), prepared.run(t_end=0.3, samples=4)
+    for _ in range(30):
+        sim.step()
+    assert np.allclose(sim.q, [whole[name][-1] for name in ("a", "b", "c")], rtol=0, atol=1e-6)
+    a, b, c = sim.q
+    ends = [0.3 * np.exp(1j * a) + 0.8 * np.exp(1j * (a + b)), 0.9 + 0.6 * np.exp(1j * c)]
+    assert abs(ends[0] - ends[1]) < 1e-9
+
+
+def test_a_step_that_fails_changes_nothing() -> None:
+    """A bead on a spring whose rate has a pole, which the larger push reaches."""
+    system = mbs.System(
+        "pole",
+        bodies={"bead": mbs.Body(mass=1)},
+        joints={"rail": mbs.Prismatic("ground", "bead", axis="x", q="x")},
+        forces={"push": mbs.Force("bead", [mbs.variable("F") + 1e-3 / (1 - mbs.variable("x")) ** 2, 0, 0])},
+        inputs={"F": 0},
+    )
+    prepared = mbs.prepare(system)
+    sim, many = prepared.stepper(0.5), prepared.stepper(0.5, count=2)
+    before = sim.step([1.0]).state
+    with pytest.raises(mbs.RunError):
+        sim.step([1e3])
+    assert sim.t == before.t
+    assert np.array_equal(sim.q, before.q)
+    assert sim.held.tolist() == [1.0]
+    many.step([1.0])
+    with pytest.raises(mbs.RunError, match="system 1"):
+        many.step([[1.0], [1e3]])
+    assert many.t.tolist() == [0.5] * 2
+    assert np.array_equal(many.q[0], before.q)
+    assert np.array_equal(many.step().q[0], sim.step().q)
+
+
+def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
+    sim, many = cart.stepper(0.1), cart.stepper(0.1, count=2)
+    for call, message in (
+        (lambda: cart.stepper(0), "dt"),
+        (lambda: cart.stepper("1 m"), "dt"),
+        (lambda: cart.stepper(0.1, inputs=["G"]), "there is no input 'G'"),
+        (lambda: cart.stepper(0.1, count=0), "count is a number of at least 1, not 0"),
+        (lambda: cart.stepper(0.1, threads=1.5), "threads is a number of at least 1, not 1.5"),
+        (lambda: sim.step([1.0]), r"inputs has the shape \(1,\), not \(2,\): F, wind"),
+        (lambda: sim.step({"G": 1.0}), "no input 'G' is held"),
+        (lambda: sim.step({"F": [1.0, 2.0]}), r"inputs\['F'\] has the shape \(2,\), not a number"),
+        (lambda: sim.step([np.nan, 0.0]), r"inputs is to be finite, got \[nan, 0.0\]"),
+        (lambda: sim.step({"F": np.inf}), r"inputs\['F'\] is to be finite"),
+        (lambda: sim.step("F"), "inputs is to be real numbers"),
+        (lambda: many.step(np.zeros((3, 2))), r"inputs has the shape \(3, 2\), not \(2,\) or \(2, 2\)"),
+        (lambda: many.reset(rows=[2]), "rows has 2; they are numbers from 0 to 1"),
+        (lambda: sim.reset(initial={"psi": 1}), "psi"),
+        (lambda: sim["psi"], "nothing here is called 'psi'"),
+        (lambda: sim.restore(many.state), "the state is that of 2 systems, not 1"),
+        (lambda: sim.restore(cart.stepper(0.1, inputs="F").state), "the state is that of another system"),
+        (lambda: sim.restore(3), "state is what `state` of a Stepper returned, not 3"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(mbs.InputError, match=message):
+            call()
