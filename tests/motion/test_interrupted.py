@@ -26,7 +26,7 @@ from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.sweep import rows as tables
 from multibody_sym.motion.sweep import study as studies
-from multibody_sym.motion.sweep.rows import ENDING, Journal, Row, Rows, missing_spans, open_journal
+from multibody_sym.motion.sweep.rows import ENDING, Journal, StudyRow, StudyRows, missing_spans, open_journal
 
 MOST = 2**30
 ROOT = Path(__file__).parents[2]
@@ -55,8 +55,9 @@ def journal_of(path: Path) -> Journal:
 # --- the journal -----------------------------------------------------------------------------------------------------
 
 
-def rows(first: int, count: int) -> Rows:
-    return Rows.of(first, [Row({"x": float(k)}, "e" * (k % 2), "f" * (k % 3)) for k in range(first, first + count)])
+def rows(first: int, count: int) -> StudyRows:
+    numbers = range(first, first + count)
+    return StudyRows.of(first, [StudyRow({"x": float(k)}, "e" * (k % 2), "f" * (k % 3)) for k in numbers])
 
 
 def test_a_journal_whose_log_is_cut_anywhere_keeps_what_was_whole(tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_a_journal_whose_log_is_cut_anywhere_keeps_what_was_whole(tmp_path: Path
 def test_rows_come_back_with_the_same_bits(tmp_path: Path) -> None:
     values = np.array([[0.0, -0.0, np.nan, np.inf, 5e-324, -1 / 3]])
     journal = open_journal(str(tmp_path / "j"), "key", MOST)
-    journal.add(Rows(7, tuple("abcdef"), values, {"events": ["a\nb\0 \u00b0"], "failure": [""]}))
+    journal.add(StudyRows(7, tuple("abcdef"), values, {"events": ["a\nb\0 \u00b0"], "failure": [""]}))
     (found,) = journal
     assert found.numbers.tobytes() == values.tobytes()
     assert (found.first, found.names, found.texts["events"]) == (7, tuple("abcdef"), ["a\nb\0 \u00b0"])
@@ -189,7 +190,7 @@ def test_a_full_disk_is_told_and_what_was_kept_is_used(
     out, vary = tmp_path / "o.csv", {"l": (0.5, 1.0, 1200)}
     add = Journal.add
 
-    def full(journal: Journal, found: Rows) -> None:
+    def full(journal: Journal, found: StudyRows) -> None:
         if len(journal) > 5:
             journal.database.execute("PRAGMA max_page_count = 1")  # no page more than there are
         add(journal, found)

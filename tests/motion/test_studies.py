@@ -17,7 +17,7 @@ from multibody_sym.motion.loop import native_problem
 from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import study as studies
 from multibody_sym.motion.sweep.plan import axes_of, plan_of
-from multibody_sym.motion.sweep.rows import Rows, unnamed_journal
+from multibody_sym.motion.sweep.rows import StudyRows, unnamed_journal
 
 PENDULUM = """
 multibody_sym: 1
@@ -214,7 +214,7 @@ def test_a_long_text_does_not_make_an_npz_long(tmp_path: Path, system: mbs.Syste
     columns = {"events": ["", "x" * 2000], "failure": ["", ""]}
     content = rows.Content(plan_of(axes_of(system, {"l": (0.2, 0.9, 1000)})), unnamed_journal(), {})
     for first in range(0, 1000, 2):
-        content.journal.add(Rows(first, (), np.empty((2, 0)), columns))
+        content.journal.add(StudyRows(first, (), np.empty((2, 0)), columns))
     path = rows.write(content, str(tmp_path / "o.npz"))
     assert Path(path).stat().st_size < 100_000  # of 8 MB
     with np.load(path) as archive:

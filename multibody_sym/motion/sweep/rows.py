@@ -32,7 +32,7 @@ TEXTS = (EVENTS, FAILURE)
 """The columns of text: what happened on the way, and why there is no result."""
 
 
-class Row(NamedTuple):
+class StudyRow(NamedTuple):
     """What was found of one run: numbers by name, its events, and the reason why it failed, if it did."""
 
     numbers: Mapping[str, float]
@@ -41,7 +41,7 @@ class Row(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class StudyRows:
     """Runs from number `first` on: `numbers` (count, names), nan where a run has none, and texts."""
 
     first: int
@@ -50,7 +50,7 @@ class Rows:
     texts: Mapping[str, Sequence[str]]
 
     @classmethod
-    def of(cls, first: int, rows: Sequence[Row]) -> Rows:
+    def of(cls, first: int, rows: Sequence[StudyRow]) -> StudyRows:
         """Return rows one after the other; a name has a column where one of them has it."""
         found = [row.numbers for row in rows]
         names = tuple(dict.fromkeys(chain.from_iterable(found)))
@@ -138,7 +138,7 @@ class Journal:
         """Yield the numbers below `total` of runs that are not in it."""
         return missing_spans(self.spans, total)
 
-    def add(self, rows: Rows) -> None:
+    def add(self, rows: StudyRows) -> None:
         """Append rows. Raises OutputError; what was there before is kept then, and nothing half written."""
         part = rows.first, len(rows), "\n".join(rows.names), rows.numbers.astype("<f8").tobytes()
         by_kind = rows.texts.items()
@@ -157,13 +157,13 @@ class Journal:
             return ""
         return f"; {len(self)} runs are kept in {self.name}, and the same call goes on from there"
 
-    def __iter__(self) -> Iterator[Rows]:
+    def __iter__(self) -> Iterator[StudyRows]:
         """Yield all rows in the order of their numbers. Raises InputError where they are not what was written."""
         for first, end in sorted(self.spans):
             with _errors(self.name):
                 yield self._part(first, end)
 
-    def _part(self, first: int, end: int) -> Rows:
+    def _part(self, first: int, end: int) -> StudyRows:
         found = self.database.execute("SELECT * FROM parts WHERE first = ?", (first,)).fetchone()
         asked = "SELECT * FROM texts WHERE run >= ? AND run < ? ORDER BY run, kind"
         texts = self.database.execute(asked, (first, end)).fetchall()
@@ -179,7 +179,7 @@ class Journal:
             if kind not in told:
                 raise _damage_error(self.name)
             told[kind][run - first] = text
-        return Rows(first, columns, np.frombuffer(numbers, "<f8").reshape(count, len(columns)).astype(float), told)
+        return StudyRows(first, columns, np.frombuffer(numbers, "<f8").reshape(count, len(columns)).astype(float), told)
 
     def close(self) -> None:
         """Let go of the file, which stays where there are rows in it."""
@@ -352,7 +352,7 @@ class Content:
         """Return what a column is called: `found m` where m is varied."""
         return f"found {name}" if name in (RUN, *self.plan.names, *TEXTS) else name
 
-    def parts(self) -> Iterator[tuple[Floats, Rows]]:
+    def parts(self) -> Iterator[tuple[Floats, StudyRows]]:
         """Yield all rows in their order: numbers (count, columns), and the rows themselves for their texts."""
         names = self.journal.names
         for rows in self.journal:

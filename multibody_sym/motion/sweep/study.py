@@ -41,9 +41,9 @@ from multibody_sym.motion.sweep.rows import (
     FAILURE,
     TEXTS,
     Journal,
-    Row,
-    Rows,
     Span,
+    StudyRow,
+    StudyRows,
     open_journal,
     results,
     unnamed_journal,
@@ -120,9 +120,9 @@ class Task:
         how = self.asked.formalism, self.asked.backend, self.asked.native
         return digest(json.dumps(self.about), self.plan.text, *map(str, how))
 
-    def rows(self, first: int, count: int, stop: Event | None = None) -> Rows:
+    def rows(self, first: int, count: int, stop: Event | None = None) -> StudyRows:
         """Return the rows of the runs from number `first` on; fewer where it is asked to `stop`."""
-        found: list[Row] = []
+        found: list[StudyRow] = []
         values = self.plan.values(first, count)
         columns: dict[str, dict[str, list[float]]] = {"parameters": {}, "initial": {}}
         for axis, column in zip(self.plan.axes, values.T.tolist(), strict=True):
@@ -138,7 +138,7 @@ class Task:
                 found.append(self._row(run, look))
         except StoppedError:
             pass
-        return Rows.of(first, found)
+        return StudyRows.of(first, found)
 
     def verify(self) -> None:
         """Raise InputError for what is wrong whatever the values are: the formalism, the backend, settings."""
@@ -149,7 +149,7 @@ class Task:
         if all(node is None or node.shadow is not None for node in given):
             run_settings(settings, {})
 
-    def timed(self, first: int, count: int, stop: Event | None = None) -> tuple[Rows, float]:
+    def timed(self, first: int, count: int, stop: Event | None = None) -> tuple[StudyRows, float]:
         """Return the same with the seconds that it took."""
         begin = time.perf_counter()
         return self.rows(first, count, stop), time.perf_counter() - begin
@@ -166,26 +166,26 @@ class Task:
                 _prepared[self.key] = found
             return found
 
-    def _row(self, made: Callable[[Progressed], Trajectory], look: Progressed) -> Row:
+    def _row(self, made: Callable[[Progressed], Trajectory], look: Progressed) -> StudyRow:
         try:
             run = made(look)
         except FailedRunError as error:
-            return Row({TIME: error.trajectory.t_final}, failure=error.message)
+            return StudyRow({TIME: error.trajectory.t_final}, failure=error.message)
         except MultibodyError as error:
-            return Row({}, failure=str(error).partition("\n")[0])
+            return StudyRow({}, failure=str(error).partition("\n")[0])
         if run.interrupted:
             raise StoppedError
-        return Row(ends_and_extremes(run), events_text(run.events)) if self.reduce is None else self._reduced(run)
+        return StudyRow(ends_and_extremes(run), events_text(run.events)) if self.reduce is None else self._reduced(run)
 
-    def _reduced(self, run: Trajectory) -> Row:
+    def _reduced(self, run: Trajectory) -> StudyRow:
         assert self.reduce is not None
         try:
-            return Row(_numbers(self.reduce(run)))
+            return StudyRow(_numbers(self.reduce(run)))
         except _WrongResultError as wrong:
-            return Row({}, failure=f"{REDUCE_FAILED}: {wrong}")
+            return StudyRow({}, failure=f"{REDUCE_FAILED}: {wrong}")
         except Exception as error:
             told = str(error).partition("\n")[0].encode(errors="backslashreplace").decode()
-            return Row({}, failure=f"{REDUCE_FAILED}: {type(error).__name__}: {told}"[:_LONGEST])
+            return StudyRow({}, failure=f"{REDUCE_FAILED}: {type(error).__name__}: {told}"[:_LONGEST])
 
 
 class _WrongResultError(Exception):
@@ -232,7 +232,7 @@ def _numbers(found: Any) -> dict[str, float]:
 # Workers: threads of this process, or those of any executor.
 
 
-Answer = tuple[Rows, float]
+Answer = tuple[StudyRows, float]
 _SECONDS: Final = 0.25
 """About how long a task lasts: the work that is lost if a worker is killed."""
 _MOST_ROWS: Final = 2000
@@ -263,7 +263,7 @@ class Crew:
     size: int = 1
     given: dict[Future[Answer], Span] = field(default_factory=dict)
 
-    def work(self, spans: Sequence[Span]) -> Iterator[Rows]:
+    def work(self, spans: Sequence[Span]) -> Iterator[StudyRows]:
         """Yield the rows of all numbers in the spans, as they come."""
         left = list(reversed(spans))
         while left or self.given:
@@ -279,7 +279,7 @@ class Crew:
                 self._adapt(span, seconds)
                 yield rows
 
-    def finished(self) -> Iterator[Rows]:
+    def finished(self) -> Iterator[StudyRows]:
         """Yield the rows that stopped workers had done."""
         for future in self.given:
             future.cancel()
