@@ -21,7 +21,8 @@ from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.conserved import MOST, find_conserved
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
-from multibody_sym.dynamics.redundancy import Redundancy, contradiction_of, redundancy
+from multibody_sym.dynamics.left_over import Redundancy
+from multibody_sym.dynamics.redundancy import contradiction_of, redundancy
 from multibody_sym.dynamics.start.declared_impact import from_impact
 from multibody_sym.dynamics.start.initial_geometry import slipped_wheels
 from multibody_sym.dynamics.start.number_checks import blame_numbers, check_numbers, end_of_run, holes, on_numbers

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.dynamics.redundancy import Redundancy
+from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import FORCE_NAMES
 from multibody_sym.text.values import SI, Units

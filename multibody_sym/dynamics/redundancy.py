@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near, displaced, least_missed
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics, coupled_groups
+from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.law_elements import row_forces
@@ -35,25 +36,6 @@ from multibody_sym.text.printer import COMPONENTS
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What redundant rows are said to be.
-
-
-@dataclass(frozen=True)
-class Redundancy:
-    """The rank of H without `doubles`, the rows it leaves over, and what that makes ambiguous, by name.
-
-    `dependencies`: for each row left over the rows that depend on each other, in the order of declaration; one alone
-    holds what nothing could move. `ambiguous`: joints with the components of their reactions that are not unique, and
-    constraints that are no joints; `ambiguous_forces` are the names of these forces in expressions. `doubles`: massless
-    bodies by which joints keep their coordinates, with their speeds, each of which a row of its own holds.
-    """
-
-    rank: int
-    redundant: tuple[str, ...]
-    not_unique: tuple[str, ...]
-    dependencies: tuple[tuple[str, ...], ...] = ()
-    ambiguous: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    doubles: Mapping[str, int] = field(default_factory=dict)
-    ambiguous_forces: tuple[str, ...] = ()
 
 
 # ----------------------------------------------------------------------------------------------------------------------

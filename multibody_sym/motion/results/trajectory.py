@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from multibody_sym.dynamics.redundancy import Redundancy
+from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
@@ -19,7 +19,6 @@ from multibody_sym.motion.prepare.run_labels import freeze
 from multibody_sym.motion.results.remarks import (
     accuracy_of,
     coordinates_too_far,
-    crossed_boxes,
     growing_energy,
     outputs_without_value,
     pulling_wheels,
@@ -120,7 +119,11 @@ class Trajectory(Samples):
 
     @cached_property
     def _crossed_boxes(self) -> list[dict[str, Any]]:
-        return crossed_boxes(self) if self._told.boxes else []
+        if not self._told.boxes:
+            return []
+        from multibody_sym.motion.results.limits_passed import crossed_boxes
+
+        return crossed_boxes(self)
 
     @property
     def changes(self) -> list[dict[str, Any]]:

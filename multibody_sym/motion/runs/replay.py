@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
-from multibody_sym.dynamics.redundancy import Redundancy
+from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.motion.loop.integrate import End, Leg, LegAnswer, Switch, chain, integrate
 from multibody_sym.motion.loop.problem import Event, Loop, Problem, Progress, Statistics
 from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem, leg_samples, problem_of, values_of
