@@ -21,7 +21,7 @@ from multibody_sym.cli.error_pages import EXPLAINED
 from multibody_sym.cli.main import main
 from multibody_sym.model.bodies import SHAPES
 from multibody_sym.model.fields import Element
-from multibody_sym.model.states import VERBS
+from multibody_sym.model.state_words import VERBS
 from multibody_sym.text.parser import FUNCTIONS, QUANTITIES
 
 ROOT = Path(__file__).parents[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Final
 
-from multibody_sym.model.states import VERBS
+from multibody_sym.model.state_words import VERBS
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.text.parser import FUNCTIONS, QUANTITIES
 from multibody_sym.text.tokens import LARGEST_EXPONENT, LONGEST_NAME, LONGEST_TEXT, MOST_DIGITS, MOST_TOKENS

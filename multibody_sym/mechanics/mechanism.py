@@ -18,7 +18,7 @@ from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.row_records import AngleRow, CutJoint, Marker, PositionRow, Row
 from multibody_sym.model.bodies import GROUND, Mass, Pose
 from multibody_sym.model.fields import Point
-from multibody_sym.model.states import StateCondition
+from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import FreeStep, Step, free_steps
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative

@@ -18,7 +18,7 @@ from multibody_sym.mechanics.law_elements import (
 )
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, ParameterVector, Source, once
 from multibody_sym.mechanics.row_records import Edge, RopeRow, Row, Sliding, SlidingRow, Vertex
-from multibody_sym.model.states import STRIKES, VERBS
+from multibody_sym.model.state_words import STRIKES, VERBS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.least_norm import PLAIN
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot

@@ -58,7 +58,7 @@ from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of,
 from multibody_sym.model.constraints import OnCurve, Rolling, Rope
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Table, input_dimensions
-from multibody_sym.model.states import StateCondition
+from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.scalars.elementary import leaves

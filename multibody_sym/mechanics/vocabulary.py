@@ -31,7 +31,7 @@ from multibody_sym.model.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.joints import Foot, MovingJoint, guides
 from multibody_sym.model.parameters import Table, input_dimensions
 from multibody_sym.model.settings import Ask, Equation
-from multibody_sym.model.states import Moment, StateCondition
+from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.steps import PARAMETER
 from multibody_sym.model.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
 from multibody_sym.records import dataclass

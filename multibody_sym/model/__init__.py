@@ -1,7 +1,7 @@
 """What did the user say?
 
     fields, argument_checks, mistakes      fields; how public functions look at arguments; all mistakes at once
-    parameters, bodies, joints, steps, constraints, forces, contacts_and_impacts, states, settings     the elements
+    parameters, bodies, joints, steps, constraints, forces, contacts_and_impacts, state_words, settings     the elements
     system                                 all that is declared under one name
     run_options                            what a call may change, for functions and the command line
     schema, urdf                           the keys of files, for editors; robots

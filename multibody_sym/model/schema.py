@@ -19,7 +19,7 @@ from multibody_sym.model import (
     joints,
     parameters,
     settings,
-    states,
+    state_words,
     system,
 )
 from multibody_sym.model.constraints import CONSTRAINTS
@@ -144,12 +144,12 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
     contacts_and_impacts.CoefficientField: FieldKind(f"{_NUMBER_WORDS}, or `enough`", NUMBER),
     bodies.ProfileField: FieldKind("expression of s", NUMBER),
     fields.Condition: FieldKind("condition", _TEXT),
-    states.StateField: FieldKind("state that begins", _TEXT),
-    states.StopCondition: FieldKind("condition, or a state that begins", _TEXT),
-    states.MomentField: FieldKind(
+    state_words.StateField: FieldKind("state that begins", _TEXT),
+    state_words.StopCondition: FieldKind("condition, or a state that begins", _TEXT),
+    state_words.MomentField: FieldKind(
         "moment: `{coordinate: value}`, a condition, or a state that begins", any_of(_TEXT, _REACHED)
     ),
-    states.TimeOrMoment: FieldKind("time, or a moment", any_of(NUMBER, _REACHED)),
+    state_words.TimeOrMoment: FieldKind("time, or a moment", any_of(NUMBER, _REACHED)),
     settings.EquationField: FieldKind("equation, with `==`", {"type": "string", "pattern": "=="}),
     fields.Vector: FieldKind("list of three numbers or expressions", _VECTOR),
     bodies.EndField: FieldKind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR)),

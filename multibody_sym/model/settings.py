@@ -24,7 +24,7 @@ from multibody_sym.model.fields import (
     holds,
     verify_keys,
 )
-from multibody_sym.model.states import Moment, MomentField, TimeOrMoment, state_condition
+from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol

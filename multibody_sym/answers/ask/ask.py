@@ -21,7 +21,7 @@ from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
 from multibody_sym.mechanics.vocabulary import in_order
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.states import VERBS, WAYS
+from multibody_sym.model.state_words import VERBS, WAYS
 from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass

@@ -22,7 +22,7 @@ from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.states import Moment
+from multibody_sym.model.state_words import Moment
 from multibody_sym.motion.prepare.records import LegSamples
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs

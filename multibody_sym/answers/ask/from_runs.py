@@ -12,7 +12,7 @@ import numpy as np
 
 from multibody_sym.analysis.modes.amplitude import accuracy, part_of_difference
 from multibody_sym.model.fields import AXES, Names
-from multibody_sym.model.states import Moment, StateCondition
+from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.system import System
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError

@@ -30,7 +30,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.states import VERBS, Moment, StateCondition
+from multibody_sym.model.state_words import VERBS, Moment, StateCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative

@@ -35,7 +35,7 @@ from multibody_sym.errors import ExpressionError, at
 from multibody_sym.mechanics.gears import undetermined_reactions
 from multibody_sym.model.fields import AXES, Point
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.states import Moment
+from multibody_sym.model.state_words import Moment
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD

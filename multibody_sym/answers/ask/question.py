@@ -25,7 +25,7 @@ from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.states import STRIKES, Moment, StateCondition
+from multibody_sym.model.state_words import STRIKES, Moment, StateCondition
 from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass

@@ -25,7 +25,7 @@ from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.states import Moment
+from multibody_sym.model.state_words import Moment
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float

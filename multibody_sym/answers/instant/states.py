@@ -47,7 +47,7 @@ from multibody_sym.mechanics.row_records import (
 )
 from multibody_sym.model.bodies import ORIGIN
 from multibody_sym.model.fields import Point
-from multibody_sym.model.states import WAYS
+from multibody_sym.model.state_words import WAYS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, postorder

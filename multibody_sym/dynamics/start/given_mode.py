@@ -19,7 +19,7 @@ from multibody_sym.mechanics.law_elements import ACTIVE, ALONG_VELOCITY, INACTIV
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.model.states import STRIKES, VERBS
+from multibody_sym.model.state_words import STRIKES, VERBS
 
 _PASSES: Final = 8
 """Friction turns reactions by little: their signs settle at once, or not at all."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.mechanics.law_elements import FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.model.states import StateCondition
+from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import integrate
 from multibody_sym.motion.loop.integrate import End, Switch
