@@ -1,4 +1,17 @@
-"""Equations of motion of multibody systems: `import multibody_sym as mbs`; names are imported on first use."""
+"""Equations of motion of multibody systems: `import multibody_sym as mbs`; names are imported on first use.
+
+    errors                         errors, suggestions ("did you mean"), exit codes
+    records, stages                frozen records; times of the stages of a run
+    scalars                        numbers, expressions, matrices
+    text, program, contact_laws    expressions, units and files; compiled calculations; laws of contacts as numbers
+    model, algebra                 declarations; exact formulas
+    mechanics                      a mechanism, its kinematics, rows and forces; model files
+    dynamics                       accelerations, Programs, the start, conserved quantities
+    derivation, pictures           closed-form equations; figures
+    motion, analysis, answers      runs; equilibria, modes, linearisation; solve and `ask`
+    documents                      results as text, LaTeX, HTML, films
+    cli, __main__                  the command line; the same by `python -m multibody_sym`
+"""
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:

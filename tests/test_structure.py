@@ -137,6 +137,26 @@ def test_constants_that_python_and_c_share_are_written_once() -> None:
     assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
 
 
+def listed(docstring: str) -> list[str]:
+    """Return the names in the lines `    name, name  words` of a folder's docstring."""
+    lines = re.findall(r"^ {4}(\w+(?:, \w+)*)  +\S", docstring, flags=re.MULTILINE)
+    return [name for names in lines for name in names.split(", ")]
+
+
+def test_each_folder_lists_its_files_and_folders() -> None:
+    """Once each: who looks for a behaviour reads these lists."""
+    assert listed("A room.\n\n    a, import_  this\n    b    that\n    x = 2 y,  z\n\nIn: c.") == ["a", "import_", "b"]
+    folders = {path.parent: text for path, text in FILES.items() if path.name == "__init__.py"}
+    there: dict[Path, list[str]] = {folder: [] for folder in folders}
+    for path in [*(path for path in FILES if path.name != "__init__.py"), *folders]:
+        if path.parent in folders:
+            there[path.parent].append(path.stem)
+    named = {folder: listed(ast.get_docstring(ast.parse(text), clean=False) or "") for folder, text in folders.items()}
+    wrong = {str(x): (set(there[x]) - set(named[x]), set(named[x]) - set(there[x])) for x in folders}
+    assert {folder: names for folder, names in wrong.items() if any(names)} == {}
+    assert [str(x) for x in folders if len(named[x]) != len(there[x])] == []
+
+
 def test_no_file_is_long() -> None:
     lines = {str(path): text.count("\n") for path, text in FILES.items()}
     assert {path: n for path, n in lines.items() if n > LONGEST_FILE} == {}

@@ -1,10 +1,18 @@
 """What is true of a system at large?
 
-    linearize, deviations                 how small deviations go on: x' = A x + B w
-    modes                                 their modes, in numbers and formulas
-    equilibrium, equilibrium_search       where it can rest, and whether that are all places
-    rest                                  at which values of a parameter friction holds it
-    state_asked_about, independent_checks, check, hints     at which state; do all routes agree; what was perhaps meant
+    linearize             `linearize`: A, B, eigenvalues and their order; multipliers of a period
+    deviations            first-order deviations of a motion; whether A is constant along it
+    frequency_response    `bode`: gain and phase
+    modes                 `modes`: frequencies and shapes of small motions; periods of large ones
+    equilibrium           `equilibrium`: positions of rest, their stability, whether they are all
+    equilibrium_search, positions    the search for them; whether two positions are one
+    rest                  ranges of a parameter in which friction holds a system at rest
+    trim                  `trim`: inputs that hold a position
+    inverse_kinematics    `inverse_kinematics`: coordinates that bring a frame to a place
+    check                 `check`: degrees of freedom, redundant constraints, residuals, conserved quantities
+    independent_checks    agreement of formalisms, d'Alembert's principle, theorems along a short run
+    hints                 hints on declarations that their author may not have meant
+    state_asked_about     `at: start`, `equilibrium` or values: the state that a question is about
 
 In: a System. Out: records of numbers and formulas. Does not know what was asked (`answers`).
 """

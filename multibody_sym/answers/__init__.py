@@ -1,11 +1,13 @@
 """What was asked?
 
-    solve, records     what holds at the start; Solution and its parts
-    instant            M udot = f + H^T lambda, H udot = gamma in floats and in closed form, with its conditions
-    impact             jumps of speeds and impulses: the mechanism at rest with the jumps of its rows for gamma
+    solve              `solve`
+    records            Solution and its parts
+    instant            accelerations, forces, states of contacts and their conditions, in floats and in closed form
+    impact             the answer about an impact: state, conditions, formulas, energy, centre of percussion
+    impact_solution    the impact solved in floats and in closed form, and its steps
     ask                what is asked of the motion that follows, in closed form or from runs
     worked             the steps by which a book gets there
-    free_bodies        every force on a body that is cut free
+    free_bodies        every force on a body that is cut free, as `free_bodies:` and arrows show them
 
 In: a System with questions. Out: a Solution. Numbers decide: a closed form whose value is not the number is left out.
 There is no LaTeX and no layout here.

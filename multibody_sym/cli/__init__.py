@@ -1,8 +1,12 @@
 """What did the command line say: `multibody-sym COMMAND ...`, one file a command.
 
-    main, options, model, runs     from words to a model and a run, which may be recalled
-    commands                       one file a command
-    output, recording, error_pages, completion, version     what is printed and written
+    main           from words to output and exit code
+    options        commands and their options, usage errors, suggestions, completion, `--help`
+    model, runs    the model file of a command; its run, recalled or prepared, written while it goes on
+    commands       one file a command
+    output         `--json`, text, units of results, exit codes
+    error_pages    pages of `explain` and their small models
+    version        `--version`
 
 In: words. Out: output and an exit code; nothing that a user does wrong ends in a traceback.
 """

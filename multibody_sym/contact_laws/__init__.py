@@ -2,14 +2,14 @@
 
     a = A x + D z - r,   x = C^T z,   and for each row a law: a = 0;  0 <= a, 0 <= z, a z = 0;  Coulomb's friction
 
-    problem                    what is asked, and what is found
-    search, enumeration        which modes fulfil all laws: none, one or several
-    lemke                      which modes may
-    solve_mode, check_laws     what a mode leads to (by QR, never by W = H M^-1 H^T), and whether it fulfils them
-    uniqueness                 which forces, and which motion, are unique; which of two modes follows at a limit
-    impact_problem             the same for speeds: v+ = A x + D z - r, x = G (u+ - u-), z impulses, r = -v-
-    impact_sequence            in which order several contacts strike, and several at once
-    routh_method               one contact, through compression and restitution, in the plane and in space
+    problem                what is asked, and what is found
+    search, enumeration    which modes fulfil all laws: none, one or several; all modes, where they are few
+    lemke                  proposals of modes by Lemke's method
+    solve_mode             what a mode leads to (by QR, never by W = H M^-1 H^T), and whether it fulfils the laws
+    uniqueness             which forces, and which motion, are unique; which of two modes follows at a limit
+    impact_problem         the same for speeds: v+ = A x + D z - r, x = G (u+ - u-), z impulses, r = -v-
+    impact_sequence        in which order several contacts strike, and several at once; laws of Newton and Poisson
+    routh_method           one contact, through compression and restitution, in the plane and in space; Stronge's law
 
 In: a LawProblem or an ImpactProblem. Out: every state that is possible. Imports scalars: there is no mechanism here.
 """

@@ -1,9 +1,15 @@
 """Which formulas say the same, and which steps lead there?
 
-    derive, routes, prepare                closed forms with their steps; the formalisms by name
-    lagrange, legendre, canonical, free_bodies     each route, as a person derives and reads it
-    symbolic_equations, notation, force_letters, steps, theorems     how it is written
-    symbolic_start                         the state at the start in the names of the model
+    derive, routes        `derive`; the formalisms by name
+    prepare               what every derivation begins with
+    lagrange              Lagrange's equations of the first and second kind
+    canonical             Hamilton's and Routh's
+    free_bodies           Newton's and Euler's for bodies cut free
+    theorems              momentum, angular momentum and energy in symbols
+    steps                 the steps of a derivation
+    notation              sympy symbols, their text and LaTeX, formulas in notebooks (`_repr_latex_`)
+    symbolic_equations    the records of equations, evaluated with NumPy
+    symbolic_start        the state at the start in the names of the model; closed forms there
 
 In: a System. Out: equations of sympy. Knows neither motion nor pictures.
 """

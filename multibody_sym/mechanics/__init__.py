@@ -1,12 +1,26 @@
 """What moves and what acts, at an instant?
 
-    mechanism, load_records, row_records, law_elements, impact_records     a Mechanism: records alone
-    resolve, references, vocabulary, spanning_tree, absolute, declared_rows, changes, questions     how it follows
-    modes, units                           a mechanism in a mode, with words for it; units of all results
-    state, motion, points, energy, variable_mass, alignment     poses, velocities and accelerations over any scalar
-    row_kinematics                         phi, phidot, H^T lambda and gamma of rows
-    contacts, contact_solids, contact_geometry, ropes, gears, joint_friction, forces, impacts     one kind each
-    model_files                            files read, with the place of every mistake, and written back
+    mechanism                  a Mechanism: tables of bodies, coordinates, parameters and names
+    load_records               its loads
+    row_records                its rows: constraints, surfaces in contact
+    law_elements               its contacts, slack ropes, stops and friction; limits of each in a mode
+    model_files                files read, with the place of every mistake, and written back
+    changes                    parameters, start values and inputs that a call overrides
+    resolve                    a Mechanism from a System
+    references, vocabulary     names of bodies, points and joints; names and quantities in expressions
+    spanning_tree, absolute    joints that carry bodies and joints that are cut; absolute coordinates
+    declared_rows              rows of constraints and cut joints
+    modes, units               a mechanism in a mode, and the words of its states; units of results
+    state, motion, points      slots; poses, velocities and accelerations; points and directions
+    row_kinematics             phi, phidot, H^T lambda and gamma of rows
+    contacts                   contacts with their rows; rolling
+    contact_solids             corners, faces, rims and ends that touch
+    contact_geometry           gap, normal and place of two surfaces
+    ropes, gears               free lengths, wheels and tensions of ropes; teeth of wheels, withheld reactions
+    joint_friction             friction and stops of joints
+    forces, energy             loads exerted, varying masses; kinetic and potential energy, what changes it
+    impacts                    `impact:` sections
+    alignment                  axes of bodies in which motion takes few operations
 
 In: a System. Out: a Mechanism, and what is true of it at a state, in expressions or numbers. Solves nothing.
 """

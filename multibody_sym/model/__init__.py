@@ -1,10 +1,19 @@
 """What did the user say?
 
-    fields, argument_checks, mistakes      fields; how public functions look at arguments; all mistakes at once
-    parameters, bodies, joints, steps, constraints, forces, contacts_and_impacts, state_words, settings     the elements
-    system                                 all that is declared under one name
-    run_options                            what a call may change, for functions and the command line
-    schema, urdf                           the keys of files, for editors; robots
+    fields                  kinds of fields: numbers, directions, choices, expressions; how each is read and written
+    argument_checks         arguments of public functions
+    mistakes                all mistakes of a file at once
+    system                  all that is declared under one name, as a tree of the file and back
+    parameters              parameters, inputs, tables, state variables (`states:`)
+    bodies                  mass, inertia, shapes, points, frames, surfaces; ground's motion
+    joints, steps           joints, their limits and start values; the elementary motions that they consist of
+    constraints, forces     rods, ropes, gears, rolling, prescribed motion; springs, dampers, motors, gravitation
+    contacts_and_impacts    contacts and `impact:`; refused coefficients that are written as numbers
+    state_words             words and verbs of contact states ("sticks", "slide+"), moments and `stop` conditions
+    settings                `ask` and `simulate:`; default method and tolerances
+    run_options             options that functions and the command line share, with their `--help`
+    schema                  the JSON Schema, for editors
+    urdf                    URDF read: links, joints, `<mimic>`; notices on what is left out
 
 In: calls from Python, or the parts of a file. Out: a frozen System. Nothing is resolved here: names are text, poses and
 masses are as given.

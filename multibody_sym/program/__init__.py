@@ -1,11 +1,17 @@
 """How does a calculation become fast code?
 
-    statements, program, programs, trace     straight-line calculations as data that verify themselves
-    arithmetic, floats, interpreter, derivatives     their meaning, and their derivatives
-    tree_passes, loops                       like bodies, and like values, as loops
-    c_target, python_target, targets, target_layout     Programs as C and as Python, each able to test itself
-    compiler, cache, native, loading         compiled once, kept, and called
+    program, statements    straight-line calculations as data that verify themselves; assign, call, solve, scan
+    programs               the set that describes one system in motion
+    trace                  Programs recorded while expressions are built
+    arithmetic, floats, derivatives    operations as C performs them; derivatives of Programs
+    tree_passes, loops     like bodies, and like values, as loops
+    c_target, python_target, targets    Programs as C, as Python; languages of `export`
+    target_layout          names and files of exports, their self test and its tolerance (templates/c/selftest.c.in)
+    runtime_constants      numbers that C and Python share
+    backend                C, native or Python: the user's choice
+    loading, cache         compilers found, Programs compiled once and kept
+    native, batches        the C side seen from Python; calls for one state, or many on threads
 
 In: Nodes. Out: Programs, their code, and functions. Knows no text and no integrators: who runs code hands over its
-arguments.
+arguments. The integration loop in C is in templates/c; `runtime.c` begins with the map of its units.
 """

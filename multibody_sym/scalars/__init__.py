@@ -1,13 +1,17 @@
 """What is a number here, and what is a matrix's rank?
 
-    node, elementary, functions, vectors     the Node, and functions over float, Node and sympy alike
-    calculus, sign_changes                   exact derivatives; where functions bend, jump and change sign
-    tabulated, between, limits               functions given by rows; what contacts and friction allow
-    sympy_bridge, pickling                   doors to sympy and to other processes
-    arrays, numbers, sparse_rows             arrays of floats; what a caller hands over; rows with few entries
-    rank, elimination, pivoted_qr            which rows are independent, also beside rounding
-    least_norm                               x of least norm with A x = r, to the same bits as in C
-    linear_inequalities                      whether E x = r, G x >= 0 can hold together, and where they stop
+    node, elementary          the Node; its functions, folded where exact
+    functions, vectors        functions and vectors over float, Node and sympy alike
+    calculus, sign_changes    exact derivatives; where functions bend, jump and change sign
+    tabulated, between        functions given by rows; values between rows
+    limits                    what contacts and friction allow
+    sympy_bridge, pickling    doors to sympy and to other processes
+    arrays, numbers           arrays of floats, their rounding; numbers that a caller hands over
+    rank, pivoted_qr          which rows are independent, also beside rounding: one rule, every tolerance
+    elimination               rows with few entries
+    least_norm                x of least norm with A x = r, to the same bits as in C
+    linear_inequalities       whether E x = r, G x >= 0 can hold together, and where they stop
+    lapack                    LAPACK's routines without the import of `scipy.linalg`
 
 In: numbers and expressions. Out: the same. Imports errors alone: no text, no units, no mechanics.
 """

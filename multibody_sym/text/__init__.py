@@ -1,8 +1,10 @@
 """How are an expression, a unit, a table and a tree of YAML read and written?
 
-    tokens, parser, printer     the model's own language
-    units, values               units of measurement; numbers as text, with the digits that hold
-    yaml_tree, files, tables    trees with the place of every word; files that are never harmed; tables of results
+    tokens, parser    the expression language; bounds on length, names and nesting of expressions
+    printer           expressions written
+    units, values     units of measurement ("9.81 m/s^2"); numbers as text, with the digits that hold
+    yaml_tree         trees with the place of every word; bounds on size and depth of files; aliases refused
+    files, tables     files that are never harmed; tables of results (CSV, NPZ, Parquet)
 
 In: text. Out: Nodes, units, tables and trees, each with line and column, and back. What a file means is not known here.
 """

@@ -1,6 +1,7 @@
 """Ranges of rest: for which values of a parameter a system can stay at rest in its declared position.
 
-Rest is possible where forces exist that are in balance, udot = 0, and that contacts, ropes and friction can exert.
-`statics` makes these conditions, `ranges` finds the values at which they hold together and what gives way beyond them,
-`cone_ends` the ends in space, `exact_ends` their closed forms; `range_of_rest` answers.
+    range_of_rest    `range_of_rest`, `least_for_motion`
+    statics          conditions of rest: forces in balance, each within its limits
+    ranges           intervals of values at which they hold, and the limits reached at their ends, in words
+    ends             ends on circles of friction in space; ends in closed form
 """

@@ -1,12 +1,13 @@
 """What is asked under `ask`: values now and later, extremes, for which value something happens.
 
-    ask             the kinds of questions, and the answers in the order in which they name each other
-    question        what a question is; numbers of runs with their errors; the motion that questions are about
-    value, moment, path, speed, extremes, period, formula, find     one kind of question each
-    from_runs       numbers of a motion from simulations
-    courses, linear_systems     coordinates as formulas of time: alone, and coupled
-    later_formulas  closed forms at a moment, along a formula of time or of a coordinate
-    uniform_motion  closed forms where no acceleration changes
-    named_answers   answers in the questions that name them; the equations of motion at any state
-    zeros           roots of functions by their values alone
+    ask                        kinds of questions; answers in the order in which they name each other
+    question                   what a question is; the motion that it is about; numbers of runs with their errors
+    number_questions           time, speed, path, value, period: one number each
+    extremes                   `max`, `min`: largest and least values
+    find                       `find` .. `so`: the value for which an equation holds
+    from_runs                  numbers of a motion from simulations
+    uniform_motion             closed forms where no acceleration changes
+    courses, linear_systems    coordinates as formulas of time: alone, and coupled
+    later_formulas             closed forms at a moment, along a formula of time or of a coordinate
+    named_answers              answers in the questions that name them; the equations of motion at any state
 """

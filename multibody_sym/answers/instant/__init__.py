@@ -1,1 +1,8 @@
-"""The solved start: forces and accelerations, conditions, letters of loops."""
+"""The solved start: forces and accelerations, conditions, letters of loops.
+
+    instant      M udot = f + H^T lambda, H udot = gamma, solved in floats and in closed form
+    states       states in sentences ("slides forward", "sticks"), friction needed, conditions of validity
+    reactions    reactions of joints, tensions, normal forces and friction, by element and component
+    letters      letters of formulas, their values at the start, definitions of long terms
+    loops        closed loops over letters: positions, speeds, and the forces that hold them
+"""

@@ -1,1 +1,9 @@
-"""One file a command."""
+"""One file a command.
+
+    new, import_, schema     a model file from an example or URDF; the schema for editors
+    check, solve, derive     checks; the start; equations in symbols
+    simulate, sweep          one run; many runs (`--vary` is split here and read in motion/sweep/plan.py)
+    equilibrium, linearize, modes    positions of rest; A, B, eigenvalues; small oscillations
+    draw, animate, report    figures; films and pages that play; documents
+    export, explain          source code; the page of an error
+"""

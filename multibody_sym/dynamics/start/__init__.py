@@ -1,9 +1,11 @@
 """The state at which a motion begins: values that take the place of declared ones, and what follows of them.
 
-`start` evaluates parameters in the order of what refers to what (`parameters`), and finds coordinates and speeds with
-
-    phi(q, t0) = 0,  H(q, t0) u = -phi_t
-
-(`assembly`: what is known is held, the rest found from its guesses, and what was changed is told). `state` is that of
-what holds one way only, `declared_impact` that behind an impact. What cannot be is refused by name (`number_checks`).
+    start                coordinates and speeds with phi(q, t0) = 0, H(q, t0) u = -phi_t; random states beside them
+    parameters           values of parameters in the order of their references; undefined values
+    assembly             values marked `known` are held, the others found from guesses; "does not close"
+    state, given_mode    which contacts touch, stick or slide, by the laws; by the words of a call
+    declared_impact      the state behind an impact at the start
+    initial_geometry     refused parameters as friction coefficients and restitutions; gaps, sides and lengths of ropes
+    number_checks        values that are not finite, impossible masses and inertias, by their paths
+    time_functions       jumps and poles of prescribed motions and laws of masses
 """

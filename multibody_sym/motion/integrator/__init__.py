@@ -1,1 +1,9 @@
-"""One step in Python, and what may happen in it."""
+"""One step in Python, and what may happen in it.
+
+    loop                 the stepping loop and step control
+    flow                 records of steps and stages; why a step fails
+    runge_kutta_steps    steps of Runge-Kutta and multistep methods
+    library_steps        steps of scipy's and SUNDIALS' methods
+    events               where switching functions change sign within a step
+    singular             steps over singular positions
+"""

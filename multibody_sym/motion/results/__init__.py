@@ -1,1 +1,9 @@
-"""What a run leaves: samples, integrals, remarks, plots."""
+"""What a run leaves: samples, integrals, remarks, plots.
+
+    trajectory       Trajectory: samples, end, drift, cost of a run
+    samples          columns of a motion's table, their names and order; states of contacts, energy account
+    integrals        work and impulses from the start; balances of the theorems
+    remarks          unphysical or undefined states with their first time: ropes that push, energy that grows
+    limits_passed    limits of joints that a motion passes, edges of boxes that it crosses
+    plot             panels, curves and marks of a plot
+"""

@@ -1,1 +1,7 @@
-"""A run from its start to its result, one or many of a family, kept for the next command."""
+"""A run from its start to its result, one or many of a family, kept for the next command.
+
+    run         a run integrated; errors of a run that fails
+    failures    why a run ended early, in the names of the model
+    family      runs that differ in numbers: compiled once, started together
+    replay      runs recalled from the cache
+"""

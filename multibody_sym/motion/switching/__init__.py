@@ -1,10 +1,13 @@
 """From mode to mode: what holds one way only opens, closes, sticks, slips and strikes.
 
-    law_values              what laws ask at an instant, in numbers; forces that are not unique
-    decision, impact        what holds then, and what a switch does
-    flights, rare_contacts, jams     bounces without end, thin bars and corners, friction that jams
-    known_switches          whether a switch does what it did before
-    modes, every            a mode as a problem to integrate; whether one set of Programs serves all
-    prepared                what runs of a system share and remember, and what they decide at switches
-    mode_run, legs          the run from leg to leg (`next_leg`), and what a finished one is asked
+    mode_run          the run from leg to leg: a rope becomes slack, a contact opens
+    legs              legs of a finished run, their causes, impacts and events
+    decision          the state that follows a switch
+    impact            impacts of a run, and when bounces come to rest
+    jams              friction that jams (Painleve)
+    known_switches    switches that were decided before
+    law_values        what laws ask at an instant, in numbers; forces that are not unique
+    law_mechanism     whether one set of Programs serves all modes; sides of thin bars, tips that meet
+    modes             a mode as a problem to integrate
+    prepared          what runs of a system share and remember
 """

@@ -1,1 +1,9 @@
-"""How things look: one file a kind of mark."""
+"""How things look: one file a kind of mark.
+
+    sheet                a scene in a projection
+    shapes, symbols      forms with a size in metres; pins, blocks and bobs in the page's size
+    forces               arrows and their length, springs, dampers, ropes
+    supports, sliders    ground's triangles and hatching; rails and stops
+    labels               names, lengths and angles
+    place_symbols        where masses without a size stand
+"""

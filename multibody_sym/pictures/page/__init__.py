@@ -1,1 +1,7 @@
-"""Strokes, letters and places on a page, and the files that they become."""
+"""Strokes, letters and places on a page, and the files that they become.
+
+    picture         lines, arcs, arrows, hatching and letters
+    layout          places of labels and dimension lines, clear of each other
+    vector_files    SVG and TikZ
+    raster          PNG and PDF by matplotlib
+"""
