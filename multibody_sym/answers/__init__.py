@@ -7,7 +7,7 @@
     impact_solution    the impact solved in floats and in closed form, and its steps
     ask                what is asked of the motion that follows, in closed form or from runs
     worked             the steps by which a book gets there
-    free_bodies        every force on a body that is cut free, as `free_bodies:` and arrows show them
+    free_bodies        every force on a body that is cut free, as reports and `draw` with `forces` show it
 
 In: a System with questions. Out: a Solution. Numbers decide: a closed form whose value is not the number is left out.
 There is no LaTeX and no layout here.

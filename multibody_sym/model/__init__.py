@@ -10,7 +10,7 @@
     constraints, forces     rods, ropes, gears, rolling, prescribed motion; springs, dampers, motors, gravitation
     contacts_and_impacts    contacts and `impact:`; refused coefficients that are written as numbers
     state_words             words and verbs of contact states ("sticks", "slide+"), moments and `stop` conditions
-    settings                `ask` and `simulate:`; default method and tolerances
+    settings                `ask` and `simulation:`; default method and tolerances
     run_options             options that functions and the command line share, with their `--help`
     schema                  the JSON Schema, for editors
     urdf                    URDF read: links, joints, `<mimic>`; notices on what is left out

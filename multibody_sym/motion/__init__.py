@@ -2,7 +2,7 @@
 
     simulate      `simulate`, `prepare`
     stepper       `Stepper`: a system stepped from outside
-    function      `function`, `ordinary`: a system's functions at a state
+    function      `function`: quantities of a system at a state, and their derivatives
     prepare       from a System to what runs: settings, Programs, functions, exports
     methods       integration methods as data that prove themselves
     integrator    one step, and what may happen in it

@@ -5,6 +5,6 @@
     programs                Programs compiled or recalled
     records                 a system ready to run
     run_labels              names and units of results; what to look for in a run
-    functions, arguments    mass matrix, inverse dynamics, impacts as functions; their arguments
+    functions, arguments    `compile`, `mass_matrix`, `inverse_dynamics`, `impact`; their arguments
     export                  `export`: source code, names.json, samples of its self test
 """
