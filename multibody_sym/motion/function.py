@@ -517,7 +517,8 @@ class Function:
         columns = np.stack([np.broadcast_to(array, count) for array in arrays.values()], axis=-1)
         rows, places = np.unique(columns, axis=0, return_inverse=True)
         each = [self._arguments._parameter_vector(dict(zip(arrays, row, strict=True))) for row in rows.tolist()]
-        return np.array(each).reshape(len(rows), len(self._question.parameters))[places.reshape(-1)]
+        different = np.array(each).reshape(len(rows), self._question.parameters.size)
+        return different[places.reshape(-1)]
 
     def _own_inputs(self, given: Any) -> dict[str, Floats]:
         """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
