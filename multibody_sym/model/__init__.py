@@ -1,6 +1,7 @@
 """What did the user say?
 
-    fields                  kinds of fields: numbers, directions, choices, expressions; how each is read and written
+    fields                  kinds of fields: numbers, directions, choices, expressions; how each is read and written;
+                            unknown and missing keys
     argument_checks         arguments of public functions
     mistakes                all mistakes of a file at once
     system                  all that is declared under one name, as a tree of the file and back
@@ -10,7 +11,7 @@
     constraints, forces     rods, ropes, gears, rolling, prescribed motion; springs, dampers, motors, gravitation
     contacts_and_impacts    contacts and `impact:`; refused coefficients that are written as numbers
     state_words             words and verbs of contact states ("sticks", "slide+"), moments and `stop` conditions
-    settings                `ask` and `simulation:`; default method and tolerances
+    settings                `ask` and `simulation:`; default method
     run_options             options that functions and the command line share, with their `--help`
     schema                  the JSON Schema, for editors
     urdf                    URDF read: links, joints, `<mimic>`; notices on what is left out

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, Self
 
-from multibody_sym.answers.ask.find import NUMBER_QUESTIONS, FindQuestion
+from multibody_sym.answers.ask.find import NAMED_QUESTIONS, FindQuestion
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
 from multibody_sym.answers.ask.named_answers import with_answers
@@ -86,7 +86,7 @@ def _held_until(motion: Simulated) -> str:
 # Answers to `ask`: the kinds of questions, and their answers in the order in which they name each other.
 
 
-QUESTIONS: Final[tuple[type[Question], ...]] = (*NUMBER_QUESTIONS, FormulaQuestion, FindQuestion)
+QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion)
 
 
 def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:

@@ -27,15 +27,7 @@ from multibody_sym.answers.ask.extremes import (
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import AskedModes
 from multibody_sym.answers.ask.named_answers import with_answers
-from multibody_sym.answers.ask.number_questions import (
-    PathQuestion,
-    PeriodQuestion,
-    SpeedQuestion,
-    StartValueQuestion,
-    TimeQuestion,
-    ValueAfterQuestion,
-    ValueWhenQuestion,
-)
+from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, Question, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import free_name, put_in
@@ -67,22 +59,13 @@ _HOLDS: Final = 1e-6
 """The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
 
 
-NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
-    StartValueQuestion,
-    ValueAfterQuestion,
-    ValueWhenQuestion,
-    TimeQuestion,
-    PathQuestion,
-    SpeedQuestion,
-    ExtremeQuestion,
-    PeriodQuestion,
-)
+NAMED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (*NUMBER_QUESTIONS, ExtremeQuestion)
 """The kinds whose answers an equation may name."""
 
 
 def number_question(ask: Ask) -> NumberQuestion | None:
     """Return a question whose answer is a number; None for those of other kinds."""
-    return next((found for kind in NUMBER_QUESTIONS if (found := kind.parse(ask)) is not None), None)
+    return next((found for kind in NAMED_QUESTIONS if (found := kind.parse(ask)) is not None), None)
 
 
 @dataclass(frozen=True)

@@ -376,3 +376,15 @@ class PeriodQuestion(NumberQuestion):
         except (NoClosedFormError, ExpressionError, *UNDEFINED):
             return None
         return formula if near else None
+
+
+NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
+    StartValueQuestion,
+    ValueAfterQuestion,
+    ValueWhenQuestion,
+    TimeQuestion,
+    PathQuestion,
+    SpeedQuestion,
+    PeriodQuestion,
+)
+"""The kinds of this file: the first that takes the keys of a question is its kind."""

@@ -1,6 +1,6 @@
 """From a System to what runs: settings, Programs, functions, exports.
 
-    settings                settings of a run in numbers
+    settings                settings of a run in numbers; default tolerances
     problem                 the initial value problem; how constraints are kept
     programs                Programs compiled or recalled
     records                 a system ready to run
