@@ -125,10 +125,7 @@ class Prepared:
         """
         from multibody_sym.motion.stepper import Stepper  # which few runs need
 
-        def start(system: System) -> RunStart:
-            return run_start(replace(self, system=system))
-
-        return Stepper(self.system, start, dt, inputs, count, threads)
+        return Stepper(self.system, partial(_start_of, self), dt, inputs, count, threads)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
         """Return the system prepared for another end or number of samples; the latest one is kept."""
@@ -255,3 +252,8 @@ def run_start(prepared: Prepared) -> RunStart:
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of
     return RunStart(prepared._ready, problem, modes, prepared._start[1])
+
+
+def _start_of(prepared: Prepared, system: System) -> RunStart:
+    """Return the start of a run of a system as another one is prepared."""
+    return run_start(replace(prepared, system=system))

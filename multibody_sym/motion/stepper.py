@@ -68,6 +68,8 @@ class StepperState:
     u: Floats
     inputs: Floats
     _parameters: Floats
+    _begun: Floats
+    _steps: Floats
     _stops: tuple[Stops | None, ...]
     _runs: tuple[ModeRun | None, ...]
 
@@ -89,7 +91,7 @@ class Stepper:
         threads: int,
     ) -> None:
         self.dt = _positive("dt", dt)
-        self.inputs = _held_names(system, inputs)
+        self.inputs = _held_names(system, check_numbers(system).driving_inputs if system.inputs else (), inputs)
         self.count = _whole("count", count, 1) if count is not None else None
         self._threads = _whole("threads", threads, 1)
         self._declared, self._start = system, start
@@ -105,7 +107,7 @@ class Stepper:
         self._begun, self._steps = np.zeros(rows), np.zeros(rows)
         self._span = np.tile([0.0, self.dt], (rows, 1))  # the times at which the next step begins and ends
         self._x = np.empty((rows, len(begin.problem.x0)))
-        self._parameters = np.empty((rows, len(begin.problem.parameters)))
+        self._parameters = np.empty((rows, len(_values_of(begin))))
         self._events: list[Sequence[Mapping[str, Any]]] = [[] for _ in range(rows)]
         for k in range(rows):
             self._enter(k, begin)
@@ -114,6 +116,10 @@ class Stepper:
     def __repr__(self) -> str:
         many, held = "" if self.count is None else f"{self.count} of ", ", ".join(self.inputs) or "no input"
         return f"<Stepper of {many}{self._declared.name}: {self.dt:g} s a step, holds {held}>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all but the calls in C, which are about arrays of this process."""
+        return {name: value for name, value in vars(self).items() if name != "_calls"}
 
     # --- where it stands ----------------------------------------------------------------------------------------------
 
@@ -158,9 +164,8 @@ class Stepper:
     def state(self) -> StepperState:
         """All of where it stands, for `restore`."""
         runs = tuple(None if one is None else one.copied() for one in self._runs)
-        return StepperState(
-            self.t, self.q, self.u, self.held, self._parameters.copy(), tuple(self._stops), runs
-        )
+        own = self._parameters.copy(), self._begun.copy(), self._steps.copy()
+        return StepperState(self.t, self.q, self.u, self.held, *own, tuple(self._stops), runs)
 
     @property
     def stop(self) -> Any:
@@ -203,7 +208,7 @@ class Stepper:
             return self
         before = self._parameters[:, self._places]
         try:
-            self._hold(inputs)
+            self._put(inputs, self._parameters)
             self._go_on()
         except BaseException:
             self._parameters[:, self._places] = before
@@ -221,18 +226,19 @@ class Stepper:
     ) -> Stepper:
         """Begin again at t = 0, and return itself; of n systems all begin alike, or those of some `rows` do.
 
-        `initial` and `parameters` as for `simulate`, `inputs` as for `step`. Raises InputError and NoSolutionError.
+        `initial` and `parameters` as for `simulate`, `inputs` as for `step`, a row for each that begins. Raises
+        InputError and NoSolutionError, and leaves everything as it was then.
         """
-        chosen = range(len(self._x)) if rows is None else [self._row(k) for k in rows]
+        chosen = self._chosen(rows)
         begin = self._begin(parameters, initial)
+        values = self._parameters[chosen]
+        values[:] = _values_of(begin)
+        if inputs is not None:
+            self._put(inputs, values)
         for k in chosen:
             self._enter(k, begin)
+        self._parameters[chosen] = values
         self._clock()
-        if inputs is not None:
-            before = self._parameters.copy()
-            self._hold(inputs)
-            others = [k for k in range(len(self._x)) if k not in chosen]
-            self._parameters[others] = before[others]
         return self
 
     def restore(self, state: StepperState) -> Stepper:
@@ -242,10 +248,11 @@ class Stepper:
         x = np.hstack([np.atleast_2d(state.q), np.atleast_2d(state.u)])
         rows = len(self._x)
         if x.shape[1] != self._x.shape[1] or state._parameters.shape[1] != self._parameters.shape[1]:
-            raise InputError("the state is that of another system")
+            raise InputError("the state is that of another system, or of one that holds other inputs")
         if len(x) not in (1, rows):
             raise InputError(f"the state is that of {len(x)} systems, not {rows}")
-        self._x[:], self._parameters[:], self._begun[:], self._steps[:] = x, state._parameters, state.t, 0.0
+        self._x[:], self._parameters[:] = x, state._parameters
+        self._begun[:], self._steps[:] = state._begun, state._steps
         times = rows // len(x)
         self._stops = list(state._stops * times)
         self._runs = [None if one is None else one.copied() for one in state._runs * times]
@@ -275,32 +282,41 @@ class Stepper:
         """Return the columns of rows of values, as numbers where there is one system."""
         return values[0].tolist() if self.count is None and len(values) else list(values.T)
 
-    def _row(self, k: Any) -> int:
-        if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or not 0 <= k < len(self._x):
-            raise InputError(f"rows has {short_repr(k)}; they are numbers from 0 to {len(self._x) - 1}")
-        return int(k)
+    def _chosen(self, rows: Any) -> list[int]:
+        every = range(len(self._x))
+        if rows is None:
+            return list(every)
+        if not isinstance(rows, (list, tuple, range, np.ndarray)):
+            raise ArgumentError(f"rows is a list of numbers, not {short_repr(rows)}")
+        for k in rows:
+            if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or k not in every:
+                raise InputError(f"rows has {short_repr(k)}; they are numbers from 0 to {len(every) - 1}")
+        return list(dict.fromkeys(map(int, rows)))
 
-    def _hold(self, inputs: Any) -> None:
-        """Hold inputs from now on. Raises InputError for unknown names, wrong shapes and what is not finite."""
+    def _put(self, inputs: Any, parameters: Floats) -> None:
+        """Put inputs into rows of parameters. Raises InputError for unknown names, wrong shapes, what is not finite."""
+        rows = len(parameters)
         if isinstance(inputs, Mapping):
             for name, value in inputs.items():
                 if name not in self.inputs:
-                    raise InputError(f"no input {name!r} is held", number="M106", word=str(name), known=self.inputs)
+                    known = name in self._declared.inputs
+                    message = f"the input {name!r} is not held" if known else f"there is no input {name!r}"
+                    raise InputError(message, number="M106", word=str(name), known=self.inputs)
                 values = floats(f"inputs[{name!r}]", value)
-                if values.shape not in ((), (len(self._x),)) or (values.ndim and self.count is None):
-                    wanted = "a number" if self.count is None else f"a number or ({self.count},)"
+                if values.shape not in ((), (rows,)) or (values.ndim and self.count is None):
+                    wanted = "a number" if self.count is None else f"a number or ({rows},)"
                     raise InputError(f"inputs[{name!r}] has the shape {values.shape}, not {wanted}")
                 _verify_finite(f"inputs[{name!r}]", values)
-                self._parameters[:, self._places[self.inputs.index(name)]] = values
+                parameters[:, self._places[self.inputs.index(name)]] = values
             return
         width = len(self.inputs)
         values = inputs if type(inputs) is np.ndarray and inputs.dtype is _FLOAT else floats("inputs", inputs)
-        fits = values.shape == (width,) or (self.count is not None and values.shape == (self.count, width))
+        fits = values.shape == (width,) or (self.count is not None and values.shape == (rows, width))
         if not fits:
-            wanted = f"({width},)" if self.count is None else f"({width},) or ({self.count}, {width})"
+            wanted = f"({width},)" if self.count is None else f"({width},) or ({rows}, {width})"
             raise InputError(f"inputs has the shape {values.shape}, not {wanted}: {', '.join(self.inputs) or 'none'}")
         _verify_finite("inputs", values)
-        self._parameters[:, self._places] = values
+        parameters[:, self._places] = values
 
     def _begin(self, parameters: Mapping[str, Any] | None, initial: Mapping[str, Any] | None) -> RunStart:
         """Return how a motion begins, its inputs as declared there. Raises InputError and NoSolutionError."""
@@ -320,8 +336,9 @@ class Stepper:
     def _enter(self, k: int, begin: RunStart) -> None:
         """Put system number k where a motion begins."""
         problem = begin.problem
-        self._x[k], self._parameters[k] = problem.x0, _values_of(problem, begin)
-        self._begun[k], self._steps[k], self._events[k] = 0.0, 0.0, [dict(event) for event in begin.events]
+        self._x[k], self._parameters[k] = problem.x0, _values_of(begin)
+        self._begun[k], self._steps[k] = 0.0, 0.0
+        self._events[k] = [*map(dict, begin.events), *([] if begin.modes is None else begin.modes.events)]
         self._runs[k] = None if begin.modes is None else cast("ModeRun", begin.modes).copied()
         holding = held_at_start(problem)
         self._stops[k] = None
@@ -336,8 +353,9 @@ class Stepper:
             calls = self._calls
             left, ends = calls.run(), calls.ends
         moving = [stop is None for stop in self._stops]
+        ended = dict[int, _Ended]()
         if len(left) or not all(moving):
-            ended = {k: self._alone(k) for k in left if moving[k]}
+            ended |= {k: self._alone(k) for k in left if moving[k]}
             for k, one in ended.items():
                 ends[k] = one.x
                 self._runs[k], self._stops[k], self._events[k] = one.run, one.stop, one.events
@@ -349,6 +367,8 @@ class Stepper:
         else:
             self._x[:] = ends
             self._steps += 1.0
+        for k in range(len(self._events)) if any(self._events) else ():
+            self._events[k] = ended[k].events if k in ended else []
         self._clock()
 
     def _clock(self) -> None:
@@ -484,20 +504,26 @@ def _with_held_inputs(system: System, held: Sequence[str]) -> tuple[System, list
     return replace(system, parameters=Names(parameters), inputs=Names(inputs)), names
 
 
-def _held_names(system: System, given: Any) -> tuple[str, ...]:
-    """Return the inputs that are held: those that are named, or all. Raises InputError for a name of none."""
+def _held_names(system: System, driving: Sequence[str], given: Any) -> tuple[str, ...]:
+    """Return the inputs that are held: those that are named, or all but those `driving` a motion or constraint.
+
+    Raises InputError for a name of none, and for a driving one.
+    """
     if given is None:
-        return tuple(system.inputs)
+        return tuple(name for name in system.inputs if name not in driving)
     named = listed_names("inputs", given)
     for name in named:
         if name not in system.inputs:
             raise InputError(f"there is no input {name!r}", number="M106", word=name, known=system.inputs)
+        if name in driving:
+            message = f"{name} drives a motion or a constraint, whose speeds would jump where a held value does"
+            raise InputError(f"{message}: let a force follow it", number="M110")
     return tuple(dict.fromkeys(named))
 
 
-def _values_of(problem: Problem, begin: RunStart) -> Floats:
-    """Return the parameters with which a motion begins, in the order of the mechanism in no mode."""
-    return begin.ready.parameters if begin.modes is not None else problem.parameters
+def _values_of(begin: RunStart) -> Floats:
+    """Return the parameters with which a motion begins: those of the mechanism in no mode where it has modes."""
+    return begin.ready.parameters if begin.modes is not None else begin.problem.parameters
 
 
 def _positive(name: str, value: Any) -> float:

@@ -158,6 +158,13 @@ def test_begun_again(cart: mbs.Prepared) -> None:
     assert sim.q[1].tolist() == [0.25, pytest.approx(np.pi / 18)]
     assert sim.held[1].tolist() == [7.0 - 0.25, 0.0]
     assert sim.held[0].tolist() == [5.0, 0.0]
+    before = sim.state
+    with pytest.raises(mbs.InputError, match="finite"):
+        sim.reset(initial={"x": 1}, inputs=[np.nan, 0.0])
+    assert np.array_equal(sim.q, before.q)
+    assert sim.t.tolist() == before.t.tolist()
+    sim.reset(rows=[2, 0], inputs=[[1.0, 2.0], [3.0, 4.0]])
+    assert sim.held[[2, 0]].tolist() == [[1.0, 2.0], [3.0, 4.0]]
     sim.reset(inputs={"wind": [1.0, 2.0, 3.0]})
     assert np.array_equal(sim.q, start)
     assert sim.held.tolist() == [[1.75, w] for w in (1.0, 2.0, 3.0)]
@@ -215,6 +222,39 @@ def _all_events(sim: Any, steps: int) -> list[dict[str, Any]]:
     return [event for _ in range(steps) for row in sim.step([-3.0]).events for event in row]
 
 
+def test_what_bounces_without_inputs_or_with_two() -> None:
+    """A slider between stops, of mass 1, pushed by F + G: against a run, and a motion that begins with an impact."""
+    rail = mbs.Prismatic("ground", "b", axis="x", q="x", limits=mbs.Limits(lower=-1, upper=1))
+    push = mbs.Force("b", [mbs.variable("F") + mbs.variable("G"), 0, 0])
+    parts = {"bodies": {"b": mbs.Body(mass=1)}, "joints": {"j": rail}, "forces": {"f": push}}
+    system = mbs.System("stops", inputs={"F": 0, "G": 1}, **parts)
+    whole = mbs.simulate(system, inputs={"F": 2}, t_end=1.2, samples=13)
+    for held in (None, "F", ()):
+        sim = mbs.prepare(system, inputs=None if held != () else {"F": 2}).stepper(0.1, inputs=held)
+        events = list(sim.events)
+        for _ in range(12):
+            events += sim.step({"F": 2.0} if sim.inputs else None).events
+        assert sim["x"] == pytest.approx(whole["x"][-1], abs=1e-8)
+        assert [e["kind"] for e in events] == [e["kind"] for e in whole.events]
+        assert sim.step().events == []
+        other = sim.copy()
+        assert [other.step().q for _ in range(3)] == [sim.step().q for _ in range(3)]
+        assert other.t == sim.t
+
+
+def test_inputs_that_drive_motions_are_not_held() -> None:
+    """A speed that a constraint prescribes would jump where a held value does."""
+    parts = {"bodies": {"b": mbs.Body(mass=1)}, "joints": {"j": mbs.Prismatic("ground", "b", axis="x", q="x")}}
+    drive = mbs.VelocityConstraint(zero="u_x - v")
+    system = mbs.System("driven", inputs={"v": "0.5*t", "F": 0}, constraints={"drive": drive}, **parts)
+    prepared = mbs.prepare(system, initial={"u_x": 0})
+    with pytest.raises(mbs.InputError, match="v drives a motion or a constraint"):
+        prepared.stepper(0.1, inputs=["v"])
+    sim = prepared.stepper(0.1)
+    assert sim.inputs == ("F",)
+    assert sim.step().step()["x"] == pytest.approx(0.25 * 0.04, rel=1e-6)
+
+
 def test_loops_stay_closed() -> None:
     prepared = mbs.prepare(mbs.loads(FOUR_BAR))
     sim, whole = prepared.stepper(0.01), prepared.run(t_end=0.3, samples=4)
@@ -260,13 +300,15 @@ def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
         (lambda: cart.stepper(0.1, count=0), "count is a number of at least 1, not 0"),
         (lambda: cart.stepper(0.1, threads=1.5), "threads is a number of at least 1, not 1.5"),
         (lambda: sim.step([1.0]), r"inputs has the shape \(1,\), not \(2,\): F, wind"),
-        (lambda: sim.step({"G": 1.0}), "no input 'G' is held"),
+        (lambda: sim.step({"G": 1.0}), "there is no input 'G'"),
         (lambda: sim.step({"F": [1.0, 2.0]}), r"inputs\['F'\] has the shape \(2,\), not a number"),
         (lambda: sim.step([np.nan, 0.0]), r"inputs is to be finite, got \[nan, 0.0\]"),
         (lambda: sim.step({"F": np.inf}), r"inputs\['F'\] is to be finite"),
         (lambda: sim.step("F"), "inputs is to be real numbers"),
         (lambda: many.step(np.zeros((3, 2))), r"inputs has the shape \(3, 2\), not \(2,\) or \(2, 2\)"),
         (lambda: many.reset(rows=[2]), "rows has 2; they are numbers from 0 to 1"),
+        (lambda: many.reset(rows=1), "rows is a list of numbers, not 1"),
+        (lambda: cart.stepper(0.1, inputs="F").step({"wind": 1}), "the input 'wind' is not held"),
         (lambda: sim.reset(initial={"psi": 1}), "psi"),
         (lambda: sim["psi"], "nothing here is called 'psi'"),
         (lambda: sim.restore(many.state), "the state is that of 2 systems, not 1"),
