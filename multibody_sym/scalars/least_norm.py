@@ -382,7 +382,7 @@ def _solve_with_friction(
     lengths = [1.0 if plain else math.sqrt(_dot(row, row)) for row in exerted]
     shortest = max(SHORTEST * max(lengths), _NEARLY_ZERO)
     lengths = [length if length > shortest else shortest for length in lengths]
-    unit = [[x * inverse for x in row] for row, inverse in zip(exerted, [1.0 / x for x in lengths], strict=True)]
+    unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
     found = _alone(matrix, unit, right, columns, most) if len(right) <= columns else None
     carried, report = found or _together(matrix, unit, right, columns, most)
     x = [0.0] * columns
@@ -435,9 +435,9 @@ def _least_left(factors: _Factors, matrix: Lists) -> float:
     """Return the smallest part of a kept row of A that A C^T leaves, beside its other rows."""
     least = math.inf if factors.rank else 0.0
     for j, inverse in zip(factors.order, factors.inverse, strict=False):
-        divisor = inverse * inverse * _dot(matrix[j], matrix[j])
-        least = min(least, factors.scale[j] * factors.scale[j] / divisor) if divisor else least
-    return math.sqrt(least)
+        length = math.sqrt(_dot(matrix[j], matrix[j]))
+        least = min(least, factors.scale[j] / abs(inverse) / length) if length else least
+    return least
 
 
 def _dot(first: Sequence[float], second: Sequence[float]) -> float:

@@ -488,12 +488,10 @@ static int made_units(const island *s, int plain)
     }
     double shortest = MBS_SHORTEST * longest > MBS_NEARLY_ZERO ? MBS_SHORTEST * longest : MBS_NEARLY_ZERO;
     for (k = 0; k < count; ++k) {
-        double *unit = s->unit + k * n, inverse;
         if (!(s->lengths[k] > shortest))
             s->lengths[k] = shortest;
-        inverse = 1.0 / s->lengths[k];
-        for (int i = s->extent[k].low; i < s->extent[k].high; ++i)
-            unit[i] *= inverse;
+        for (int i = s->extent[k].low; i < s->extent[k].high && !plain; ++i)
+            s->unit[k * n + i] /= s->lengths[k];
     }
     return 1;
 }
@@ -507,11 +505,11 @@ static double least_left(const island *s)
     for (int k = 0; k < s->factors[MBS_RANK]; ++k) {
         int j = pivoted ? (int)part.order[k] : k, first = s->extent[j].first;
         const double *row = s->matrix + j * n + first;
-        double own = part.inverse[k], square = mbs_dot(s->extent[j].end - first, row, row);
-        double left = (pivoted ? part.scale[j] * part.scale[j] : 1.0) / (own * own * square);
+        double length = sqrt(mbs_dot(s->extent[j].end - first, row, row));
+        double left = (pivoted ? part.scale[j] : 1.0) / fabs(part.inverse[k]) / length;
         least = left < least ? left : least;
     }
-    return sqrt(least);
+    return least;
 }
 
 /* [A 0; E -C^T]: x and multipliers are found together. */
