@@ -148,6 +148,21 @@ def row_space(matrix: Floats, tolerance: float) -> Floats:
     return np.asarray(v[sizes > tolerance * sizes.max(initial=0.0)], dtype=float)
 
 
+def determined(matrix: Floats, tolerance: float) -> dict[int, Floats]:
+    """Return by place the unknowns that rows (m, n), taken as of length one, could fix, and what of each row it takes.
+
+    Values of less than `tolerance` of the largest count as zero, and so does what rows leave of an unknown.
+    """
+    lengths = np.linalg.norm(matrix, axis=1)
+    left, sizes, right = np.linalg.svd(matrix / np.where(lengths > 0.0, lengths, 1.0)[:, None], full_matrices=False)
+    count = int((sizes > tolerance * sizes.max(initial=0.0)).sum())
+    kept = right[:count]
+    missed = np.linalg.norm(np.eye(matrix.shape[1]) - kept.T @ kept, axis=0)
+    places = np.flatnonzero(missed <= tolerance)
+    found = left[:, :count] @ (kept[:, places] / sizes[:count, None])
+    return dict(zip(places.tolist(), found.T, strict=True))
+
+
 def least_combination(matrix: Floats, tolerance: float) -> Floats | None:
     """Return the y (s) of length one with the least y^T A, A as it stands; None where the rows are independent."""
     sizes, vectors = np.linalg.svd(matrix.T)[1:]

@@ -22,7 +22,7 @@ from multibody_sym.program.runtime_constants import INDEPENDENT, MOST_PUT_BACK, 
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.least_norm import solve_lists
-from multibody_sym.scalars.rank import SWITCHED, least_squares, row_space
+from multibody_sym.scalars.rank import SWITCHED, determined, least_squares, row_space
 
 if TYPE_CHECKING:
     from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
@@ -748,7 +748,7 @@ def held_speeds(
     rows = [row.plain for row in mechanism.rows]
     if not all(row.restricts for row in rows):
         return _held_beside_too(mechanism, parameters, at)
-    shares = _shares_of_held(at.by_speeds[[at.place(row) for row in rows]])
+    shares = determined(at.by_speeds[[at.place(row) for row in rows]], _HELD)
     asked = {(k, tuple(rows[j].name for j in np.flatnonzero(np.abs(share) > _HELD))) for k, share in shares.items()}
     new = {name for one in asked if one not in known for name in one[1]}
     if new:
@@ -758,18 +758,6 @@ def held_speeds(
     if all(known[one] for one in asked):
         return tuple(sorted(shares))
     return _held_beside_too(mechanism, parameters, at)
-
-
-def _shares_of_held(jacobian: Floats) -> dict[int, Floats]:
-    """Return by place the speeds that rows of unit length could hold, and what part of each row that takes."""
-    lengths = np.linalg.norm(jacobian, axis=1)
-    left, sizes, right = np.linalg.svd(jacobian / np.where(lengths > 0.0, lengths, 1.0)[:, None], full_matrices=False)
-    count = int((sizes > _HELD * sizes.max(initial=0.0)).sum())
-    kept = right[:count]
-    missed = np.linalg.norm(np.eye(jacobian.shape[1]) - kept.T @ kept, axis=0)
-    places = np.flatnonzero(missed <= _HELD)
-    found = left[:, :count] @ (kept[:, places] / sizes[:count, None])
-    return dict(zip(places.tolist(), found.T, strict=True))
 
 
 def _held_beside_too(mechanism: Mechanism, parameters: Floats, at: LawValues) -> tuple[int, ...]:
