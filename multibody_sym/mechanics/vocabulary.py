@@ -379,7 +379,7 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
 _KINDS: Final[Mapping[str, str]] = {
-    "moving": "no speed, and no coordinate whose rate is a speed",
+    "moving": "no speed, no state, and no coordinate whose rate is a speed",
     "coordinate": "no coordinate whose rate is a speed",
     "whole": "no body, nor the word system",
     "about": "no point, nor the word com",
@@ -545,6 +545,7 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
         "moving": [
             *(q for q, _ in rate_names(system)),
             *(speed for name, joint in system.joints.items() for speed in speed_names(name, joint)),
+            *system.states,
         ],
         # of momenta, energies, powers and impulses
         "whole": [SYSTEM, *system.bodies],

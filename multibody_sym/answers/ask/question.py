@@ -305,6 +305,8 @@ class AskedMotion:
         """Return the SI unit of an expression."""
         if asked == TIME:
             return "s"
+        if asked.op == "quantity" and asked.data[0] == "'" and asked.data[1][0] in self.solved.mechanism.rate_units:
+            return self.solved.mechanism.rate_units[asked.data[1][0]]  # Pa/s: no unit that units of a rate are made of
         (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
         return unit
 

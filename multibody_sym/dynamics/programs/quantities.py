@@ -433,7 +433,10 @@ def _momentum(instant: StateQuantities, quantity: str, *asked: str) -> S:
 
 
 def _of_speed(instant: StateQuantities, quantity: str, freedom: str) -> S:
-    """Return dT/du or udot of a speed, or of the speed that is a coordinate's rate."""
+    """Return dT/du or udot of a speed, or of the speed that is a coordinate's rate; of a state its rate."""
+    rates = {c.name: c.rate for c in instant.motion.mechanism.coordinates if c.rate is not None}
+    if quantity == "'" and freedom in rates:
+        return instant.motion.state.values([rates[freedom]])[0]
     named = f"generalized_momentum({freedom})" if quantity == "generalized_momentum" else f"{freedom}{quantity}"
     place = instant.motion.mechanism.speed_place(freedom)
     if place is None:
