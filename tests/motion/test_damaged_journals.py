@@ -63,7 +63,7 @@ STATEMENTS = {
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], mbs.Study]:
     """A study of six runs whose journal is there already, as an interrupted call leaves it."""
     system, out = mbs.loads(SYSTEM), tmp_path / "o.csv"
-    monkeypatch.setattr("multibody_sym.motion.sweep.study._MOST", 1)  # of six runs at most four are done by then
+    monkeypatch.setattr("multibody_sym.motion.sweep.study._MOST_ROWS", 1)  # of six runs at most four are done by then
 
     def again(stop: bool = False) -> mbs.Study:
         def counted(done: int, total: int) -> None:

@@ -41,13 +41,13 @@ NUMBERS = ({"m": 2.1, "a": 0.15, "l": 0.33, "g": -9.81}, {"m": 2.3, "a": 0.17, "
 def compilations(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """Return the commands that compile or link, as they are given."""
     given: list[object] = []
-    run = loading._run
+    run = loading._running
 
     def counted(commands, *arguments):
         given.extend(command for command in commands if "-o" in command)
         return run(commands, *arguments)
 
-    monkeypatch.setattr(loading, "_run", counted)
+    monkeypatch.setattr(loading, "_running", counted)
     return given
 
 
