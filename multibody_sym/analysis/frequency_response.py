@@ -98,6 +98,8 @@ def bode(
     """
     if isinstance(system, System):
         system = linearize(system, at=at)
+    elif at is not None and isinstance(system, Linearization):
+        raise InputError("a Linearization has its state: give bode the System to linearise it at another one")
     elif not isinstance(system, Linearization):
         raise ArgumentError(f"bode takes a System or a Linearization, not {short_repr(system)}")
     if not system.inputs or not system.states:
