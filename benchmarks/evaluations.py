@@ -204,7 +204,7 @@ class Evaluations:
     def __call__(self, calls: int) -> None:
         arrays = (ctypes.c_void_p(x.ctypes.data) for x in (self._x, self._inputs, self._out))
         count = ctypes.c_longlong(calls), self._states
-        self._loops.evaluate(self.native.system, ctypes.c_double(self._time), *count, *arrays)
+        self._loops.evaluate(self.native.structure.system, ctypes.c_double(self._time), *count, *arrays)
 
 
 def seconds(call: Callable[[int], object], calls: int) -> float:

@@ -206,12 +206,12 @@ class Stepper:
         if inputs is None:
             self._go_on()
             return self
-        before = self._parameters[:, self._places]
+        before = self._parameters.copy()
         try:
             self._put(inputs, self._parameters)
             self._go_on()
         except BaseException:
-            self._parameters[:, self._places] = before
+            self._parameters[:] = before
             raise
         return self
 
@@ -352,23 +352,29 @@ class Stepper:
         if self._in_c and not self._one_way:
             calls = self._calls
             left, ends = calls.run(), calls.ends
+        if left or any(self._stops):
+            self._go_on_apart(left, ends)
+            return
+        if any(self._events):
+            self._events = [[] for _ in self._x]
+        self._x[:] = ends
+        self._steps += 1.0
+        self._span[:, 0] = self._span[:, 1]
+        self._span[:, 1] = self._begun + (self._steps + 1.0) * self.dt
+
+    def _go_on_apart(self, left: Sequence[int], ends: Floats) -> None:
+        """Take the step of the systems that are `left` one by one; of the others it leads to `ends`."""
         moving = [stop is None for stop in self._stops]
-        ended = dict[int, _Ended]()
-        if len(left) or not all(moving):
-            ended |= {k: self._alone(k) for k in left if moving[k]}
-            for k, one in ended.items():
-                ends[k] = one.x
-                self._runs[k], self._stops[k], self._events[k] = one.run, one.stop, one.events
-            self._x[moving] = ends[moving]
-            self._steps += moving
-            for k, one in ended.items():
-                if one.stop is not None:
-                    self._begun[k], self._steps[k] = one.t, 0.0
-        else:
-            self._x[:] = ends
-            self._steps += 1.0
-        for k in range(len(self._events)) if any(self._events) else ():
-            self._events[k] = ended[k].events if k in ended else []
+        ended = {k: self._alone(k) for k in left if moving[k]}
+        self._events = [[] for _ in self._x]
+        for k, one in ended.items():
+            ends[k] = one.x
+            self._runs[k], self._stops[k], self._events[k] = one.run, one.stop, one.events
+        self._x[moving] = ends[moving]
+        self._steps += moving
+        for k, one in ended.items():
+            if one.stop is not None:
+                self._begun[k], self._steps[k] = one.t, 0.0
         self._clock()
 
     def _clock(self) -> None:
