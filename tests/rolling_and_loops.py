@@ -117,3 +117,20 @@ def _between(rng: Rng, low: float, high: float) -> float:
 
 def _plain(values: Sequence[float] | np.ndarray) -> list[float]:
     return [float(x) for x in values]
+
+FOUR_BAR = """
+multibody_sym: 1
+name: four_bar
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {points: {right: [0.9, 0, 0]}}
+  crank: {mass: 0.3, com: [0.15, 0, 0], inertia: {Izz: 0.002}, points: {end: [0.3, 0, 0]}}
+  coupler: {mass: 0.8, com: [0.4, 0, 0], inertia: {Izz: 0.04}, points: {end: [0.8, 0, 0]}}
+  rocker: {mass: 0.6, com: [0.3, 0, 0], inertia: {Izz: 0.02}, points: {end: [0.6, 0, 0]}}
+joints:
+  a: {type: revolute, parent: ground, child: crank, q: a, initial: {q: 0.7}}
+  b: {type: revolute, parent: crank.end, child: coupler, q: b, initial: {q: 0}}
+  c: {type: revolute, parent: ground.right, child: rocker, q: c, initial: {q: 1.5}}
+  d: {type: revolute, parent: coupler.end, child: rocker.end}
+"""
+"""A linkage of four bars as a file; its last joint closes the loop."""

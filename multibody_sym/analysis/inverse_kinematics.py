@@ -17,7 +17,7 @@ from multibody_sym.analysis.deviations import displaced
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.start.number_checks import on_numbers
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import InputError, short_repr
+from multibody_sym.errors import InputError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.argument_checks import flag
@@ -27,7 +27,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
-from multibody_sym.scalars.numbers import vector
+from multibody_sym.scalars.numbers import vector, verify_finite
 
 _NEAR: Final = 1e-10
 """How far (m, rad) a frame may be from where it should be."""
@@ -79,8 +79,7 @@ def inverse_kinematics(
     """
     verify_system(system)
     place = vector("position", position, 3)
-    if not np.isfinite(place).all():
-        raise InputError(f"position is to be finite, got {short_repr(place.tolist())}")
+    verify_finite("position", place)
     attitude = None if rotation is None else vector("rotation", np.ravel(np.asarray(rotation)), 9).reshape(3, 3)
     if attitude is not None and not np.allclose(attitude @ attitude.T, np.eye(3), atol=1e-9):
         raise InputError("rotation is no rotation: its rows are not orthonormal")

@@ -198,7 +198,7 @@ def needed_friction(solved: SolvedInstant, elements: Sequence[LawElement]) -> It
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# All that is told of an impact.
+# The record of an impact: impulses, speeds and energies.
 
 
 # ----------------------------------------------------------------------------------------------------------------------

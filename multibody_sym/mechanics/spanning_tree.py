@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -114,6 +114,13 @@ def start_names(system: System) -> list[str]:
     joints = system.joints.items()
     moving = (x for name, joint in joints for x in (*coordinate_names(name, joint), *speed_names(name, joint)))
     return [*moving, *system.states]
+
+
+def free_name(wanted: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: the wanted one, or that with a number."""
+    plain = wanted.replace(".", "_")
+    numbered = (plain, *(f"{plain}_{k}" for k in range(2, len(taken) + 3)))
+    return next(name for name in numbered if name not in taken)
 
 
 def rate_names(system: System) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
+from operator import index
 from typing import Any, Final, ParamSpec, TypeVar
 
 from multibody_sym.errors import ArgumentError, nearest, short_repr
@@ -110,6 +111,18 @@ def flag(name: str, value: Any) -> bool:
     if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
         raise ArgumentError(f"{name} is to be True or False, got {short_repr(value)}")
     return bool(value)
+
+
+def whole_number(name: str, value: Any, most: int | None = None) -> int:
+    """Return a number from 1 on, of any kind of integers."""
+    try:
+        found = 0 if isinstance(value, bool) else index(value)
+    except TypeError:
+        found = 0
+    if found < 1 or (most is not None and found > most):
+        range_ = "of at least 1" if most is None else f"from 1 to {most}"
+        raise ArgumentError(f"{name} is a number {range_}, not {short_repr(value)}")
+    return found
 
 
 _NAMED: Final = {

@@ -43,7 +43,7 @@ from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
 from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import MechanismUnits
-from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.prepare.arguments import Arguments, Values
@@ -187,10 +187,12 @@ class _Question:
 
     @cached_property
     def least_norm(self) -> bool:
-        """Whether more joints are driven than need be. Raises NoSolutionError where fewer are."""
+        """Whether more joints are driven than need be."""
+        return bool(self.options["drives"]) and self._drives_exceed()
+
+    def _drives_exceed(self) -> bool:
+        """Return whether more joints are driven than need be. Raises NoSolutionError where fewer are."""
         begin, drives = self._numbers[2], self.options["drives"]
-        if not drives:
-            return False
         mechanism, count = self.mechanism, len(self.mechanism.speeds)
         q, u = (begin.q, begin.u) if begin is not None else ([0.0] * len(mechanism.coordinates), [0.0] * count)
         return verify_drives(mechanism, state_of(mechanism, float, 0.0, q, u, self.parameters.tolist()), drives)
@@ -213,7 +215,8 @@ class _Question:
         if not isinstance(self.what, str):
             with self._expression_errors():
                 return expressions_program(self.mechanism, options)
-        assert self.least_norm in (True, False)  # verified before anything is derived
+        if options.drives:
+            self._drives_exceed()  # raises before anything is derived
         if self.what == "outputs" and not self.mechanism.outputs:
             raise ModelError("the system declares no outputs; ask for a list of expressions", number="M110")
         return STATE_FUNCTIONS[self.what](self.mechanism, options)
@@ -478,8 +481,7 @@ class Function:
         }
         if udot is not None:
             arrays["udot"] = _array("udot", udot, nu)
-        if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool) or not 1 <= threads <= _MOST_THREADS:
-            raise ArgumentError(f"threads is a number from 1 to {_MOST_THREADS}, not {short_repr(threads)}")
+        threads = whole_number("threads", threads, _MOST_THREADS)
         own = self._own_inputs(inputs)
         count = _count({**arrays, **own})
         given = [arrays[name] for name in ("t", "q", "u", "parameters")]

@@ -120,8 +120,8 @@ class Prepared:
     ) -> Stepper:
         """Return the system at its start, to be stepped by `dt` (s, or text such as `1 ms`) while `inputs` are held.
 
-        `inputs`: the names of those that each step may change, None for all; `count` of systems that step together, in
-        so many `threads`. Raises InputError and NoSolutionError as `run` does.
+        `inputs`: the names of those that each step may change, None for all that drive no motion; `count` of systems
+        that step together, in so many `threads`. Raises InputError and NoSolutionError as `run` does.
         """
         from multibody_sym.motion.stepper import Stepper  # which few runs need
 

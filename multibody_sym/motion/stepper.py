@@ -22,7 +22,8 @@ from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, ModelError, MultibodyError, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.model.argument_checks import door
+from multibody_sym.mechanics.spanning_tree import free_name, start_names
+from multibody_sym.model.argument_checks import door, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.fields import Names, scalar
 from multibody_sym.model.parameters import Parameter
@@ -41,7 +42,7 @@ from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO, symbol
-from multibody_sym.scalars.numbers import floats
+from multibody_sym.scalars.numbers import floats, verify_finite
 
 if TYPE_CHECKING:
     from multibody_sym.motion.switching.mode_run import ModeRun
@@ -92,8 +93,8 @@ class Stepper:
     ) -> None:
         self.dt = _positive("dt", dt)
         self.inputs = _held_names(system, check_numbers(system).driving_inputs if system.inputs else (), inputs)
-        self.count = _whole("count", count, 1) if count is not None else None
-        self._threads = _whole("threads", threads, 1)
+        self.count = whole_number("count", count) if count is not None else None
+        self._threads = whole_number("threads", threads)
         self._declared, self._start = system, start
         _, self._names = _with_held_inputs(system, self.inputs)
         rows = self.count or 1
@@ -194,6 +195,7 @@ class Stepper:
 
     # --- going on -----------------------------------------------------------------------------------------------------
 
+    @door
     def step(self, inputs: Mapping[str, ArrayLike] | ArrayLike | None = None) -> Stepper:
         """Go on by `dt`, and return itself.
 
@@ -241,6 +243,7 @@ class Stepper:
         self._clock()
         return self
 
+    @door
     def restore(self, state: StepperState) -> Stepper:
         """Go on from a `state` that a Stepper of this system had, and return itself; n systems may all begin at one."""
         if not isinstance(state, StepperState):
@@ -306,7 +309,7 @@ class Stepper:
                 if values.shape not in ((), (rows,)) or (values.ndim and self.count is None):
                     wanted = "a number" if self.count is None else f"a number or ({rows},)"
                     raise InputError(f"inputs[{name!r}] has the shape {values.shape}, not {wanted}")
-                _verify_finite(f"inputs[{name!r}]", values)
+                verify_finite(f"inputs[{name!r}]", values)
                 parameters[:, self._places[self.inputs.index(name)]] = values
             return
         width = len(self.inputs)
@@ -315,7 +318,7 @@ class Stepper:
         if not fits:
             wanted = f"({width},)" if self.count is None else f"({width},) or ({rows}, {width})"
             raise InputError(f"inputs has the shape {values.shape}, not {wanted}: {', '.join(self.inputs) or 'none'}")
-        _verify_finite("inputs", values)
+        verify_finite("inputs", values)
         parameters[:, self._places] = values
 
     def _begin(self, parameters: Mapping[str, Any] | None, initial: Mapping[str, Any] | None) -> RunStart:
@@ -497,14 +500,10 @@ class _Calls:
 
 def _with_held_inputs(system: System, held: Sequence[str]) -> tuple[System, list[str]]:
     """Return the system whose `held` inputs are parameters, and the names of these."""
-    taken = {*system.parameters, *system.inputs}
-    names = []
+    names = list[str]()
     for name in held:
-        own = f"held_{name}"
-        while own in taken:
-            own += "_"
-        taken.add(own)
-        names.append(own)
+        taken = {*system.parameters, *system.inputs, *system.outputs, *start_names(system), *names}
+        names.append(free_name(f"held_{name}", taken))
     parameters = {**system.parameters, **{name: Parameter(value=ZERO) for name in names}}
     inputs = {**system.inputs, **{name: symbol(own) for name, own in zip(held, names, strict=True)}}
     return replace(system, parameters=Names(parameters), inputs=Names(inputs)), names
@@ -539,14 +538,3 @@ def _positive(name: str, value: Any) -> float:
     if not 0.0 < found < float("inf"):
         raise ModelError(f"{name} is a time in s, or text such as '1 ms', not {short_repr(value)}")
     return found
-
-
-def _verify_finite(name: str, values: Floats) -> None:
-    if not np.isfinite(values).all():
-        raise InputError(f"{name} is to be finite, got {short_repr(values.tolist())}")
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
-        raise ArgumentError(f"{name} is a number of at least {least}, not {short_repr(value)}")
-    return int(value)

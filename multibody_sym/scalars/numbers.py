@@ -49,6 +49,12 @@ def vector(name: str, given: Any, size: int) -> Floats:
     return values
 
 
+def verify_finite(name: str, values: Floats) -> None:
+    """Raise InputError where a value is not finite."""
+    if not np.isfinite(values).all():
+        raise InputError(f"{name} is to be finite, got {short_repr(values.tolist())}")
+
+
 def _describe(given: Any) -> str:
     try:
         return "complex ones" if np.asarray(given).dtype.kind == "c" else short_repr(given)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rolling_and_loops import FOUR_BAR
 
 import multibody_sym as mbs
 
@@ -43,23 +44,6 @@ joints:
   foot: {type: free, parent: ground, child: top}
   hinge: {type: revolute, parent: top, child: rod, axis: [1, 0.2, 0], q: a}
 """  # a free body with a quaternion, which carries a hinged rod
-
-FOUR_BAR = """
-multibody_sym: 1
-name: four_bar
-gravity: [0, -9.81, 0]
-bodies:
-  ground: {points: {right: [0.9, 0, 0]}}
-  crank: {mass: 0.3, com: [0.15, 0, 0], inertia: {Izz: 0.002}, points: {end: [0.3, 0, 0]}}
-  coupler: {mass: 0.8, com: [0.4, 0, 0], inertia: {Izz: 0.04}, points: {end: [0.8, 0, 0]}}
-  rocker: {mass: 0.6, com: [0.3, 0, 0], inertia: {Izz: 0.02}, points: {end: [0.6, 0, 0]}}
-joints:
-  a: {type: revolute, parent: ground, child: crank, q: a, initial: {q: 0.7}}
-  b: {type: revolute, parent: crank.end, child: coupler, q: b, initial: {q: 0}}
-  c: {type: revolute, parent: ground.right, child: rocker, q: c, initial: {q: 1.5}}
-  d: {type: revolute, parent: coupler.end, child: rocker.end}
-"""
-
 
 def arm() -> mbs.System:
     return mbs.loads(ARM)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rolling_and_loops import FOUR_BAR as LINKAGE
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
@@ -42,22 +43,7 @@ contacts:
 outputs: {friction: friction(c)}
 simulation: {t_end: 1.5 s, samples: 31}
 """
-FOUR_BAR = """multibody_sym: 1
-name: four_bar
-gravity: [0, -9.81, 0]
-bodies:
-  ground: {points: {right: [0.9, 0, 0]}}
-  crank: {mass: 0.3, com: [0.15, 0, 0], inertia: {Izz: 0.002}, points: {end: [0.3, 0, 0]}}
-  coupler: {mass: 0.8, com: [0.4, 0, 0], inertia: {Izz: 0.04}, points: {end: [0.8, 0, 0]}}
-  rocker: {mass: 0.6, com: [0.3, 0, 0], inertia: {Izz: 0.02}, points: {end: [0.6, 0, 0]}}
-joints:
-  a: {type: revolute, parent: ground, child: crank, q: a, initial: {q: 0.7}}
-  b: {type: revolute, parent: crank.end, child: coupler, q: b, initial: {q: 0}}
-  c: {type: revolute, parent: ground.right, child: rocker, q: c, initial: {q: 1.5}}
-  d: {type: revolute, parent: coupler.end, child: rocker.end}
-forces: {motor: {type: torque, joint: a, value: M}}
-inputs: {M: 0.4}
-"""
+FOUR_BAR = f"{LINKAGE}forces: {{motor: {{type: torque, joint: a, value: M}}}}\ninputs: {{M: 0.4}}\n"
 
 
 @pytest.fixture(scope="module")
@@ -255,6 +241,14 @@ def test_inputs_that_drive_motions_are_not_held() -> None:
     assert sim.step().step()["x"] == pytest.approx(0.25 * 0.04, rel=1e-6)
 
 
+def test_a_held_input_finds_a_name_that_nothing_has() -> None:
+    rail = mbs.Prismatic("ground", "b", axis="x", q="held_F")
+    push = mbs.Force("b", [mbs.variable("F"), 0, 0])
+    parts = {"bodies": {"b": mbs.Body(mass=1)}, "joints": {"j": rail}, "forces": {"f": push}}
+    sim = mbs.prepare(mbs.System("names", inputs={"F": 0}, **parts)).stepper(1.0)
+    assert sim.step([3.0])["held_F"] == pytest.approx(1.5)
+
+
 def test_loops_stay_closed() -> None:
     prepared = mbs.prepare(mbs.loads(FOUR_BAR))
     sim, whole = prepared.stepper(0.01), prepared.run(t_end=0.3, samples=4)
@@ -313,6 +307,7 @@ def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
         (lambda: sim["psi"], "nothing here is called 'psi'"),
         (lambda: sim.restore(many.state), "the state is that of 2 systems, not 1"),
         (lambda: sim.restore(cart.stepper(0.1, inputs="F").state), "the state is that of another system"),
+        (lambda: sim.step([1.0, 0.0], 2), "step"),  # type: ignore[call-arg]
         (lambda: sim.restore(3), "state is what `state` of a Stepper returned, not 3"),  # type: ignore[arg-type]
     ):
         with pytest.raises(mbs.InputError, match=message):

@@ -30,11 +30,12 @@ from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, Question, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
-from multibody_sym.answers.instant.letters import free_name, put_in
+from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.instant.states import conditions_of_mode
 from multibody_sym.derivation.symbolic_start import WORK, limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.vocabulary import Dimensions, in_order, named_by
 from multibody_sym.model.fields import Names, dimension_of_unit
 from multibody_sym.model.parameters import Parameter

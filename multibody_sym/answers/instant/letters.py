@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from typing import Final
 
@@ -251,13 +251,6 @@ _STILL: Final[Rates] = (ZERO, ZERO, ZERO)
 
 _ASIDE: Final = 0.001
 """Time (s) at which formulas are looked at before they are differentiated: nothing vanishes there by chance."""
-
-
-def free_name(wanted: str, taken: Collection[str]) -> str:
-    """Return a name that is not taken: the wanted one, or that with a number."""
-    plain = wanted.replace(".", "_")
-    numbered = (plain, *(f"{plain}_{k}" for k in range(2, len(taken) + 3)))
-    return next(name for name in numbered if name not in taken)
 
 
 def acceleration_names(mechanism: Mechanism) -> list[str]:

@@ -23,7 +23,6 @@ from multibody_sym.answers.instant.letters import (
     Coordinates,
     Letters,
     acceleration_names,
-    free_name,
     letters_of_start,
     put_in,
 )
@@ -39,6 +38,7 @@ from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.row_kinematics import row_motion
 from multibody_sym.mechanics.row_records import DistanceRow, PositionRow, Row
+from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
