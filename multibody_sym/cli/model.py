@@ -35,8 +35,7 @@ def model(options: argparse.Namespace) -> Iterator[System]:
 def _verify_settings(system: System) -> None:
     """Raise ModelError where a run cannot be done as the file says, as far as parameters have values."""
     settings, known = system.simulation, known_values(system)
-    asked = settings.t_end, settings.step, settings.rtol, settings.atol, settings.samples
-    if all(leaf in known for leaf in leaves([x for x in asked if x is not None], "symbol")):
+    if all(leaf in known for leaf in leaves(settings.numbers, "symbol")):
         from multibody_sym.motion.prepare.settings import run_settings  # methods take time to import
 
         run_settings(settings, known)

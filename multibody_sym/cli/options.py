@@ -75,7 +75,24 @@ def model_options(options: argparse.Namespace) -> ModelOptions:
 
 def run_options(options: argparse.Namespace) -> RunOptions:
     """Return the arguments that `simulate` takes beside a system, for a command that has them as options."""
-    return cast(RunOptions, {name: getattr(options, name) for name in RUN_OPTIONS})
+    given = {name: getattr(options, name) for name in RUN_OPTIONS}
+    return cast(RunOptions, {**given, "samples": _times_in_file(given["samples"])})
+
+
+_TABLES: Final = (".csv", ".npz", ".parquet")
+
+
+def _times_in_file(samples: str | None) -> Any:
+    """Return the times in column t of the table that is named for `samples`, or what is given if that is no file."""
+    if samples is None or not samples.endswith(_TABLES):
+        return samples
+    from multibody_sym.text.tables import read_table
+
+    table = read_table(samples)
+    if "t" not in table.columns:
+        message = f"the table has no column t of times; it has {', '.join(table.columns) or 'none'}"
+        raise InputError(message, where=Where(file=samples))
+    return table.columns["t"].tolist()
 
 
 def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:

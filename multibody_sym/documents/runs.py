@@ -125,7 +125,7 @@ def _is_nothing(run: Trajectory, value: float) -> bool:
 
 
 def _energy(run: Trajectory, units: Units) -> list[str]:
-    if len(run) == 0:
+    if len(run.whole) == 0:
         return []
     begin = 0.0 if abs(run.energy_at_start) <= _ROUNDING * _largest_kinetic_energy(run) else run.energy_at_start
     closes = math.isfinite(run.energy_residual)
@@ -144,7 +144,7 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
 
 def _largest_kinetic_energy(run: Trajectory) -> float:
     """Return the largest kinetic energy of the samples, 0 without one."""
-    return float(np.nanmax(np.abs(run.kinetic_energy), initial=0.0))
+    return float(np.nanmax(np.abs(run.whole.kinetic_energy), initial=0.0))
 
 
 def _beyond_rounding(run: Trajectory, taken: Mapping[str, float]) -> dict[str, float]:
@@ -175,7 +175,7 @@ def _account(run: Trajectory, units: Units) -> str:
     told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_first_names(lost)}"] if lost else []
     told += [f"the work of {_first_names(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
     left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', 2)}"
-    return "; ".join([f", {units.said(float(run.energy[-1]), 'J', 6)} at the end", *told, left])
+    return "; ".join([f", {units.said(float(run.whole.energy[-1]), 'J', 6)} at the end", *told, left])
 
 
 def _first_names(names: Collection[str]) -> str:

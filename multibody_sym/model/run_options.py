@@ -32,7 +32,7 @@ class RunSettings(TypedDict, total=False):
     step: Annotated[Any, Option("a fixed step in s")]
     rtol: Annotated[Any, Option("relative tolerance of an adaptive method")]
     atol: Annotated[Any, Option("absolute tolerance of an adaptive method")]
-    samples: Annotated[Any, Option("number of rows, evenly spaced, both ends too")]
+    samples: Annotated[Any, Option("number of rows, or times: 0,0.1,0.5 or a file")]
     constraints: Annotated[Any, Option("projection (default), baumgarte or index_2", "HOW")]
 
 

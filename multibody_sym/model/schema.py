@@ -150,6 +150,9 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
         "moment: `{coordinate: value}`, a condition, or a state that begins", any_of(_TEXT, _REACHED)
     ),
     state_words.TimeOrMoment: FieldKind("time, or a moment", any_of(NUMBER, _REACHED)),
+    settings.SamplesField: FieldKind(
+        f"{_NUMBER_WORDS}, or list of times", any_of(NUMBER, array_schema(NUMBER, 1))
+    ),
     settings.EquationField: FieldKind("equation, with `==`", {"type": "string", "pattern": "=="}),
     fields.Vector: FieldKind("list of three numbers or expressions", _VECTOR),
     bodies.EndField: FieldKind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final
 
 from multibody_sym.errors import ModelError
@@ -19,9 +19,12 @@ from multibody_sym.model.fields import (
     Record,
     Scalar,
     Text,
+    content_of,
     describe,
     fields_of,
     holds,
+    list_items,
+    scalar,
     verify_keys,
 )
 from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition
@@ -291,6 +294,26 @@ MULTIPLIERS: Final = ("basic", "minimum_norm")
 COORDINATES: Final = ("relative", "absolute")
 
 
+@dataclass(frozen=True)
+class SamplesField:
+    """The number of samples, or their times: a list, an array, or a text with commas; times are held as a tuple."""
+
+    unit: str | None = ""
+
+    def accept(self, value: Any) -> Node | tuple[Node, ...]:
+        if isinstance(value, str) and "," in value:
+            value = value.split(",")
+        items = list_items(value)
+        if items is None:
+            return scalar(value, self.unit)
+        if not items:
+            raise ModelError("expected a number of samples or their times, got an empty list", number="M103")
+        return tuple(content_of(k, x, Scalar("s")) for k, x in enumerate(items))
+
+    def tree(self, value: Node | tuple[Node, ...]) -> Any:
+        return text(value) if isinstance(value, Node) else [text(time) for time in value]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
@@ -312,8 +335,9 @@ class Settings(Element):
         Scalar(""), None, says="absolute tolerance of a method that chooses its step", such="1e-9"
     )
     method: str = holds(Text(), "dormand_prince", says="the integration method, such as rk4 or radau_5", such="rk4")
-    samples: Node = holds(
-        Scalar(""), 1001, says="number of rows of the result, evenly spaced, both ends among them", such="501"
+    samples: Node | tuple[Node, ...] = holds(
+        SamplesField(), 1001, such="501",
+        says="number of rows of the result, evenly spaced, both ends among them; or a list of their times in s",
     )
     coordinates: str = holds(
         Choice(COORDINATES), COORDINATES[0], such="absolute",
@@ -334,3 +358,15 @@ class Settings(Element):
         Record(SmoothFriction), None, such="{regularised: 1e-3}",
         says="makes dry friction smooth, which it is not otherwise",
     )
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        """Yield the contents of given fields as `Element.written`; times of samples are read in s."""
+        for path, value, unit in super().written():
+            yield path, value, "s" if isinstance(value, tuple) else unit
+
+    @property
+    def numbers(self) -> tuple[Node, ...]:
+        """What is evaluated before a run: its end, step, tolerances and samples, as far as they are given."""
+        samples = self.samples if isinstance(self.samples, tuple) else (self.samples,)
+        given = (self.t_end, self.step, self.rtol, self.atol, *samples)
+        return tuple(x for x in given if x is not None)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import start_names
 from multibody_sym.model.argument_checks import callback, door, flag
+from multibody_sym.model.fields import list_items
 from multibody_sym.model.run_options import RUN_SETTINGS, RunOptions, spelled_out
 from multibody_sym.model.settings import Baumgarte
 from multibody_sym.model.system import System
@@ -38,10 +39,11 @@ def simulate(
     """Return the motion of a system from its start at t = 0 to `t_end`; where it has an `impact`, from after that.
 
     Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
-    or text such as `2 s`; `constraints` also the word `projection`, `baumgarte` or `index_2`); `parameters` ..
-    `project`, what the call changes (`Overrides`); `formalism` by name, None for the cheapest; `native` and `backend`
-    ("c", "python"), the code that is made (`program.backend.Native`); `on_progress`, called about ten times a second
-    with the samples that are new and the part of the time that is done.
+    or text such as `2 s`; `samples`: a number of rows, evenly spaced, or their times in s; `constraints` also the word
+    `projection`, `baumgarte` or `index_2`); `parameters` .. `project`, what the call changes (`Overrides`); `formalism`
+    by name, None for the cheapest; `native` and `backend` ("c", "python"), the code that is made
+    (`program.backend.Native`); `on_progress`, called about ten times a second with the samples that are new and the
+    part of the time that is done.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
     """
@@ -128,8 +130,8 @@ class Prepared:
         return Stepper(self.system, partial(_start_of, self), dt, inputs, count, threads)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
-        """Return the system prepared for another end or number of samples; the latest one is kept."""
-        key = repr((t_end, samples))
+        """Return the system prepared for another end or other samples; the latest one is kept."""
+        key = repr((t_end, list_items(samples) or samples))
         if key not in self._others:
             self._others.clear()
             changed = with_settings(self.system, {"t_end": t_end, "samples": samples})

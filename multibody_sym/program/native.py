@@ -169,6 +169,7 @@ class ProblemStruct(ctypes.Structure):
         *((name, ctypes.c_double) for name in ("closure", "independent", "whole")),
         ("max_steps", ctypes.c_longlong),
         ("samples", ctypes.c_longlong),
+        ("times", ctypes.c_void_p),
         ("project", ctypes.c_int),
         ("crosses", ctypes.c_int),
     )

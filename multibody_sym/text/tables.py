@@ -16,7 +16,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.errors import InputError, OutputError, Where, brief
+from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, brief, short_repr
 from multibody_sym.records import dataclass
 from multibody_sym.text.files import (
     PARTIAL,
@@ -63,6 +63,7 @@ def csv_lines(rows: npt.NDArray[np.float64]) -> Iterator[bytes]:
 
 Column = npt.NDArray[np.float64]
 _METADATA: Final = "__metadata__"
+_TIME: Final = "t"
 _ROWS: Final = 1 << 13
 """Rows of a table that are put together at once."""
 _FORMULA: Final = ("=", "+", "-", "@")
@@ -112,15 +113,56 @@ class Table:
         for first in range(0, len(self), _ROWS):
             yield np.column_stack([values[first : first + _ROWS] for values in self.columns.values()])
 
-    def to_pandas(self) -> Any:
-        """Return the table as a pandas DataFrame; its `attrs` have `units` and the metadata. Raises OutputError."""
+    def __getitem__(self, name: str) -> Column:
+        if not isinstance(name, str):
+            raise ArgumentError(f"a table is asked by the name of a column, not by {short_repr(name)}")
+        if name not in self.columns:
+            message = f"no column of this table is called {name!r}"
+            raise InputError(message, number="M106", word=name, known=self.columns)
+        return self.columns[name]
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the columns."""
+        return tuple(self.columns)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def to_numpy(self) -> npt.NDArray[np.float64]:
+        """Return the columns as an array (rows, columns), in the order of `keys()`."""
+        return np.column_stack([*self.columns.values()]) if self.columns else np.empty((0, 0))
+
+    def to_dataframe(self) -> Any:
+        """Return a pandas DataFrame, over t if that is a column; its `attrs` have `units` and the metadata.
+
+        Raises OutputError where pandas is missing.
+        """
         try:
             import pandas
         except ImportError:
             raise OutputError("a DataFrame needs pandas: pip install pandas") from None
         frame = pandas.DataFrame(dict(self.columns))
+        frame = frame.set_index(_TIME) if _TIME in self.columns else frame
         frame.attrs.update({"units": dict(self.units), **self.metadata})
         return frame
+
+    def to_xarray(self) -> Any:
+        """Return an xarray Dataset over t, or over `row` if t is no column; each variable has its unit.
+
+        Raises OutputError where xarray is missing.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise OutputError("a Dataset needs xarray: pip install xarray") from None
+        over = _TIME if _TIME in self.columns else "row"
+        units = {name: {"units": unit} for name, unit in self.units.items()}
+        columns = {name: (over, values, units.get(name)) for name, values in self.columns.items()}
+        found = xarray.Dataset(columns, attrs=dict(self.metadata))
+        return found.set_coords(_TIME) if over == _TIME else found
 
 
 def write_table(table: Table, path: str | os.PathLike[str], begin: FileState | None = None) -> str:

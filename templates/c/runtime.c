@@ -75,6 +75,8 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
 
 static double sample_time(const mbs_problem *p, long long index)
 {
+    if (p->times)
+        return p->times[index];
     if (index == p->samples - 1)
         return p->t_end;
     return p->t0 + (p->t_end - p->t0) * (double)index / (double)(p->samples - 1);

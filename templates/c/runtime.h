@@ -176,7 +176,8 @@ typedef struct {
     double independent;   /* rows that are so but for singular positions */
     double whole;         /* how long the run is of which this one repeats a part, in steps as long; 0: it is none */
     long long max_steps;
-    long long samples;    /* evenly spaced from t0 to t_end, both among them */
+    long long samples;    /* from t0 to t_end, both among them: evenly spaced, ... */
+    const double *times;  /* ... or at these times, rising; null: evenly spaced */
     int project;          /* not 0: each accepted step and each sample is put back onto the constraints */
     int crosses;          /* not 0: steps lead across singular positions */
 } mbs_problem;

@@ -83,8 +83,9 @@ def test_runs_tables_and_reports_are_pages_in_which_names_are_text(run: mbs.Traj
 
 def test_tables_become_data_frames(run: mbs.Trajectory) -> None:
     pytest.importorskip("pandas")
-    frame = run.table(units="deg").to_pandas()
-    assert list(frame.columns) == ["t", "crank_angle", "u_crank_angle"]
+    frame = run.table(units="deg").to_dataframe()
+    assert frame.index.name == "t"
+    assert list(frame.columns) == ["crank_angle", "u_crank_angle"]
     assert frame.attrs["units"]["crank_angle"] == "deg"
     assert frame["crank_angle"].iloc[0] == pytest.approx(30)
 

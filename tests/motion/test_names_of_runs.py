@@ -53,6 +53,26 @@ def test_datasets_hold_units(run: mbs.Trajectory) -> None:
     assert data["t"].attrs["units"] == "s"
 
 
+def test_all_results_have_one_face(run: mbs.Trajectory) -> None:
+    study, table = mbs.sweep(mbs.loads(MODEL), {"m": [1, 2]}, samples=3), run.table()
+    for result in (run, run([0.1, 0.2]), study, table):
+        names = result.keys()
+        assert list(result) == list(names)
+        assert all(name in result and len(result[name]) == len(result) for name in names)
+        assert "no such name" not in result
+        for wrong in ("no such name", 3, None):
+            with pytest.raises(mbs.InputError):
+                result[wrong]
+        assert result.to_numpy().shape[0] == len(result)
+    assert table.keys() == ("t", "theta", "u_theta", "pull")
+    np.testing.assert_array_equal(run.to_numpy("deg")[:, 1], np.degrees(run["theta"]))
+    np.testing.assert_array_equal(study.to_numpy()[:, 1], study["m"])
+    pytest.importorskip("pandas")
+    assert run.to_dataframe().equals(table.to_dataframe())
+    pytest.importorskip("xarray")
+    assert run.to_xarray().equals(table.to_xarray())
+
+
 def test_studies_are_maps_too() -> None:
     study = mbs.sweep(mbs.loads(MODEL), {"m": [1, 2]}, samples=3)
     assert "m" in study

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -231,6 +232,9 @@ def test_frames_and_datasets_hold_the_study(system: mbs.System) -> None:
     drawn = mbs.sweep(system, {"l": (0.5, 0.7)}, sample=3).to_xarray()
     assert isinstance(drawn, xarray.Dataset)
     assert drawn["l"].dims == ("run",)
+    assert data["theta end"].attrs["units"] == "rad"
+    assert data["l"].attrs["units"] == "m"
+    assert mbs.sweep(system, rows=[{"l": 0.5}, {"l": 0.7}]).to_xarray()["l"].dims == ("run",)
 
 
 @pytest.mark.parametrize("name", ["pandas", "xarray"])
@@ -351,3 +355,59 @@ def test_a_figure_of_a_sweep_has_a_panel_for_each_unit_its_legend_beside_it_and_
     for axis in drawn.axes:
         drawn.canvas.draw()
         assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
+
+
+def test_rows_are_runs_of_their_own_values(system: mbs.System, tmp_path: Path) -> None:
+    given = [{"l": "30 cm", "theta": 0.4}, {"theta": "10 deg", "l": 0.7}, {"l": 0.3, "theta": 0.4}]
+    study = mbs.sweep(system, rows=given)
+    assert study.varied == ("l", "theta")
+    assert study["l"].tolist() == [0.3, 0.7, 0.3]
+    assert study["theta"] == pytest.approx([0.4, np.radians(10), 0.4])
+    for k in range(3):
+        run = mbs.simulate(system, parameters={"l": study["l"][k]}, initial={"theta": study["theta"][k]})
+        assert study["height end"][k] == run["height"][-1]
+    assert study.to_numpy()[:, 1].tolist() == study["l"].tolist()
+    kept = mbs.sweep(system, rows=given, output=tmp_path / "out.csv")
+    assert kept["height end"].tolist() == study["height end"].tolist()
+    with ThreadPoolExecutor(2) as pool:  # the way of Dask's executor: the task goes there pickled
+        assert mbs.sweep(system, rows=given, executor=pool)["height end"].tolist() == study["height end"].tolist()
+    study.plot(tmp_path / "rows.png", show="height end")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"rows": []}, "rows is to be a list of maps"),
+        ({"rows": {"l": [1]}}, "rows is to be a list of maps"),
+        ({"rows": [{}]}, "nothing is varied: each row names"),
+        ({"rows": [{"l": 1}, {"m": 1}]}, r"rows\.1: all rows name the same values"),
+        ({"rows": [{"l": 1}, {"l": "x"}]}, r"rows\.1\.l: "),
+        ({"rows": [{"l": 1}, {"l": "2 kg"}]}, r"rows\.1\.l\.?.*: '2 kg' does not fit"),
+        ({"rows": [{"l": 1}, {"l": float("nan")}]}, r"rows\.1\.l: nan is not finite"),
+        ({"rows": [{"ll": 1}]}, "rows: no parameter, coordinate or speed is called 'll'; did you mean l"),
+        ({"rows": [{1: 1}]}, "rows: no parameter, coordinate or speed is called 1"),
+        ({"rows": [{"l": 1}], "vary": {"l": [1]}}, "rows say all values of each run: leave vary out"),
+        ({"rows": [{"l": 1}], "sample": 2}, "leave sample out"),
+        ({}, "nothing is varied"),
+    ],
+)
+def test_wrong_rows(system: mbs.System, given: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        mbs.sweep(system, **given)
+
+
+def test_rows_of_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, table = tmp_path / "pendulum.yaml", tmp_path / "rows.csv"
+    model.write_text(PENDULUM)
+    table.write_text("l,theta\n0.3,0.4\n0.7,0.1\n")
+    out = tmp_path / "out.npz"
+    assert main(["sweep", str(model), "--rows", str(table), "-o", str(out)]) == 0
+    found = rows.read(str(out))[0]
+    assert found["l"].tolist() == [0.3, 0.7]
+    assert found["theta"].tolist() == [0.4, 0.1]
+    table.write_text("l,no\n0.3,0.4\n")
+    assert main(["sweep", str(model), "--rows", str(table)]) == 2
+    assert "no parameter, coordinate or speed is called 'no'" in capsys.readouterr().err
+    assert main(["sweep", str(model), "--rows", str(table), "--vary", "l=1,2"]) == 2
+    assert main(["sweep", str(model), "--rows", str(table), "-o", str(table)]) == 2
+    assert main(["sweep", str(model)]) == 2

@@ -45,6 +45,7 @@ def run(options: argparse.Namespace) -> Reply:
     units, figure = asked_units(options), figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
+        verify_apart(options.samples or "", target, "the times of samples")
     table = None
     if options.output is not None:
         from multibody_sym.cli.runs import Recording

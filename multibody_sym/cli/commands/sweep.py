@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 HELP: Final = "run a model many times with varied values: one table, a plot or map"
 _OWN: Final = {
-    "sample": ("N", "draw so many runs from the values and ranges (low:high) that are varied, instead of all of them"),
+    "sample": ("N", "draw so many runs from values and ranges low:high"),
     "seed": ("N", "the seed of what is drawn; default: 0"),
     "workers": ("N", "threads; default: one a processor"),
 }
@@ -34,6 +34,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "l=.5,1,2 or theta='10:60:6 deg'; several are combined"
     )
     parser.add_argument("--vary", metavar="NAME=VALUES", action="append", default=[], help=varied)
+    table = "a table with the values of each run, for --vary"
+    parser.add_argument("--rows", metavar="FILE", help=table)
     for name, (what, described) in _OWN.items():
         parser.add_argument(f"--{name}", metavar=what, help=described)
     parser.add_argument("--sobol", action="store_true", help="draw evenly, from Sobol's sequence")
@@ -56,6 +58,7 @@ def run(options: argparse.Namespace) -> Reply:
     figure = figure_name(options)
     for target in (options.output, figure):
         verify_apart(options.file, target)
+        verify_apart(options.rows or "", target, "the table of rows")
     if figure is not None and os.path.isdir(figure):
         raise OutputError("the file cannot be written: it is a folder", where=Where(file=figure), number="O102")
     study = _swept(options)
@@ -72,7 +75,8 @@ def _swept(options: argparse.Namespace) -> Study:
     from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.sweep.study import sweep
 
-    asked = parse_varied(options.vary)
+    listed = None if options.rows is None else _rows_in(options.rows)
+    asked = parse_varied(options.vary) if listed is None or options.vary else None
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         executor = stack.enter_context(_cluster(options.scheduler))
@@ -80,6 +84,7 @@ def _swept(options: argparse.Namespace) -> Study:
         return sweep(
             system,
             asked,
+            rows=listed,
             **{name: getattr(options, name) for name in (*_OWN, "sobol", "output")},
             executor=executor,
             **run_options(options),
@@ -98,8 +103,16 @@ def parse_varied(texts: Sequence[str]) -> dict[str, str]:
             raise UsageError(f"{name} is varied twice", where=Where(path=("--vary",)))
         found[name] = values
     if not found:
-        raise UsageError("nothing is varied: write --vary NAME=VALUES, such as --vary m=1:10:100")
+        raise UsageError("nothing is varied: write --vary NAME=VALUES, such as --vary m=1:10:100, or --rows FILE")
     return found
+
+
+def _rows_in(path: str) -> list[dict[str, float]]:
+    """Return the rows of a table, in SI units. Raises InputError for what is no table of numbers."""
+    from multibody_sym.text.tables import read_table
+
+    columns = {name: values.tolist() for name, values in read_table(path).columns.items()}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 @contextmanager

@@ -71,7 +71,7 @@ def integrate(
     to write them. `loop` is the one that fits `problem.compiled` unless another is given.
     """
     run = loop or loop_for(problem)
-    times, samples, nq = problem.times(), np.empty((problem.samples, len(problem.x0))), len(problem.q0)
+    times, samples, nq = problem.times(), np.empty((problem.sample_count, len(problem.x0))), len(problem.q0)
     progress = Progress(0, problem.t0, problem.x0, _NOTHING, None)
     try:
         with np.errstate(all="ignore"):

@@ -51,7 +51,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         begin, before = time.perf_counter(), state.steps
         left = steps
         while left > 0 and not done:
-            rows = ctypes.c_longlong(problem.samples - state.sample)
+            rows = ctypes.c_longlong(problem.sample_count - state.sample)
             piece = ctypes.c_longlong(left)
             to = ctypes.c_void_p(first + width * state.sample)
             if course is None:

@@ -133,7 +133,8 @@ class NativeProblem:
             self._given, self._whole = _given_arrays(problem), _whole_numbers(problem)
             self._method = method_struct(problem.method)
             self._system = _system(problem, self._given, self._whole)
-            self.structure = _problem(problem, self._method, self._system)
+            self._times = None if isinstance(problem.samples, int) else problem.times()
+            self.structure = _problem(problem, self._method, self._system, self._times)
             self.work = int(self.library.mbs_work(ctypes.byref(self.structure)))
             if self.work < 0:
                 raise ValueError(f"{problem.method.name} is not among the methods that the Programs were compiled for")
@@ -206,18 +207,20 @@ def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Intege
     )
 
 
-def _problem(problem: Problem, method: MethodStruct, system: SystemStruct) -> ProblemStruct:
+def _problem(problem: Problem, method: MethodStruct, system: SystemStruct, times: Floats | None) -> ProblemStruct:
     return ProblemStruct(
         method=ctypes.pointer(method),
         system=ctypes.pointer(system),
         step=problem.step or 0.0,
+        samples=problem.sample_count,
+        times=None if times is None else address(times),
         project=problem.project,
         crosses=problem.crosses,
         **{
             name: getattr(problem, name)
             for name in (
                 *("t0", "t_end", "rtol", "atol"),
-                *("contradiction", "closure", "independent", "whole", "max_steps", "samples"),
+                *("contradiction", "closure", "independent", "whole", "max_steps"),
             )
         },
     )

@@ -65,7 +65,7 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
         return None
     native, x0 = NativeProblem(like.again()), np.hstack([q0, u0])
     width = x0.shape[1]
-    samples, ends = np.empty((count, like.samples, width)), np.empty((count, width))
+    samples, ends = np.empty((count, like.sample_count, width)), np.empty((count, width))
     states, work = (StateStruct * count)(), np.empty(native.work)
     given = np.ascontiguousarray(parameters)
     native.library.mbs_integrate_each(
@@ -83,5 +83,5 @@ def integrate_each(like: Problem, parameters: Floats, q0: Floats, u0: Floats) ->
     )
     found: Any = np.frombuffer(memoryview(states), dtype=_STATE)
     done = (found["status"] == Status.DONE) & (found["event"] < 0) & (found["passed"] == 0)
-    done &= found["sample"] == like.samples
+    done &= found["sample"] == like.sample_count
     return Each(like, samples, ends, states, done.tolist())

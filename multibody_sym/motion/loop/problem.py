@@ -91,6 +91,21 @@ _NO_TIME: Final = 1e-6
 
 
 @dataclass(frozen=True)
+class SampleTimes:
+    """The `times` (s) of samples, rising, from the start of a run to its end, of which a user may not have asked."""
+
+    times: tuple[float, ...]
+    start: bool = True
+    end: bool = True
+
+    def asked(self, first: int, t: Floats) -> slice:
+        """Return which of the samples from number `first` on, at times t (m,), were asked for; where a run stops is."""
+        begin = 0 if self.start or first else 1
+        is_end = not self.end and len(t) > 0 and first + len(t) == len(self.times) and t[-1] == self.times[-1]
+        return slice(begin, len(t) - is_end)
+
+
+@dataclass(frozen=True)
 class Begun:
     """What was done of a run that goes on: until `time`, with `written` samples."""
 
@@ -110,17 +125,17 @@ class Problem:
     """An initial value problem for the programs in `compiled`, x = (q, u).
 
     Arguments: `q0` (nq,), `u0` (nu,), `parameters` (np,), `modes` (nm,); `step` fixed, or None: adaptive by `rtol`,
-    `atol`; `samples` evenly spaced from t0 to t_end, both among them; `project`: each accepted step and each sample is
-    put back onto the constraints. `contradiction`: rows contradict each other if both the scaled residual of dependent
-    ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1 + max |q|), and the like for u,
-    that a projection may leave; `independent`: how many rows are so but in singular positions; `crosses`:
-    whether steps lead across these; `whole`: how long (s) the run is of which this one repeats a part, in steps as
-    long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the run stops where
-    it becomes positive; where another one changes sign, a step ends and the next starts afresh. `pairs`: which speeds
-    are rates of which coordinates; None where each is that of the coordinate in its place. The last switching functions
-    are those of a mode, with `margins` by which they may exceed zero, of which those at the places `limiting` keep
-    adaptive steps short, and no adaptive step leads over one of the `moments` (`motion.integrator.flow.Events`).
-    `like` is one that differs in numbers alone, from which it was made.
+    `atol`; `samples`: so many, evenly spaced from t0 to t_end, both among them, or their times; `project`: each
+    accepted step and each sample is put back onto the constraints. `contradiction`: rows contradict each other if both
+    the scaled residual of dependent ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1
+    + max |q|), and the like for u, that a projection may leave; `independent`: how many rows are so but in singular
+    positions; `crosses`: whether steps lead across these; `whole`: how long (s) the run is of which this one repeats a
+    part, in steps as long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the
+    run stops where it becomes positive; where another one changes sign, a step ends and the next starts afresh.
+    `pairs`: which speeds are rates of which coordinates; None where each is that of the coordinate in its place. The
+    last switching functions are those of a mode, with `margins` by which they may exceed zero, of which those at the
+    places `limiting` keep adaptive steps short, and no adaptive step leads over one of the `moments`
+    (`motion.integrator.flow.Events`). `like` is one that differs in numbers alone, from which it was made.
     `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
     the loop in C may follow a `course` from mode to mode.
     Raises ValueError.
@@ -137,7 +152,7 @@ class Problem:
     step: float | None = None
     rtol: float = 1e-8
     atol: float = 1e-8
-    samples: int = 1001
+    samples: int | SampleTimes = 1001
     project: bool = False
     max_steps: int = 10_000_000
     contradiction: float = 1e-3
@@ -161,7 +176,7 @@ class Problem:
             (self.step is None or self.step > 0.0, "step is positive"),
             (self.step is not None or self.method.error_order > 0, f"{self.method.name} has a step, no tolerances"),
             (self.rtol >= 0.0 and self.atol > 0.0, "rtol is not negative and atol is positive"),
-            (self.samples >= 2, "there are at least two samples"),
+            (self.sample_count >= 2, "there are at least two samples"),
             (self.max_steps >= 1, "max_steps is at least one"),
         ):
             if not true:
@@ -273,11 +288,24 @@ class Problem:
         """Whether the rows are part of the equations, on positions and on speeds, which makes them of index 2."""
         return "index_2" in self.compiled
 
+    @property
+    def sample_count(self) -> int:
+        """The number of samples, those at both ends among them."""
+        return self.samples if isinstance(self.samples, int) else len(self.samples.times)
+
+    def asked(self, first: int, t: Floats) -> slice:
+        """Return which of the samples from number `first` on, at times t (m,), were asked for."""
+        return slice(0, len(t)) if isinstance(self.samples, int) else self.samples.asked(first, t)
+
     def times(self) -> Floats:
         """Return the times of all samples, which may be written."""
         kept = (self.like or self).kept
         if "times" not in kept:
-            kept["times"] = sample_times(self.t0, self.t_end, self.samples)
+            kept["times"] = (
+                sample_times(self.t0, self.t_end, self.samples)
+                if isinstance(self.samples, int)
+                else np.array(self.samples.times)
+            )
         times: Floats = kept["times"].copy()
         return times
 
@@ -424,8 +452,11 @@ class Chunk:
 
     def beyond(self, number: int) -> Chunk:
         """Return what of it comes after so many samples of the run."""
-        over = max(0, number - self.first)
-        return Chunk(self.first + over, self.t[over:], self.q[over:], self.u[over:], self.time) if over else self
+        return self.part(slice(max(0, number - self.first), len(self.t)))
+
+    def part(self, of: slice) -> Chunk:
+        """Return a part of its samples."""
+        return Chunk(self.first + of.start, self.t[of], self.q[of], self.u[of], self.time)
 
 
 @dataclass(frozen=True)

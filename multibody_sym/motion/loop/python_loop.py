@@ -478,7 +478,7 @@ def _first_stop(problem: Problem) -> Step | None:
 
     events = Events(values, (True,) * len(stops))
     flow = Flow(problem.method, lambda t, x: _EMPTY, problem.t0, problem.t_end, _EMPTY, events=events)
-    watch, count = Watch(flow, events), max(problem.samples - 1, _LEAST_PIECES)
+    watch, count = Watch(flow, events), max(problem.sample_count - 1, _LEAST_PIECES)
     times = np.linspace(problem.t0, problem.t_end, count + 1).tolist()
     for t, t_new in pairwise(times):
         step = watch.ended(_step(t, t_new - t, t_new), _EMPTY, partial(_step, t))

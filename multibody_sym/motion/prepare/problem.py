@@ -125,8 +125,9 @@ def _verify_size(ready: PreparedSystem, settings: RunSettings) -> None:
         raise ModelError("nothing can move: no joint has freedom", number="M117").under("joints")
     with at("simulation"):
         most = _MOST_NUMBERS // max(width, 1)
-        if settings.samples > most:
-            raise ModelError(f"{settings.samples} samples are too many; at most {most}", number="M109").under("samples")
+        count = settings.samples if isinstance(settings.samples, int) else len(settings.samples.times)
+        if count > most:
+            raise ModelError(f"{count} samples are too many; at most {most}", number="M109").under("samples")
         if settings.step is not None and settings.t_end / settings.step > _MOST_STEPS:
             raise ModelError(f"{settings.t_end / settings.step:.3g} steps are too many", number="M117").under("step")
 

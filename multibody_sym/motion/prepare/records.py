@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from multibody_sym.motion.integrator.flow import Pairing
-from multibody_sym.motion.loop.problem import Begun, Problem
+from multibody_sym.motion.loop.problem import Begun, Problem, SampleTimes
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.motion.prepare.run_labels import RunLabels, labels_from_json
 from multibody_sym.program.backend import Native
@@ -153,23 +153,24 @@ class PreparedSystem:
 
 
 _PLAIN: Final = (
-    *("t0", "t_end", "step", "rtol", "atol", "samples", "project", "max_steps", "contradiction", "closure"),
+    *("t0", "t_end", "step", "rtol", "atol", "project", "max_steps", "contradiction", "closure"),
     *("independent", "whole", "crosses"),
 )
 _ARRAYS: Final = ("q0", "u0", "parameters", "modes")
 _TUPLES: Final = ("terminal", "margins", "limiting", "moments")
-TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "pairs", "begun"})
+TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "samples", "pairs", "begun"})
 """The fields of a problem that are among its values."""
 
 
 def values_of(problem: Problem) -> dict[str, Any]:
     """Return a problem as JSON values; `compiled`, `jump` and `course` are left out."""
-    pairs, begun = problem.pairs, problem.begun
+    pairs, begun, samples = problem.pairs, problem.begun, problem.samples
     return {
         **{name: getattr(problem, name) for name in _PLAIN},
         **{name: getattr(problem, name).tolist() for name in _ARRAYS},
         **{name: list(getattr(problem, name)) for name in _TUPLES},
         "method": problem.method.name,
+        "samples": samples if isinstance(samples, int) else [samples.times, samples.start, samples.end],
         "pairs": None if pairs is None else [pairs.nq, pairs.plain, pairs.balls],
         "begun": None if begun is None else [begun.time, begun.written],
     }
@@ -177,12 +178,13 @@ def values_of(problem: Problem) -> dict[str, Any]:
 
 def problem_of(values: Mapping[str, Any], compiled: Compiled) -> Problem:
     """Return the problem of `values_of`. Raises KeyError, TypeError or ValueError for anything else."""
-    pairs, begun = values["pairs"], values["begun"]
+    pairs, begun, samples = values["pairs"], values["begun"], values["samples"]
     given: dict[str, Any] = {name: values[name] for name in _PLAIN}
     given |= {name: np.array(values[name], dtype=float) for name in _ARRAYS}
     given |= {name: tuple(values[name]) for name in _TUPLES}
     given["pairs"] = None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:]))
     given["begun"] = None if begun is None else Begun(*begun)
+    given["samples"] = samples if isinstance(samples, int) else SampleTimes(tuple(samples[0]), *samples[1:])
     return Problem(compiled=compiled, method=METHODS[values["method"]], **given)
 
 
@@ -261,6 +263,20 @@ def leg_samples(
         if len(t) or not found:
             found.append(LegSamples(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
     return tuple(found)
+
+
+def asked_parts(parts: Sequence[LegSamples], asked: slice) -> Sequence[LegSamples]:
+    """Return parts of a run with those samples that were asked for: all but the first or the last one, perhaps."""
+    if not parts or asked == slice(0, sum(len(part.t) for part in parts)):
+        return parts
+    begun, found = 0, list[LegSamples]()
+    for part in parts:
+        own = slice(max(asked.start - begun, 0), max(asked.stop - begun, 0))
+        begun += len(part.t)
+        cut = replace(part, t=part.t[own], q=part.q[own], u=part.u[own])
+        if len(cut.t) or (part is parts[-1] and not found):
+            found.append(cut)
+    return found
 
 
 def reaction_program(mechanism: Mechanism, code: Native) -> Compiled:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.settings import Baumgarte, Settings
+from multibody_sym.motion.loop.problem import SampleTimes
 from multibody_sym.motion.methods.multistep import IMPLICIT, INDEX_2
 from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, LOOKING_BACK, METHODS, LibraryMethod, Method
 from multibody_sym.records import dataclass
@@ -20,6 +22,8 @@ _LEAST_RTOL: Final = 1e-15
 _LARGEST_RTOL: Final = 0.1
 _RTOL: Final = 1e-9
 _ATOL_BY_RTOL: Final = 0.1
+_ROUNDED: Final = 1.0 + 1e-14
+"""By how much the time of a sample may be beyond the end of the run, as one that is computed otherwise."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +43,9 @@ class Coefficients:
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How a run is done: until `t_end`, with `step` fixed or by `rtol`, `atol`; `samples` evenly spaced.
+    """How a run is done: until `t_end`, with `step` fixed or by `rtol`, `atol`.
 
+    `samples` are evenly spaced, or at times of one's own.
     `project`: each step is put back onto the constraints; `baumgarte`: they are stabilised instead.
     """
 
@@ -49,7 +54,7 @@ class RunSettings:
     step: float | None
     rtol: float
     atol: float
-    samples: int
+    samples: int | SampleTimes
     project: bool
     baumgarte: Coefficients | None
 
@@ -60,7 +65,7 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
     Raises ModelError, which carries the others where several settings are wrong.
     """
     with at("simulation"):
-        wrong, rtol, atol, baumgarte = gathered(), None, None, None
+        wrong, t_end, rtol, atol, baumgarte = gathered(), None, None, None, None
         with wrong:
             method = _method(settings)
             with wrong:
@@ -77,10 +82,7 @@ def run_settings(settings: Settings, values: Mapping[Node, float]) -> RunSetting
         with wrong:
             t_end = _number("t_end", settings.t_end, values)
         with wrong, at("samples"):
-            number = _value(settings.samples, values)
-            if not 2 <= number < float("inf") or abs(number - round(number)) > 1e-9 * number:
-                raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
-            samples = round(number)
+            samples = _samples(settings.samples, values, t_end)
         wrong.told()
         assert t_end is not None
         assert rtol is not None
@@ -152,6 +154,32 @@ def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
                 number="M110",
             )
     return rtol
+
+
+def _samples(asked: Node | tuple[Node, ...], values: Mapping[Node, float], t_end: float | None) -> int | SampleTimes:
+    """Return the number of samples, or their times with both ends of the run."""
+    if isinstance(asked, Node):
+        number = _value(asked, values)
+        if not 2 <= number < math.inf or abs(number - round(number)) > 1e-9 * number:
+            raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
+        return round(number)
+    times, end = [0.0], math.inf if t_end is None else t_end
+    for k, node in enumerate(asked):
+        with at(k):
+            time = _value(node, values)
+            if not 0.0 <= time <= end * _ROUNDED:
+                message = f"t = {time:g} is not within the run, which lasts from 0 to {end:g}: drop it, or change t_end"
+                raise ModelError(message, number="M109")
+            if k > 0 and not time > times[-1]:
+                message = f"times of samples increase; {time:g} comes after {times[-1]:g}"
+                raise ModelError(message, number="M109")
+            if time > 0.0:
+                times.append(min(time, end))
+    first = _value(asked[0], values)
+    reaches = times[-1] * _ROUNDED >= end
+    if reaches:
+        times.pop()
+    return SampleTimes((*times, end), start=first == 0.0, end=reaches)
 
 
 def _number(name: str, node: Node | None, values: Mapping[Node, float]) -> float | None:

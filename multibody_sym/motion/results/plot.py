@@ -23,7 +23,7 @@ _ENERGIES: Final = {
     "kinetic_energy": lambda run: run.kinetic_energy,
     "potential_energy": lambda run: run.potential_energy,
     "energy": lambda run: run.energy,
-    _CHANGE: lambda run: run.energy - run.energy[0],
+    _CHANGE: lambda run: run.energy - run.energy[:1],
 }
 """What every run has beside its names, in J."""
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from multibody_sym.errors import InputError, ModelError, OutputError
+from multibody_sym.errors import InputError, ModelError
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Loop, Problem, RunFailure
-from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, asked_parts
 from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -242,19 +242,24 @@ class Samples:
         return self._made.parameters
 
     @property
+    def _asked(self) -> slice:
+        """Which of the samples that were made were asked for."""
+        return slice(0, len(self._made.t))
+
+    @property
     def t(self) -> Floats:
         """The times (m,) in s."""
-        return self._made.t
+        return self._made.t[self._asked]
 
     @property
     def q(self) -> Floats:
         """The coordinates (m, nq)."""
-        return self._made.q
+        return self._made.q[self._asked]
 
     @property
     def u(self) -> Floats:
         """The speeds (m, nu)."""
-        return self._made.u
+        return self._made.u[self._asked]
 
     @cached_property
     def units(self) -> Mapping[str, str]:
@@ -396,26 +401,23 @@ class Samples:
         except ValueError as problem:
             raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
 
+    def to_numpy(self, units: str | Sequence[str] | Units | None = None) -> Floats:
+        """Return the columns of `table` (m, columns): t, coordinates, speeds, outputs. Raises InputError."""
+        return self.table(units).to_numpy()
+
     def to_dataframe(self, units: str | Sequence[str] | Units | None = None) -> Any:
-        """Return the columns of `table` as a pandas DataFrame over t, units in its `attrs`. Needs pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
-        table = self.table(units)
-        frame = pandas.DataFrame(dict(table.columns)).set_index("t")
-        frame.attrs.update(units=dict(table.units), **self._about)
-        return frame
+        """Return the columns of `table` as a pandas DataFrame over t, units in its `attrs`.
+
+        Raises InputError for what is no unit, OutputError where pandas is missing.
+        """
+        return self.table(units).to_dataframe()
 
     def to_xarray(self, units: str | Sequence[str] | Units | None = None) -> Any:
-        """Return the columns of `table` as an xarray Dataset over t, each with its unit. Needs xarray."""
-        try:
-            import xarray
-        except ImportError:
-            raise OutputError("a Dataset needs xarray: pip install xarray") from None
-        table = self.table(units)
-        columns = {name: ("t", values, _unit(table, name)) for name, values in table.columns.items()}
-        return xarray.Dataset(columns, attrs=self._about).set_coords("t")
+        """Return the columns of `table` as an xarray Dataset over t, each with its unit.
+
+        Raises InputError for what is no unit, OutputError where xarray is missing.
+        """
+        return self.table(units).to_xarray()
 
     @property
     def _about(self) -> dict[str, str]:
@@ -426,7 +428,7 @@ class Samples:
     @cached_property
     def _parts(self) -> Sequence[LegSamples]:
         own = self._told, self.ready.compiled, self.parameters
-        return self._made.parts or (LegSamples(*own, self.t, self.q, self.u),)
+        return asked_parts(self._made.parts, self._asked) or (LegSamples(*own, self.t, self.q, self.u),)
 
     def _of_all(self, of_part: Callable[[LegSamples], Floats]) -> Floats:
         """Return what the parts have, one after the other."""
@@ -448,10 +450,6 @@ class Samples:
 def last_part(samples: Samples) -> LegSamples:
     """Return the last part of a motion: the mechanism in the mode in which it ends."""
     return samples._parts[-1]
-
-
-def _unit(table: Table, name: str) -> dict[str, str]:
-    return {"units": table.units[name]} if name in table.units else {}
 
 
 def _concatenate(values: Sequence[Floats]) -> Floats:

@@ -10,9 +10,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.left_over import Redundancy
-from multibody_sym.model.argument_checks import door
+from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.run_labels import freeze
@@ -24,13 +25,14 @@ from multibody_sym.motion.results.remarks import (
     pulling_wheels,
     pushing_ropes,
 )
-from multibody_sym.motion.results.samples import RunRecord, Samples
+from multibody_sym.motion.results.samples import NewSamples, RunRecord, Samples
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
     from multibody_sym.motion.loop.integrate import EndChanges
+    from multibody_sym.motion.prepare.records import LegSamples
     from multibody_sym.motion.results.integrals import FineLeg, Miss
     from multibody_sym.motion.results.samples import FrictionWork, RunInModes
     from multibody_sym.text.values import Units
@@ -38,9 +40,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Samples):
-    """The motion of a system: samples evenly spaced, `problem` as it was integrated, `integration` as it ended.
+    """The motion of a system: its samples, `problem` as it was integrated, `integration` as it ended.
 
-    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`.
+    `run["theta"]`, `run.energy`, `run.reactions["hinge"]["fx"]`; see `Samples`. `run(0.25)["theta"]` is between them.
     """
 
     _made: RunRecord
@@ -69,6 +71,31 @@ class Trajectory(Samples):
         return f"<Trajectory of {self._told.name}: {len(self)} samples to t = {self.t_final:g} s>"
 
     @property
+    def _asked(self) -> slice:
+        """Which samples of the run were asked for: of own times perhaps neither the start nor the end."""
+        return self.problem.asked(0, self._made.t)
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The run with samples at both its ends, which are not among those at times of one's own unless asked for."""
+        return self if self._asked == slice(0, len(self._made.t)) else _WholeTrajectory(self._made)
+
+    @door
+    def __call__(self, t: ArrayLike, *, before: bool = False) -> Samples:
+        """Return the motion at a time or at times (m,) in s, increasing, as `Samples`: `run(0.25)["theta"]` is (1,).
+
+        Between its steps the method's continuous extension tells the state, to the order that the table of methods
+        lists, a cubic (order 3) where it lists none of its own. At an event it is the state after it, or the one
+        `before` it. Each call integrates the legs of the run once more: ask for many times at once.
+        Raises InputError for times outside of the run, or that do not increase.
+        """
+        from multibody_sym.motion.results.between import motion_at  # which few runs are asked for
+
+        parts = motion_at(self.stretches, self.t_final, t, before=flag("before", before))
+        t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in "tqu")
+        return _Between(NewSamples(self.ready, self.parameters, t, q, u, parts if self.modes is not None else ()), self)
+
+    @property
     def t_final(self) -> float:
         """The time that the run reached."""
         return self.integration.t_final
@@ -95,17 +122,18 @@ class Trajectory(Samples):
         into each other, an output has no value, energy came from nowhere, or a coordinate is so large that floats
         around it are further apart than a step leads.
         """
+        whole = self.whole
         found: list[dict[str, Any]] = [dict(event) for event in self.begun]
-        found += self._limits_passed
+        found += whole._limits_passed
         found += [] if self.stop is None else [self.stop]
         found += [{"t": t, "kind": "singular position", "element": "constraints"} for t in self.integration.singular]
-        found += [*pushing_ropes(self), *outputs_without_value(self)]
-        found += [event for event in pulling_wheels(self) if event["element"] not in self.redundancy.not_unique]
-        found += [*self._crossed_boxes, *self.changes]
+        found += [*pushing_ropes(whole), *outputs_without_value(whole)]
+        found += [event for event in pulling_wheels(whole) if event["element"] not in self.redundancy.not_unique]
+        found += [*whole._crossed_boxes, *self.changes]
         accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
-        found += growing_energy(self, accuracy)
+        found += growing_energy(whole, accuracy)
         pairs = self.problem.pairs.plain if self.problem.pairs else ()
-        found += coordinates_too_far(self, pairs, self.integration.statistics.mean_step, accuracy)
+        found += coordinates_too_far(whole, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
 
     @property
@@ -163,18 +191,22 @@ class Trajectory(Samples):
         return theorem_misses(self.stretches, jumps)
 
     def _run_outputs(self) -> dict[str, Floats]:
+        return self._added_up(self._parts)
+
+    def _added_up(self, parts: Sequence[LegSamples]) -> dict[str, Floats]:
+        """Return the outputs that add up from the start of the run, at the samples of parts."""
         if not self._told.run_outputs:
             return {}
         from multibody_sym.motion.results.integrals import Adding, integrated_outputs
 
         adding = Adding(self.ready.mechanism.run_outputs)
         jumps = () if self.modes is None else self.modes.added(adding.leaves)
-        return integrated_outputs(adding, self.stretches, self._parts, jumps)
+        return integrated_outputs(adding, self.stretches, parts, jumps)
 
     @property
     def energy_at_start(self) -> float:
         """T + V in J as the run begins: before what strikes then, of which the first sample tells the speeds after."""
-        return float(self.energy[0]) + (0.0 if self.modes is None else self.modes.lost_at_start)
+        return float(self.whole.energy[0]) + (0.0 if self.modes is None else self.modes.lost_at_start)
 
     @property
     def energy_residual(self) -> float:
@@ -183,13 +215,14 @@ class Trajectory(Samples):
         For systems of which some holds one way only; nan for others, for runs without a sample at their end, and where
         prescribed motion, or a spring or row that time moves, does work that is not accounted.
         """
-        if self.modes is None or len(self) < 2 or self.t[-1] != self.t_final:
+        whole = self.whole
+        if self.modes is None or len(whole) < 2 or whole.t[-1] != self.t_final:
             return math.nan
         if self._told.works_unseen:
             return math.nan
         account = self.modes.account
         given = account.loads + sum(work.total for work in account.friction.values()) - sum(self.impact_losses.values())
-        return float(self.energy[-1]) - self.energy_at_start - given
+        return float(whole.energy[-1]) - self.energy_at_start - given
 
     @property
     def final(self) -> dict[str, Any]:
@@ -220,7 +253,8 @@ class Trajectory(Samples):
         """
         statistics, energy = self.integration.statistics, math.nan
         if not self._told.drives:
-            energy = float(np.max(np.abs(self.energy - self.energy[0]))) if len(self.energy) else 0.0
+            total = self.whole.energy
+            energy = float(np.max(np.abs(total - total[0]))) if len(total) else 0.0
         return {
             "position": statistics.drift_position,
             "velocity": statistics.drift_velocity,
@@ -317,6 +351,24 @@ class Trajectory(Samples):
         from multibody_sym.motion.results.plot import plot
 
         return plot(self, path, units, show=show, x=x)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Between(Samples):
+    """The motion of a `run` at times that were asked of it."""
+
+    run: Trajectory
+
+    def _run_outputs(self) -> dict[str, Floats]:
+        return self.run._added_up(self._parts)
+
+
+class _WholeTrajectory(Trajectory):
+    """A run with all samples that were made."""
+
+    @property
+    def _asked(self) -> slice:
+        return slice(0, len(self._made.t))
 
 
 def _plain(values: Floats) -> list[float | None]:

@@ -417,9 +417,7 @@ class VariedSystem:
     @cached_property
     def _settled(self) -> bool:
         """Whether the settings of all runs are the same."""
-        settings = self.system.simulation
-        given = (getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples"))
-        return all(node is None or node.shadow is not None for node in given)
+        return all(node.shadow is not None for node in self.system.simulation.numbers)
 
     def problem(self, ready: PreparedSystem) -> Problem:
         """Return the problem of a run; all but its numbers is that of the first, unless settings name parameters."""

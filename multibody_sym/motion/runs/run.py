@@ -51,6 +51,7 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
     def report(chunk: Chunk) -> None:
         nonlocal told
         new, told = chunk.beyond(told), max(told, chunk.first + len(chunk.t))
+        new = new.part(problem.asked(new.first, new.t))
         if on_progress is not None:
             parts = () if modes is None else modes.parts(new.t, new.q, new.u, new.first)
             piece = NewSamples(ready, problem.parameters, new.t, new.q, new.u, parts)

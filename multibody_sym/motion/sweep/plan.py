@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import start_names
-from multibody_sym.model.fields import scalar
+from multibody_sym.model.fields import list_items, scalar
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -83,11 +83,44 @@ def axes_of(system: System, vary: Mapping[str, Any]) -> tuple[VariedAxis, ...]:
     return tuple(_axis(system, name, given) for name, given in vary.items())
 
 
-def _axis(system: System, name: str, given: Any) -> VariedAxis:
+def axes_of_rows(system: System, rows: Sequence[Mapping[str, Any]]) -> tuple[VariedAxis, ...]:
+    """Return what is varied by rows, which all have the same names: each axis has the values of all rows in order.
+
+    Raises InputError for unknown names, for names that a row lacks, and for what is no number.
+    """
+    items = list_items(rows)
+    if not items or not all(isinstance(row, Mapping) for row in items):
+        wanted = "a list of maps from names to values, such as [{'m': 1}, {'m': 2}]"
+        raise ArgumentError(f"rows is to be {wanted}; got {short_repr(rows)}")
+    names = tuple(items[0])
+    if not names:
+        raise InputError("nothing is varied: each row names parameters, or coordinates or speeds at the start")
+    for k, row in enumerate(items):
+        if set(row) != set(names):
+            odd = short_repr(next(iter(set(names) ^ set(row))))
+            with at("rows", k):
+                raise InputError(f"all rows name the same values; {odd} is not in this one and the first alike")
+    kinds = {name: _kind(system, name, "rows") for name in names}
+    readers = {name: _reader(system, name, kind) for name, kind in kinds.items()}
+    values: dict[str, list[float]] = {name: [] for name in names}
+    for k, row in enumerate(items):
+        for name in names:
+            with at("rows", k, name):
+                values[name] += _values([row[name]], readers[name])
+    return tuple(VariedAxis(name, kinds[name], tuple(values[name])) for name in names)
+
+
+def _kind(system: System, name: Any, argument: str) -> str:
+    """Return whether a name is one of `parameters` or `initial` values. Raises ModelError for one of neither."""
     if name not in (known := [*system.parameters, *start_names(system)]):
-        with at("vary"):
-            raise ModelError(f"no parameter, coordinate or speed is called {name!r}", word=name, known=known)
-    kind = "parameters" if name in system.parameters else "initial"
+        with at(argument):
+            message = f"no parameter, coordinate or speed is called {short_repr(name)}"
+            raise ModelError(message, word=str(name), known=known)
+    return "parameters" if name in system.parameters else "initial"
+
+
+def _axis(system: System, name: str, given: Any) -> VariedAxis:
+    kind = _kind(system, name, "vary")
     with at("vary", name):
         if isinstance(given, str):
             parts = _parts(given, ":")
@@ -185,6 +218,7 @@ _MOST: Final = 2**30
 class Plan:
     """All combinations of the values of the `axes` (grid: the last varies fastest), or a number of `samples` of them.
 
+    With the method `rows` run k has value k of each axis.
     Samples are drawn from a `seed`: `random` ones independently, those of Sobol's scrambled sequence evenly.
     """
 
@@ -200,7 +234,9 @@ class Plan:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has, of a grid; the number of samples."""
+        """How many values each axis has, of a grid; the number of rows or samples."""
+        if self.method == "rows":
+            return (self.axes[0].size,)
         return tuple(axis.size for axis in self.axes) if self.method == "grid" else (self.samples,)
 
     def __len__(self) -> int:
@@ -212,8 +248,8 @@ class Plan:
     def values(self, first: int, count: int) -> Floats:
         """Return the values (count, axes) of the runs from number `first` on."""
         numbers = np.arange(first, first + count)
-        if self.method == "grid":
-            places = np.unravel_index(numbers, self.shape)
+        if self.method in ("grid", "rows"):
+            places = np.unravel_index(numbers, self.shape) * (1 if self.method == "grid" else len(self.axes))
             columns = [axis.value(place) for axis, place in zip(self.axes, places, strict=True)]
         else:
             parts = self._random(first, count) if self.method == "random" else self._sobol(first, count)
@@ -251,10 +287,18 @@ class Plan:
 
     @property
     def words(self) -> list[str]:
-        """What draws the samples, as words of a command."""
-        if self.method == "grid":
-            return []
+        """What draws the samples, as words of a command; that the values are rows."""
+        if self.method in ("grid", "rows"):
+            return ["--rows"] if self.method == "rows" else []
         return [f"--sample {self.samples}", f"--seed {self.seed}", *(["--sobol"] if self.method == "sobol" else [])]
+
+
+def plan_of_rows(system: System, rows: Sequence[Mapping[str, Any]], **others: Any) -> Plan:
+    """Return the plan of a study of given rows. Raises InputError for `others` that plan a study in another way."""
+    for name, given in others.items():
+        if given is not None and given is not False:
+            raise InputError(f"rows say all values of each run: leave {name} out", where=_at(name))
+    return Plan(axes_of_rows(system, rows), "rows")
 
 
 def plan_of(axes: tuple[VariedAxis, ...], sample: Any = None, seed: Any = None, sobol: bool = False) -> Plan:

@@ -33,9 +33,8 @@ from multibody_sym.motion.prepare.settings import run_settings
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed
 from multibody_sym.motion.simulate import Prepared, prepared_by
-from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import rows as tables
-from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of
+from multibody_sym.motion.sweep.plan import Plan, axes_of, digits, plan_of, plan_of_rows
 from multibody_sym.motion.sweep.rows import (
     ENDING,
     FAILURE,
@@ -145,8 +144,7 @@ class Task:
         Native(backend=self.asked.backend).verify()
         formalism_name(self.asked.formalism, mechanism(self.system))
         settings = self.system.simulation
-        given = [getattr(settings, name) for name in ("t_end", "step", "rtol", "atol", "samples")]
-        if all(node is None or node.shadow is not None for node in given):
+        if all(node.shadow is not None for node in settings.numbers):
             run_settings(settings, {})
 
     def timed(self, first: int, count: int, stop: Event | None = None) -> tuple[StudyRows, float]:
@@ -175,7 +173,9 @@ class Task:
             return StudyRow({}, failure=str(error).partition("\n")[0])
         if run.interrupted:
             raise StoppedError
-        return StudyRow(ends_and_extremes(run), events_text(run.events)) if self.reduce is None else self._reduced(run)
+        if self.reduce is not None:
+            return self._reduced(run)
+        return StudyRow(ends_and_extremes(run.whole), events_text(run.events))
 
     def _reduced(self, run: Trajectory) -> StudyRow:
         assert self.reduce is not None
@@ -390,7 +390,7 @@ class Study:
         if self.content is not None:
             return self.content
         assert self.path is not None
-        return rows.read(self.path)[0]
+        return tables.read(self.path)[0]
 
     @property
     def failures(self) -> dict[int, str]:
@@ -401,7 +401,7 @@ class Study:
     @property
     def results(self) -> tuple[str, ...]:
         """The columns of numbers that runs gave."""
-        return rows.results(self.plan, self.columns)
+        return tables.results(self.plan, self.columns)
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `sweep --json` prints; nan becomes None."""
@@ -448,20 +448,24 @@ class Study:
             write_figure(figure, path)
         return figure
 
+    def to_numpy(self) -> Floats:
+        """Return the columns of numbers (runs, columns): the number of the run, what is varied, the results."""
+        return np.column_stack([self.columns[name] for name in (tables.RUN, *self.varied, *self.results)])
+
     def to_dataframe(self) -> Any:
         """Return the table as a pandas DataFrame, by number of the run. Raises OutputError where pandas is missing."""
         try:
             import pandas
         except ImportError:
             raise OutputError("a DataFrame needs pandas: pip install pandas") from None
-        frame = pandas.DataFrame(dict(self.columns)).astype({rows.RUN: int}).set_index(rows.RUN)
+        frame = pandas.DataFrame(dict(self.columns)).astype({tables.RUN: int}).set_index(tables.RUN)
         frame.attrs.update(self.about)
         return frame
 
     def to_xarray(self) -> Any:
         """Return the table as an xarray Dataset: of a grid with a dimension for each varied value, else by run.
 
-        Raises OutputError where xarray is missing.
+        Columns have their SI units, where they are known. Raises OutputError where xarray is missing.
         """
         try:
             import xarray
@@ -472,9 +476,12 @@ class Study:
             axes: dict[str, NDArray[Any]] = {axis.name: axis.value(np.arange(axis.size)) for axis in self.plan.axes}
             found = (*self.results, *TEXTS)
         else:
-            axes, found = {rows.RUN: np.arange(len(self))}, (*self.varied, *self.results, *TEXTS)
-        columns = {name: (tuple(axes), self.columns[name].reshape(shape)) for name in found}
-        return xarray.Dataset(columns, coords=axes, attrs=dict(self.about))
+            axes, found = {tables.RUN: np.arange(len(self))}, (*self.varied, *self.results, *TEXTS)
+        units = self.about.get("units", {})
+        known = {name: {"units": units[_quantity(name)]} for name in (*axes, *found) if _quantity(name) in units}
+        columns = {name: (tuple(axes), self.columns[name].reshape(shape), known.get(name)) for name in found}
+        coordinates = {name: (name, values, known.get(name)) for name, values in axes.items()}
+        return xarray.Dataset(columns, coords=coordinates, attrs=dict(self.about))
 
 
 
@@ -642,8 +649,9 @@ _TRIED: Final = 20
 @spelled_out(RunOptions)
 def sweep(
     system: System,
-    vary: Mapping[str, Any],
+    vary: Mapping[str, Any] | None = None,
     *,
+    rows: Sequence[Mapping[str, Any]] | None = None,
     sample: int | None = None,
     seed: int | None = None,
     sobol: bool = False,
@@ -660,6 +668,7 @@ def sweep(
     `vary`: parameters, coordinates and speeds at the start by name, each with a list of values, a range
     (low, high, count), or text as on the command line: `1:10:100`, `.5,1,2`, `10:60:6 deg`. All combinations are run;
     with `sample`, so many of them, drawn from a `seed` independently or evenly (`sobol`), from ranges (low, high) too.
+    `rows`, in place of all these: the values of each run, such as `[{"m": 1, "l": "30 cm"}, {"m": 2, "l": 0.5}]`.
     `reduce`: a function from a Trajectory to a map of numbers, the columns of the table; without it these are end, min
     and max of each coordinate, speed and output, and what happened. `output`: the table, .csv, .npz or .parquet; rows
     are kept in `<output>.journal` meanwhile, from which the same call goes on if it was killed, or failed.
@@ -672,7 +681,11 @@ def sweep(
     is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
     """
     prepared = prepared_by(system, options)
-    plan = plan_of(axes_of(prepared.system, vary), sample, seed, flag("sobol", sobol))
+    sobol = flag("sobol", sobol)
+    if rows is not None:
+        plan = plan_of_rows(prepared.system, rows, vary=vary, sample=sample, seed=seed, sobol=sobol)
+    else:
+        plan = plan_of(axes_of(prepared.system, {} if vary is None else vary), sample, seed, sobol)
     task = Task(prepared, plan, callback("reduce", reduce))
     task.verify()
     if key is not None and (reduce is None or not text("key", key)):
