@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near
-from multibody_sym.dynamics.programs.quantities import Sources
+from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program, state_derivative
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.forces import varies_with_time
@@ -33,8 +33,10 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.elimination import eigenvalues, least_rounding, without_rounding
-from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import as_node, slot
 from multibody_sym.scalars.rank import SLOPES, leading_columns, least_squares
+from multibody_sym.scalars.sign_changes import switching_functions
 
 # --- deviations z = (sigma, delta u, delta s): how they move, and which of them constraints allow --------------------
 #
@@ -129,9 +131,9 @@ class DeviationFlow:
         qdot, udot = self.rates(self.known(q, u))
         return np.concatenate([udot, qdot[len(qdot) - len(self._state_names) :]])
 
-    def multipliers(self, q: npt.ArrayLike) -> Floats:
-        """Return the multipliers (nr) of the rows at rest."""
-        return self._rates(*self.known(q, np.zeros(len(self.mechanism.speeds))))[2]
+    def multipliers(self, q: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Floats:
+        """Return the multipliers (nr) of the rows, at rest where no speeds are given."""
+        return self._rates(*self.known(q, np.zeros(len(self.mechanism.speeds)) if u is None else u))[2]
 
     def jacobian(self, q: npt.ArrayLike) -> Floats:
         """Return the Jacobian (nr x nu) of the rows."""
@@ -159,9 +161,20 @@ class DeviationFlow:
         found[size:] = self._by_deviations(by["q"], N, by["u"])
         return found, np.vstack([np.zeros((size, by["inputs"].shape[1])), by["inputs"]])
 
+    def outputs(self, known: Sequence[npt.ArrayLike]) -> Floats:
+        """Return the declared outputs (ny)."""
+        return self._told(*known)[0]
+
     def output_slopes(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return the derivatives of the declared outputs (ny) by z (ny x nz), through inputs, and by w (ny x nw)."""
-        by = {name: self._by(self._declared, ("values",), name, known) for name in ("q", "u", "inputs")}
+        return self._slopes(self._declared, known)
+
+    def bends(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats, Floats]:
+        """Return functions whose zeros are kinks of forces, inputs or outputs (nb), and their derivatives alike."""
+        return self._bent(*known)[0], *self._slopes(self._bending, known)
+
+    def _slopes(self, program: Program, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
+        by = {name: self._by(program, ("values",), name, known) for name in ("q", "u", "inputs")}
         for name in ("q", "u"):
             by[name] = by[name] + by["inputs"] @ self._by(self._inputs, ("inputs",), name, (0.0, *known[1:4]))
         return self._by_deviations(by["q"], self.displacements(known[1]), by["u"]), by["inputs"]
@@ -227,6 +240,11 @@ class DeviationFlow:
         by_q, by_u = (self._by(self._restricted, ("speeds",), name, known) for name in ("q", "u"))
         at_positions = self._by_deviations(phi, N, np.zeros((len(phi), N.shape[1])))
         return at_positions, self._by_deviations(by_q, N, by_u)
+
+    def dependent_speeds(self, q: Floats, u: Floats, given: Set[int]) -> list[int]:
+        """Return places (in u) of speeds that follow from the others by the rows, `given` ones if no others can."""
+        size = len(self.mechanism.speeds)
+        return _pivots(self.restrictions(self.known(q, u))[1][:, size : 2 * size], given)
 
     def completed(self, q: Floats, u: Floats, t: float, places: Sequence[int]) -> Floats:
         """Return u with the dependent speeds, not in `places`, such that the rows hold."""
@@ -298,9 +316,29 @@ class DeviationFlow:
     @cached_property
     def _declared(self) -> Program:
         """The Program of the declared outputs."""
+        return outputs_program(self.mechanism, self._sources)
+
+    @cached_property
+    def _bending(self) -> Program:
+        """The Program of functions whose zeros are kinks."""
+        mechanism, trace = self.mechanism, Trace("bends", arrays(self.mechanism))
+        bends = dict.fromkeys([*mechanism.kinks, *switching_functions(mechanism.outputs.values())])
+        values = with_quantities(trace, self._sources, list(bends))
+        return trace.finish({"values": ((len(values),), values)})
+
+    @cached_property
+    def _sources(self) -> Sources:
         mechanism = self.mechanism
         motion = motion_of(mechanism, slot_state(mechanism))
-        return outputs_program(mechanism, Sources(self._derivative, energy_program(mechanism), lambda _: motion))
+        return Sources(self._derivative, energy_program(mechanism), lambda _: motion)
+
+    @cached_property
+    def _told(self) -> Function:
+        return _callable(self._declared)
+
+    @cached_property
+    def _bent(self) -> Function:
+        return _callable(self._bending)
 
     @cached_property
     def _rates(self) -> Function:
@@ -667,6 +705,18 @@ def displaced(mechanism: Mechanism, q: Floats, sigma: Floats) -> Floats:
         for free in body.free_steps:
             found[list(free.q)] = step_displaced(free.step, q[list(free.q)], sigma[list(free.u)])
     return found
+
+
+def coordinate_bounds(mechanism: Mechanism, parameters: Sequence[float]) -> Floats:
+    """Return the least and the largest coordinate of each speed (2, nu), infinite without limits."""
+    values = {slot("parameters", k): x for k, x in enumerate(parameters)}
+    bounds = np.array([[-np.inf], [np.inf]]).repeat(len(mechanism.speeds), axis=1)
+    places = {speed.name: k for k, speed in enumerate(mechanism.speeds)}
+    for limit in mechanism.limits:
+        for side, node in enumerate((limit.lower, limit.upper)):
+            if node is not None and limit.speed in places:
+                bounds[side, places[limit.speed]] = evaluate_float([node], values)[0]
+    return bounds
 
 
 def _changed_elements(here: Floats, rounding: Floats, there: Floats, rounding_there: Floats) -> npt.NDArray[np.bool_]:

@@ -349,7 +349,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     resolved = check_numbers(system)
     begin = start(resolved, project=system.simulation.project)
     without_friction = friction_left_out(resolved)
-    if not resolved.speeds:  # nothing moves: the one position is at rest, whatever acts
+    if not resolved.speeds and not resolved.rates:  # nothing moves: the one position is at rest, whatever acts
         at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},), errors=({},))
         return replace(at_rest, friction_left_out=without_friction)
     rested = find_equilibria(resolved, begin, formalism, project=system.simulation.project)

@@ -37,6 +37,7 @@ from multibody_sym.scalars.rank import ALIKE, FLAT, SLOPES, leading_columns, lea
 _GUESSES: Final = 24
 """How many guesses around the start are tried, and how many in a row must find nothing before the search ends."""
 MOST: Final = 400
+_DECADES: Final = 2
 _STEPS: Final = 25
 _HALVINGS: Final = 6
 _LARGEST_STEP: Final = 0.5
@@ -121,12 +122,17 @@ def search_positions(
 
 
 def guesses(places: Positions, q: Floats) -> Iterator[Floats]:
-    """Yield the start and positions around it, ever farther away, whose rows may be open."""
+    """Yield the start and positions around it, ever farther away, whose rows may be open.
+
+    Declared states, whose size is hardly known, change by up to `_DECADES` more than their units.
+    """
     rng, mechanism, scale = np.random.default_rng(_SEARCH_SEED), places.mechanism, places.scale
     yield q
     for k in count(1):
         part = min(k, _GUESSES) / _GUESSES
-        yield displaced(mechanism, q, rng.uniform(-1.0, 1.0, len(scale)) * np.pi * part * scale)
+        sigma = rng.uniform(-1.0, 1.0, len(scale)) * np.pi * part * scale
+        sizes = places.units[len(scale) :] * 10.0 ** rng.uniform(0.0, _DECADES, len(mechanism.rates))
+        yield displaced(mechanism, q, np.append(sigma, rng.uniform(-1.0, 1.0, len(sizes)) * part * sizes))
 
 
 @dataclass(frozen=True)
@@ -200,7 +206,7 @@ class EquilibriumSearch:
                 if size <= _CONVERGED * (1.0 + first):
                     return self._polished(q)
                 step = self._newton_step(q)
-                moved = float(np.abs(step[: len(self.mechanism.speeds)]).max())
+                moved = float(np.abs(step[: len(self.mechanism.speeds)]).max(initial=0.0))
                 step *= min(1.0, _LARGEST_STEP / max(moved, _LARGEST_STEP))
                 ahead = self._line_search(q, step, size)
                 if ahead is None:

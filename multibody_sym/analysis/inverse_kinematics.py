@@ -13,20 +13,18 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.analysis.deviations import displaced
+from multibody_sym.analysis.deviations import coordinate_bounds, displaced
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near
-from multibody_sym.dynamics.start.number_checks import on_numbers
-from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import InputError
+from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
+from multibody_sym.dynamics.start.start import start
+from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import function
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import slot
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.numbers import vector, verify_finite
 
 _NEAR: Final = 1e-10
@@ -74,8 +72,9 @@ def inverse_kinematics(
 
     `rotation` (3, 3): its attitude R_WF, too. The search begins at the start of the system, changed by `initial`, and
     begins again elsewhere where it does not get there; the posture found is one of perhaps many. Limits of joints are
-    kept, unless `limits` is False, and so are closed loops. Where no posture is found the nearest is returned, of which
-    `reached` is false. Raises InputError for unknown names and wrong shapes.
+    kept, unless `limits` is False, and so are closed loops; contacts and ropes that may let go are not. Where no
+    posture is found the nearest is returned, of which `reached` is false. Raises InputError for unknown names and wrong
+    shapes, NoSolutionError where there is no start.
     """
     verify_system(system)
     place = vector("position", position, 3)
@@ -90,36 +89,31 @@ def inverse_kinematics(
 
 @on_numbers
 def _nearest(system: System, frame: str, place: Floats, attitude: Floats | None, limits: bool) -> Posture:
-    resolved, begin = examined_state(system).in_joints
-    goal = _Goal(system, resolved, frame, place, attitude)
-    bounds = _bounds(resolved, begin.parameters) if limits else np.array([[-np.inf], [np.inf]]).repeat(goal.count, 1)
+    declared = check_numbers(system)
+    resolved = declared.relative or declared
+    begin = start(resolved, project=system.simulation.project)
+    rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows))).holonomic()
+    goal = _Goal(system, rows, frame, place, attitude)
+    bounds = coordinate_bounds(resolved, begin.parameters)
+    bounds = bounds if limits else np.array([[-np.inf], [np.inf]]).repeat(goal.count, axis=1)
     best: tuple[float, Floats] | None = None
     for q in _beginnings(resolved, np.array(begin.q, dtype=float), bounds):
-        found = goal.approached(q, bounds)
-        missed = float(np.abs(goal.residual(found)).max())
+        try:
+            found = goal.approached(q, bounds)
+            missed = float(np.abs(goal.residual(found)).max())
+        except UNDEFINED:
+            continue
         if best is None or missed < best[0]:
             best = missed, found
         if missed <= _NEAR:
             break
-    assert best is not None
-    rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows)))
-    closed = closed_near(rows, best[1]) if resolved.rows else None
+    if best is None:
+        raise NoSolutionError("the constraints have no value in any position that was tried", number="N109")
+    closed = closed_near(rows, best[1]) if rows.active else None
     q = best[1] if closed is None else closed
     off = [float(np.linalg.norm(part)) for part in np.split(goal.residual(q)[: goal.size], [3])]
     names = (coordinate.name for coordinate in resolved.coordinates)
     return Posture(q, dict(zip(names, q.tolist(), strict=True)), *off)
-
-
-def _bounds(mechanism: Mechanism, parameters: tuple[float, ...]) -> Floats:
-    """Return the least and the largest coordinate of each speed (2, nu), infinite without limits."""
-    values = {slot("parameters", k): x for k, x in enumerate(parameters)}
-    bounds = np.array([[-np.inf], [np.inf]]).repeat(len(mechanism.speeds), axis=1)
-    places = {speed.name: k for k, speed in enumerate(mechanism.speeds)}
-    for limit in mechanism.limits:
-        for side, node in enumerate((limit.lower, limit.upper)):
-            if node is not None and limit.speed in places:
-                bounds[side, places[limit.speed]] = evaluate_float([node], values)[0]
-    return bounds
 
 
 def _beginnings(mechanism: Mechanism, q: Floats, bounds: Floats) -> Iterator[Floats]:
@@ -142,13 +136,12 @@ class _Goal:
     """Where a frame should be: what is missed (3, 6, and the rows of loops), and its derivative by deviations."""
 
     def __init__(
-        self, system: System, resolved: Mechanism, frame: str, place: Floats, attitude: Floats | None
+        self, system: System, rows: ConstraintRows, frame: str, place: Floats, attitude: Floats | None
     ) -> None:
         world: dict[str, Any] = {"frame": frame, "axes": "local_world_aligned", "backend": "python"}
         self.frame, self.slope = (function(system, what, **world) for what in ("frame", "jacobian"))
-        self.mechanism, self.place, self.attitude = resolved, place, attitude
+        self.mechanism, self.rows, self.place, self.attitude = rows.mechanism, rows, place, attitude
         self.count, self.size = len(self.mechanism.speeds), 3 if attitude is None else 6
-        self.rows = function(system, "constraints", mode="found", backend="python") if self.mechanism.rows else None
 
     def residual(self, q: Floats) -> Floats:
         """Return what is missed at coordinates (nq)."""
@@ -156,8 +149,8 @@ class _Goal:
         parts = [found.position - self.place]
         if self.attitude is not None:
             parts.append(_rotation_vector(self.attitude.T @ found.rotation))
-        if self.rows is not None:
-            parts.append(_CLOSING * self.rows(0.0, q, self._still).phi)
+        if self.rows.active:
+            parts.append(_CLOSING * self._open(q)[0])
         return np.concatenate(parts)
 
     def slopes(self, q: Floats) -> Floats:
@@ -167,10 +160,16 @@ class _Goal:
         if self.attitude is not None:
             R = self.frame(0.0, q, self._still).rotation
             parts.append(np.linalg.solve(_rate_matrix(_rotation_vector(self.attitude.T @ R)), R.T @ J[3:]))
-        if self.rows is not None:
-            rows = self.rows(0.0, q, self._still)
-            parts.append(_CLOSING * rows.jacobian)
+        if self.rows.active:
+            parts.append(_CLOSING * self._open(q)[1])
         return np.vstack(parts)
+
+    def _open(self, q: Floats) -> tuple[Floats, Floats]:
+        """Return phi of the loops and its derivative by deviations; raises FloatingPointError where it has no value."""
+        found = self.rows.at(q)
+        if found is None:
+            raise FloatingPointError("a constraint has no value")
+        return found
 
     def approached(self, q: Floats, bounds: Floats) -> Floats:
         """Return coordinates within bounds, from q on, at which the frame is nearest to its goal."""

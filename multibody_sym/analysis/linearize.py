@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import NO_EIGENVALUES, DeviationFlow, constancy_of
+from multibody_sym.analysis.kinks import verify_one_valued
 from multibody_sym.analysis.state_asked_about import begin_at, errors_at, number_asked
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
@@ -311,8 +312,9 @@ def linearize(
     the system (`Overrides`); `formalism` by name, None for the cheapest.
     `moving`: also where the system moves such that A changes: A .. D are those of the moment, and not `steady`.
     Outputs that depend on states that are left out are left out, too.
-    Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force has no derivative
-    there, or it moves such that A is not constant, by name.
+    Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force or an output has
+    no derivative there, as at a kink, or it moves such that A is not constant, by name. What begins to slip from rest
+    is linearised as it slips.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     return _linearize(changed, formalism, at, flag("moving", moving))
@@ -448,8 +450,9 @@ def verified_linearization(
 ) -> Linearization:
     """Return the linearisation without states that move and on which nothing depends.
 
-    Raises NoSolutionError where A is not constant and the system moves, unless it may be `moving`.
+    Raises NoSolutionError where A has two values, or is not constant and the system moves, unless it may be `moving`.
     """
+    verify_one_valued(flow, q, u)
     found = flow.linearized(q, u)
     constancy = constancy_of(flow, q, u)
     if not constancy.constant and constancy.reason and not moving:

@@ -71,6 +71,11 @@ class Positions:
         """The deviations (nu) between clearly different positions: the size of the model, or 1 rad."""
         return np.array([self.length if speed.unit == "m/s" else 1.0 for speed in self.mechanism.speeds])
 
+    @property
+    def sizes(self) -> Floats:
+        """The same with changes of declared states behind them (nu + ns)."""
+        return np.concatenate([self.scale, self.units[len(self.scale) :]])
+
     @cached_property
     def units(self) -> Floats:
         """The units (nu + ns) in which steps are measured: 1 m and 1 rad, of declared states their size at the start.

@@ -597,8 +597,13 @@ class _Answer:
         return self._taken(rows, sum(x.value or 0.0 for x in lost.values()))
 
     def _taken(self, rows: Sequence[str], number: float) -> Value:
-        """Return the energy that rows take; where it has no formula in one piece their works, impulse by impulse."""
-        reasons = dict(self.reasons)
+        """Return the energy that rows take; where it has no formula in one piece their works, impulse by impulse.
+
+        Of several impacts in turn the works of some of the rows are no energies, and without a number nothing tells.
+        """
+        reasons, every = dict(self.reasons), {row for own in self._losing().values() for row in own}
+        if len(self.course.steps) > 1 and set(rows) != every and self._rounded(number) == 0.0:
+            return Value(0.0, unit="J")
         striking = self.course.striking
         known = self._known(lambda instant: energy_taken(works(_impact(instant), rows, striking)), number, "J")
         if known.expression is not None or self.solved.forms is None:
@@ -627,18 +632,19 @@ class _Answer:
         return self._known(given, after - before + lost.value, "J")
 
     def _known(self, ask: Callable[[StateQuantities], Any], number: float, unit: str) -> Value:
-        """Return an energy with the closed form of what `ask` finds, where that is the number; 0 where it is rounding.
-
-        That is so beside the works of which it is made.
-        """
-        solved, struck = self.solved, self.struck
-        works = np.abs(struck.impulses) * (np.abs(struck.before) + np.abs(struck.after)) / 2.0
-        number = 0.0 if abs(number) <= _ANSWER_ROUNDED * float(np.nansum(works)) else number
+        """Return an energy with the closed form of what `ask` finds, where it is the number; 0 where it is rounding."""
+        solved, number = self.solved, self._rounded(number)
         if solved.forms is None:
             return Value(number, unit=unit)
         scale = float(self._kinetic[0])
         known = solved.value(as_node(ask(solved.nodes)), number, 1e-12 * scale)
         return Value(known.value, known.expression, unit)
+
+    def _rounded(self, energy: float) -> float:
+        """Return an energy, 0 where it is rounding beside the works of which it is made."""
+        struck = self.struck
+        works = np.abs(struck.impulses) * (np.abs(struck.before) + np.abs(struck.after)) / 2.0
+        return 0.0 if abs(energy) <= _ANSWER_ROUNDED * float(np.nansum(works)) else energy
 
     @cached_property
     def _kinetic(self) -> tuple[float, float]:

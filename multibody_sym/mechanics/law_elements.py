@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.mechanics.load_records import Load
-from multibody_sym.mechanics.row_records import Face, Marker, Multiplier, Row, RowAround, SurfacePair
+from multibody_sym.mechanics.row_records import Face, Marker, Multiplier, ReactionRow, Row, RowAround, SurfacePair
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
@@ -87,6 +87,11 @@ class LawElement:
     group: str = ""
     open: bool = False
     joint: str = ""
+
+    @property
+    def constant_forces(self) -> tuple[Node, ...]:
+        """The sizes (N or N m) of constant friction in place of coefficients."""
+        return tuple(row.constant for row in self.normals if isinstance(row, ReactionRow) and row.constant is not ZERO)
 
     @property
     def surfaces(self) -> SurfacePair | None:

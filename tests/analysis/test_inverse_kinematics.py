@@ -104,3 +104,24 @@ def test_wrong_goals_are_told() -> None:
     for given, match in wrong:
         with pytest.raises(mbs.InputError, match=match):
             mbs.inverse_kinematics(system, **given)
+
+
+def test_stops_and_contacts_of_the_start_do_not_hold_a_posture() -> None:
+    """A rod that lies on its stop is lifted; without limits it may start beyond the stop, and goes anywhere."""
+    text = """
+multibody_sym: 1
+name: rod
+gravity: [0, -9.81, 0]
+bodies:
+  rod: {shape: {rod: 1, mass: 1}, points: {end: [1, 0, 0]}}
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+joints: {A: {type: revolute, parent: ground, child: rod, q: a, limits: {lower: 0, upper: 1}, initial: {q: START}}}
+contacts: {c: {between: [rod.end, ground.floor], static: 0.3}}
+"""
+    lying, beyond = (mbs.loads(text.replace("START", start)) for start in ("0", "2"))
+    at = [[np.cos(a), np.sin(a), 0] for a in (0.5, 2.5)]
+    assert mbs.inverse_kinematics(lying, "rod.end", at[0]).state["a"] == pytest.approx(0.5, abs=1e-10)
+    assert mbs.inverse_kinematics(beyond, "rod.end", at[0]).state["a"] == pytest.approx(0.5, abs=1e-10)
+    assert not mbs.inverse_kinematics(beyond, "rod.end", at[1]).reached
+    free = mbs.inverse_kinematics(beyond, "rod.end", at[1], limits=False)
+    assert free.state["a"] == pytest.approx(2.5, abs=1e-10)

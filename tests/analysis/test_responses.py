@@ -139,3 +139,55 @@ def test_trim_closes_loops() -> None:
     assert np.abs(mbs.function(system, "constraints", backend="python")(*at).phi).max() < 1e-13
     rates = mbs.function(system, "state_derivative", backend="python")(*at, inputs=held.inputs)
     assert np.abs(rates.udot).max() < 1e-10
+
+
+def test_trim_keeps_given_speeds() -> None:
+    """A vehicle at 20 m/s against drag c u^2, geared to a rotor that turns against d u: by power."""
+    text = """
+multibody_sym: 1
+name: vehicle
+parameters: {c: 0.4, d: 0.02, ratio: 5}
+bodies: {car: {mass: 900}, rotor: {mass: 1, inertia: {Izz: 0.3}}}
+joints:
+  road: {type: prismatic, parent: ground, child: car, axis: x, q: x}
+  shaft: {type: revolute, parent: ground, child: rotor, q: turn}
+forces:
+  air: {type: force, on: car, value: [-c*u_x*abs(u_x), 0, 0]}
+  oil: {type: torque, joint: shaft, value: -d*u_turn}
+  motor: {type: torque, joint: shaft, value: M}
+constraints: {gear: {type: coupler, joints: {road: ratio, shaft: -1}, value: 0}}
+inputs: {M: 0}
+"""
+    held = mbs.trim(mbs.loads(text), {"x": 3, "u_x": "20 m/s"})
+    assert held.state == pytest.approx({"x": 3, "turn": 15, "u_x": 20, "u_turn": 100}, rel=1e-12)
+    assert held.inputs["M"] == pytest.approx((0.4 * 20**3 + 0.02 * 100**2) / 100, rel=1e-12)
+    assert mbs.trim(mbs.loads(text), {"u_turn": 100}).inputs == pytest.approx(held.inputs, rel=1e-12)
+    near = mbs.linearize(mbs.loads(text), at=held.state, inputs=held.inputs)
+    mass = 900 + 0.3 * 5**2
+    assert near.steady
+    assert near.eigenvalues.real.min() == pytest.approx(-(2 * 0.4 * 20 + 0.02 * 5**2) / mass, rel=1e-12)
+
+
+def test_trim_stays_within_the_limits_of_joints() -> None:
+    """Weight and a spring alone hold the arm at two angles, the roots of k (b - b0) = m g l cos(b): one is allowed."""
+    text = """
+multibody_sym: 1
+name: arm
+gravity: [0, -9.81, 0]
+bodies: {arm: {mass: 1, com: [0.5, 0, 0], inertia: {Izz: 0.1}}}
+joints: {J: {type: revolute, parent: ground, child: arm, q: b, limits: {lower: LOWER, upper: 3}, initial: {q: -0.8}}}
+forces: {spring: {type: spring_damper, joint: J, stiffness: 4, length: -1}, motor: {type: torque, joint: J, value: M}}
+inputs: {M: 0, idle: 0}
+"""
+    free, narrow = (mbs.loads(text.replace("LOWER", lower)) for lower in ("-4", "-1"))
+    found = mbs.trim(free, unknown="idle").state["b"]
+    assert 4 * (found + 1) == pytest.approx(-9.81 * 0.5 * np.cos(found), rel=1e-12)
+    assert found < -1
+    with pytest.raises(mbs.NoSolutionError, match=r"no values of idle were found .* within the limits of b"):
+        mbs.trim(narrow, unknown="idle")
+    held = mbs.trim(narrow, unknown="M")
+    b = held.state["b"]
+    assert -1 <= b <= 3
+    assert held.inputs["M"] == pytest.approx(4 * (b + 1) + 9.81 * 0.5 * np.cos(b), rel=1e-12)
+    with pytest.raises(mbs.NoSolutionError, match="at: b = -2 is past the limit of joint J, -1 rad"):
+        mbs.trim(narrow, {"b": -2})

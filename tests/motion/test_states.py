@@ -370,6 +370,37 @@ forces: {pull: {type: force, on: ball, value: [0, 0, -1e-4*i^2/z^2]}}
     assert np.abs(mbs.linearize(held, at="equilibrium").accelerations["i"]) < 1e-9
 
 
+@pytest.mark.parametrize(("rate", "start", "roots"), [
+    ("p - p^3", "0", (0, 1, -1)),
+    ("-(p - 5)*(p + 3)*(p - 0.5)", "1", (0.5, 5, -3)),
+    ("1e-7*p*(1e5 - p)", "1e4", (0, 1e5)),
+])  # fmt: skip
+def test_equilibrium_varies_states_as_it_does_coordinates(rate: str, start: str, roots: tuple[float, ...]) -> None:
+    """A valve with several states of rest holds a spring at each: stable where the rate falls."""
+    text = f"""
+multibody_sym: 1
+name: valve
+bodies: {{block: {{mass: 2}}}}
+joints: {{guide: {{type: prismatic, parent: ground, child: block, axis: x, q: x}}}}
+forces: {{law: {{type: force, on: block, value: [p/{max(roots)} - 3*x - u_x, 0, 0]}}}}
+states: {{p: {{rate: "{rate}", initial: {start}}}}}
+"""
+    found = mbs.equilibrium(mbs.loads(text))
+    rests = {round(x["p"], 6): (x["x"], stable) for x, stable in zip(found.positions, found.stable, strict=True)}
+    assert sorted(rests) == pytest.approx(sorted(roots), abs=1e-6)
+    for p, (x, stable) in rests.items():
+        assert x == pytest.approx(p / 3 / max(roots), rel=1e-9, abs=1e-9)
+        slope = [eval(rate.replace("^", "**"), {"p": p + by}) for by in (1e-3, -1e-3)]
+        assert stable == (slope[0] < slope[1])
+
+
+def test_states_alone_have_an_equilibrium() -> None:
+    text = "multibody_sym: 1\nname: filter\nbodies: {b: {mass: 1}}\n"
+    text += "joints: {J: {type: fixed, parent: ground, child: b}}\nstates: {p: {rate: 2 - 4*p, initial: 0}}\n"
+    found = mbs.equilibrium(mbs.loads(text))
+    assert (found.positions, found.stable) == (({"p": 0.5},), (True,))
+
+
 def test_trim_finds_states_and_inputs_that_hold_a_position() -> None:
     held = mbs.loads(CASES["motor current"].model.replace("NAME", "model"))
     found = mbs.trim(held, at={"phi": 0.3}, unknown=["V"])

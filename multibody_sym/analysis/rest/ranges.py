@@ -302,16 +302,17 @@ class RestSearch:
         return changes and all(_same(here, there) for here, there in pairs)
 
     def is_positive(self) -> bool:
-        """Return whether the parameter may not be negative: declared so, or masses or coefficients would be."""
+        """Return whether the parameter may not be negative: declared so, or masses or friction would be."""
         entry = next(entry for entry in self.position.mechanism.parameters if entry.name == self.name)
         if entry.positive:
             return True
         motion = self.position.motion({**self.others, self.name: -self.size}, self.moves)
         if motion is None:
             return False
-        static = [part.static for element in self.position.mechanism.one_way for part in element.frictions]
-        coefficients = motion.state.values(static)
-        return any(x < 0.0 for x in (*coefficients, *(mass.mass for mass in motion.masses)))
+        elements = self.position.mechanism.one_way
+        rubbing = [part.static for element in elements for part in element.frictions]
+        rubbing += [force for element in elements for force in element.constant_forces]
+        return any(x < 0.0 for x in (*motion.state.values(rubbing), *(mass.mass for mass in motion.masses)))
 
     # --- search -------------------------------------------------------------------------------------------------
 

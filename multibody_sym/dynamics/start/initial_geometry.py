@@ -81,7 +81,7 @@ def value_at(motion: Motion, node: Node) -> float:
 
 
 def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
-    """Raise ModelError for negative coefficients and radii, and for more friction in sliding than in sticking.
+    """Raise ModelError for negative friction and radii, and for more friction in sliding than in sticking.
 
     Literal numbers were checked when they were read; these are values of parameters.
     """
@@ -89,6 +89,8 @@ def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
         with at(*element.path):
             _verify_range(value(element.restitution), "restitution", 1.0)
             _verify_range(value(element.tangential_restitution), "tangential_restitution", 1.0)
+            for force in element.constant_forces:
+                _verify_range(value(force), "force", None)
             for part in element.frictions:
                 verify_friction(part, value)
             for row in element.rows if element.kind == "contact" else ():
