@@ -129,6 +129,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.urdf import load_urdf as load_urdf
     from multibody_sym.motion.function import Function as Function
     from multibody_sym.motion.function import function as function
+    from multibody_sym.motion.function import functions as functions
     from multibody_sym.motion.prepare.export import export as export
     from multibody_sym.motion.prepare.functions import canonical_equations as canonical_equations
     from multibody_sym.motion.prepare.functions import compile as compile
@@ -200,7 +201,7 @@ _NAMES = {
     "model.steps": "Curve",
     "model.system": "System parameters t variable",
     "model.urdf": "UrdfNotice load_urdf",
-    "motion.function": "Function function",
+    "motion.function": "Function function functions",
     "motion.prepare.export": "export",
     "motion.prepare.functions": "canonical_equations compile hybrid_dynamics impact inverse_dynamics mass_matrix "
     "state_derivative",

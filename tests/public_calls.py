@@ -249,6 +249,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("impact", mbs.impact, {"system": replace(system, impact=mbs.Impact(impulse=[1, 0, 0], at="bob"))}),
         Call("hybrid_dynamics", mbs.hybrid_dynamics, {**whole, "given": ["hinge"]}),
         Call("function", mbs.function, {**whole, "what": "bias", **asked}),
+        Call("functions", mbs.functions, {**whole, "asked": {"M": "bias"}, "native": False, "backend": "python"}),
         Call("compile", _compile, {"wanted": mbs.state_derivative(system), "native": False, "backend": "python"}),
     ]
 
@@ -299,8 +300,8 @@ def _compiled(system: mbs.System) -> list[Call]:
         Call("compiled mass matrix", inertia.__call__, tree),
         Call("compiled inverse dynamics", forces.__call__, {**tree, "udot": [0.3]}),
         Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
-        Call("function at a state", asked.__call__, {**tree, "out": None, "threads": 1}),
-        Call("Function", asked.derivative, {"by": "q"}),
+        Call("function at a state", asked.__call__, {**tree, "out": None, "threads": 1, "sparse": False}),
+        Call("Function", asked.derivative, {"by": "q", "inputs": None}),
         Call("vjp", partial(_vjp, asked), {"weights": [1.0]}),
         Call("ode", asked.ode().__call__, {"t": 0.0, "x": [0.1, 0.2]}),
         Call("jac", asked.ode().jac, {"t": 0.0, "x": [0.1, 0.2]}),

@@ -2,7 +2,8 @@
 
     simulate      `simulate`, `prepare`
     stepper       `Stepper`: a system stepped from outside
-    function      `function`: quantities of a system at a state, and their derivatives
+    function      `function`, `functions`: quantities of a system at a state, and their derivatives
+    function_question    which function is asked for: names, options, the mode and start it needs, units
     prepare       from a System to what runs: settings, Programs, functions, exports
     methods       integration methods as data that prove themselves
     integrator    one step, and what may happen in it

@@ -3,51 +3,37 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import field, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field, replace
 from functools import cache, cached_property
 from itertools import accumulate, pairwise
-from typing import Any, Final, Literal, cast, get_args
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
-from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.programs.state_functions import (
-    OPTIONS,
-    STATE_FUNCTIONS,
     VARIABLES,
     Axes,
-    FunctionOptions,
     Name,
     Variable,
     acceleration_derivative,
     derivative_program,
-    expressions_program,
     independent_parameters,
     state_jacobian,
     with_declared_inputs,
 )
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.programs.tree_functions import verify_drives
-from multibody_sym.dynamics.start.given_mode import given_mode
-from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
-from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.dynamics.start.start import Start
-from multibody_sym.dynamics.start.state import state_at, with_numbers_as_data
-from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, short_repr
-from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
+from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
+from multibody_sym.mechanics.mechanism import Source
 from multibody_sym.mechanics.modes import mode_words
-from multibody_sym.mechanics.state import state_of
-from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
+from multibody_sym.motion.function_question import FunctionQuestion, verify_options
 from multibody_sym.motion.prepare.arguments import Arguments, Values
-from multibody_sym.motion.prepare.settings import run_settings
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.batches import Door, run_many
 from multibody_sym.program.loading import Compiled, load
@@ -55,19 +41,15 @@ from multibody_sym.program.native import NativeFunction
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats, number
-from multibody_sym.text.units import rate_unit
 
-_BY_FORCES: Final = frozenset(
-    ["state_derivative", "inverse_dynamics", "hybrid_dynamics", "constraints", "reactions", "outputs"]
-)
-"""Functions that depend on what acts in contacts, stops and the like."""
-_OF_ACCELERATIONS: Final = frozenset(["inverse_dynamics", "hybrid_dynamics"])
-"""Functions of given accelerations, in which a freedom may be massless."""
 _FLOAT: Final = np.dtype(np.float64)
-_EXPRESSION: Final = "expression"
 _MOST_THREADS: Final = 1024
+_ASKED: Final = ("what", "given", "drives", "mode", "frame", "axes", "formalism", "by")
+"""What `functions` takes for each."""
+Free = Literal["free"]
+"""Inputs that keep their values while a function is differentiated, though they are declared by expressions."""
 
 
 def function(
@@ -96,172 +78,89 @@ def function(
     Raises InputError for unknown names, ModelError where the model has no such function, and NoSolutionError where
     fewer joints are driven than freedoms need, or no start or mode satisfies the constraints and laws.
     """
+    code = Native(flag("native", native), backend)
+    code.verify()
+    chosen = {"given": given, "drives": drives, "mode": mode, "frame": frame, "axes": axes, "formalism": formalism}
+    return _asked(system, what, code, **chosen)
+
+
+def functions(
+    system: System,
+    asked: Mapping[str, Name | Sequence[str] | Mapping[str, Any]],
+    *,
+    native: bool = False,
+    backend: Backend | None = None,
+) -> dict[str, Function]:
+    """Return several Functions of a system by names of one's own, which are compiled together, to one library.
+
+    `asked`: for each what `function` takes for it: its `what`, or a map of `what`, options and `by`, the variables by
+    which it is differentiated in turn: {"M": "mass_matrix", "tip": {"what": "frame", "frame": "tool0"}, "slopes":
+    {"what": "state_derivative", "by": "q"}}. `native` and `backend` as for `simulate`. Raises what `function` and
+    `Function.derivative` raise, with the name in its place.
+    """
+    verify_system(system)
+    code = Native(flag("native", native), backend)
+    code.verify()
+    if not isinstance(asked, Mapping) or not asked or not all(isinstance(name, str) for name in asked):
+        raise ArgumentError(f"asked is a map from names to what function takes, not {short_repr(asked)}")
+    found: dict[str, Function] = {}
+    for name, each in asked.items():
+        with at(name):
+            options = dict(each) if isinstance(each, Mapping) else {"what": each}
+            wrong = next((key for key in options if key not in _ASKED), None)
+            if wrong is not None:
+                raise InputError(f"there is no option {wrong!r}", number="M106", word=str(wrong), known=_ASKED)
+            by = listed_names("by", options.pop("by", ()))
+            found[name] = _asked(system, options.pop("what", None), code, **options)
+            for variable in by:
+                found[name] = found[name].derivative(cast(Variable, variable))
+    library = _Library(code)
+    return {name: library.joined(name, each) for name, each in found.items()}
+
+
+def _asked(
+    system: System,
+    what: Any,
+    code: Native,
+    *,
+    given: Any = (),
+    drives: Any = (),
+    mode: Any = None,
+    frame: Any = None,
+    axes: Any = "world",
+    formalism: Any = None,
+) -> Function:
     verify_system(system)
     verify_formalism(formalism)
     named = {"given": listed_names("given", given), "drives": listed_names("drives", drives)}
     chosen: dict[str, Any] = {**named, "frame": frame, "axes": axes, "mode": mode}
-    _verify_options(what, chosen)
-    made = _Question(system, what if isinstance(what, str) else tuple(what), formalism, chosen)
+    verify_options(what, chosen)
+    made = FunctionQuestion(system, what if isinstance(what, str) else tuple(what), formalism, chosen)
     program = made.program
-    code = Native(flag("native", native), backend)
-    code.verify()
     return Function(made, program, program, (), code)
 
 
-def _verify_options(what: object, chosen: Mapping[str, Any]) -> None:
-    if isinstance(what, str) and what not in STATE_FUNCTIONS:
-        raise InputError(f"there is no function {what!r}", number="M106", word=what, known=STATE_FUNCTIONS)
-    texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)
-    if not isinstance(what, str) and not texts:
-        raise ArgumentError(f"what is a name or a list of expressions, not {short_repr(what)}")
-    if chosen["axes"] not in get_args(Axes):
-        known = ", ".join(get_args(Axes))
-        raise InputError(f"there are no axes {short_repr(chosen['axes'])}; known: {known}")
-    if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
-        raise ArgumentError(f"frame is a name, not {short_repr(chosen['frame'])}")
-    mode = chosen["mode"]
-    words = isinstance(mode, Mapping) and all(isinstance(x, str) for pair in mode.items() for x in pair)
-    if not (mode is None or mode == "found" or words):
-        raise ArgumentError(f'mode is "found" or a map from names to words, not {short_repr(mode)}')
-    has = OPTIONS.get(what, ()) if isinstance(what, str) else ("mode",)
-    usual = {"mode": None, **{option.name: option.default for option in fields(FunctionOptions)}}
-    for name, value in chosen.items():
-        if value != usual[name] and name not in has:
-            raise InputError(f"{what if isinstance(what, str) else 'an expression'} has no option {name}")
-
-
 @dataclass(frozen=True, eq=False)
-class _Question:
-    """What is asked of a system."""
+class _Library:
+    """Programs that are compiled together when the first of them is called."""
 
-    system: System
-    what: str | tuple[str, ...]
-    formalism: str | None
-    options: Mapping[str, Any]
+    code: Native
+    programs: dict[tuple[str, str], Program] = field(default_factory=dict)
 
-    @cached_property
-    def _numbers(self) -> tuple[Mechanism, Floats, Start | None]:
-        """The mechanism in its mode, its parameters, and its start where the function needs one."""
-        system = self.system
-        if not isinstance(self.what, str):
-            with self._expression_errors():
-                asked = {f"{_EXPRESSION} {k}": cast(Any, text) for k, text in enumerate(self.what, 1)}
-                system = replace(system, outputs=asked)
-        with self._expression_errors(), numbers_of(system):
-            declared = check_numbers(system)
-            mode, by_forces = self.options["mode"], self.name in _BY_FORCES
-            if by_forces and declared.one_way and mode is None:
-                raise _without_mode(self.name, declared)
-            measured = any(entry.source is Source.MEASURED for entry in declared.parameters)
-            massless = self.name not in _OF_ACCELERATIONS and massless_speeds(declared)
-            if not measured and not (by_forces and (declared.rows or massless or declared.one_way)):
-                return declared, np.array(parameter_values(declared, {})), None
-            state = with_numbers_as_data(state_at(declared, project=system.simulation.project))
-            if isinstance(mode, Mapping):
-                state = replace(state, modes=(given_mode(state.declared, state.begin, mode),))
-            if not by_forces:
-                return state.declared, np.array(state.begin.parameters, dtype=float), state.begin
-            return state.mechanism, _stabilised(system, state.mechanism, state.start.parameters), state.start
-
-    @contextmanager
-    def _expression_errors(self) -> Iterator[None]:
-        """Let errors in a list of expressions say which one is wrong."""
-        try:
-            yield
-        except InputError as error:
-            head, *path = error.where.path or ("",)
-            if not isinstance(self.what, str) and head == "outputs" and path:
-                text = self.what[int(path[0].removeprefix(_EXPRESSION)) - 1]
-                error.where = Where(path=(f"{path[0]}, {short_repr(text)}",))
-            raise
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The resolved mechanism."""
-        return self._numbers[0]
-
-    @property
-    def parameters(self) -> Floats:
-        """The parameter vector (np)."""
-        return self._numbers[1]
+    def joined(self, name: str, function: Function) -> Function:
+        """Return a function that is part of this library."""
+        self.programs.update({(name, key): program for key, program in function._programs.items()})
+        return replace(function, _library=(self, name), _derivatives={})
 
     @cached_property
-    def least_norm(self) -> bool:
-        """Whether more joints are driven than need be."""
-        return bool(self.options["drives"]) and self._drives_exceed()
+    def compiled(self) -> Compiled:
+        """All Programs."""
+        return load({f"f{k}": program for k, program in enumerate(self.programs.values())}, self.code)
 
-    def _drives_exceed(self) -> bool:
-        """Return whether more joints are driven than need be. Raises NoSolutionError where fewer are."""
-        begin, drives = self._numbers[2], self.options["drives"]
-        mechanism, count = self.mechanism, len(self.mechanism.speeds)
-        q, u = (begin.q, begin.u) if begin is not None else ([0.0] * len(mechanism.coordinates), [0.0] * count)
-        return verify_drives(mechanism, state_of(mechanism, float, 0.0, q, u, self.parameters.tolist()), drives)
-
-    @property
-    def name(self) -> str:
-        """The name of the function."""
-        return self.what if isinstance(self.what, str) else "outputs"
-
-    @property
-    def program(self) -> Program:
-        """The Program whose inputs are given."""
-        formalism = FORMALISMS[formalism_name(self.formalism, self.mechanism)]
-        options = FunctionOptions(formalism, **{name: x for name, x in self.options.items() if name != "mode"})
-        for name in options.given:
-            if name not in self.system.joints:
-                raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=self.system.joints)
-            if not any(body.joint_name == name and body.u for body in self.mechanism.bodies):
-                raise InputError(f"joint {name!r} has no speed whose rate could be given")
-        if not isinstance(self.what, str):
-            with self._expression_errors():
-                return expressions_program(self.mechanism, options)
-        if options.drives:
-            self._drives_exceed()  # raises before anything is derived
-        if self.what == "outputs" and not self.mechanism.outputs:
-            raise ModelError("the system declares no outputs; ask for a list of expressions", number="M110")
-        return STATE_FUNCTIONS[self.what](self.mechanism, options)
-
-    def units(self, output: str) -> Any:
-        """Return the units of the elements of an output, nested as its axes are; None where nothing tells them."""
-        if self.name == "outputs":
-            return MechanismUnits(self.mechanism).outputs[output] if isinstance(self.what, str) else None
-        coordinates, speeds = self.mechanism.coordinates, [x.unit for x in self.mechanism.speeds]
-        turns = [unit.startswith("rad") for unit in speeds]
-        found = {
-            "qdot": tuple(rate_unit(x.unit) or "1/s" for x in coordinates),
-            "udot": tuple(f"{unit}^2" for unit in speeds),
-            **dict.fromkeys(("forces", "bias", "gravity"), tuple("N*m" if turn else "N" for turn in turns)),
-            "mass_matrix": tuple(tuple(("kg", "kg*m", "kg*m^2")[a + b] for a in turns) for b in turns),
-            **dict.fromkeys(("kinetic", "potential"), "J"),
-            "linear": ("kg*m/s",) * 3,
-            "angular": ("kg*m^2/s",) * 3,
-            "momentum": (*("kg*m/s",) * 3, *("kg*m^2/s",) * 3),
-            "position": ("m",) * 3,
-            "centre_of_mass": ("m",) * 3,
-            "velocity": (*("m/s",) * 3, *("rad/s",) * 3),
-            "drift": (*("m/s^2",) * 3, *("rad/s^2",) * 3),
-        }
-        return found.get(output)
-
-
-def _stabilised(system: System, resolved: Mechanism, values: Sequence[float]) -> Floats:
-    """Return the parameters with Baumgarte's coefficients, where the settings of a system state them."""
-    entries = zip(resolved.parameters, values, strict=True)
-    known = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
-    asked = run_settings(system.simulation, known).baumgarte
-    if asked is not None:
-        values = resolved.parameters.changed(values, {ALPHA: asked.alpha or 0.0, BETA: asked.beta or 0.0})
-    return np.array(values, dtype=float)
-
-
-def _without_mode(name: str, declared: Mechanism) -> ModelError:
-    """Return the error that elements of a mechanism may hold or let go, and the function has no mode."""
-    names = ", ".join(element.name for element in declared.one_way[:3])
-    advice = "leave them out"
-    if name != "hybrid_dynamics":
-        advice = f'say mode="found" for that of the start, mode={{"{declared.one_way[0].name}": ..}}, or {advice}'
-    message = f"{names} may hold or let go, and a function of forces has one state of them; {advice}"
-    return ModelError(message, number="M110")
+    def of(self, name: str) -> Compiled:
+        """Return the compiled Programs of a function, by what they are for it."""
+        own = {key: self.compiled[f"f{k}"] for k, (each, key) in enumerate(self.programs) if each == name}
+        return replace(self.compiled, functions=own, remake=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,18 +171,24 @@ class Function:
     with these names if there are several.
     """
 
-    _question: _Question
+    _question: FunctionQuestion
     _program: Program
     _total: Program
-    _by: tuple[Variable, ...]
+    _by: tuple[tuple[Variable, Free | None], ...]
     _code: Native
     _derivatives: dict[Any, Function] = field(default_factory=dict, repr=False, compare=False)
+    _library: tuple[_Library, str] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
-        shapes = ", ".join(f"{name} {shape}" for name, shape in self.shapes.items())
+        mechanism, (nq, nu) = self._question.mechanism, self._sizes
+        speeds = [speed.unit for speed in mechanism.speeds]
+        given = {"t": ((), "s"), "q": (nq, [c.unit for c in mechanism.coordinates]), "u": (nu, speeds)}
+        given["udot"] = nu, [f"{unit}^2" for unit in speeds]
+        taken = ", ".join(_told(name, *given[name]) for name in self.arguments)
+        units = self.units
+        returned = ", ".join(_told(name, shape, units[name]) for name, shape in self.shapes.items())
         least = " of least norm" if self.least_norm else ""
-        name = self._question.mechanism.name
-        return f"<Function {self.name} of {name}: ({', '.join(self.arguments)}) -> {shapes}{least}>"
+        return f"<Function {self.name} of {mechanism.name}: ({taken}) -> {returned}{least}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         question = self._question
@@ -306,7 +211,7 @@ class Function:
     @property
     def name(self) -> str:
         """What it returns, and by what it is differentiated."""
-        return "_by_".join((self._question.name, *self._by))
+        return "_by_".join((self._question.name, *(variable for variable, _ in self._by)))
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -367,7 +272,7 @@ class Function:
     def sparsity(self) -> dict[str, tuple[np.ndarray[Any, np.dtype[np.intp]], ...]]:
         """The places of the elements that are not zero by construction, one array an axis."""
         flags = {x.name: np.array([v is not ZERO for v in x.values]).reshape(x.shape) for x in self._total.outputs}
-        return {name: flag.nonzero() for name, flag in flags.items()}
+        return {name: flag.nonzero() if flag.ndim else () for name, flag in flags.items()}
 
     @property
     def operations(self) -> OperationCount:
@@ -413,16 +318,19 @@ class Function:
         parameters: Values | Mapping[str, ArrayLike] = None,
         out: Any = None,
         threads: int = 1,
+        sparse: bool = False,
     ) -> Any:
         """Return the results at one state, or at n: q is (nq,) or (n, nq), and all others alike.
 
-        `inputs` and `parameters` in place of declared ones, by name or as vectors; `out`: arrays for the results, as
-        they are returned; `threads`: so many run a batch. Raises InputError for wrong names and shapes.
+        `inputs` and `parameters` in place of declared ones, by name (numbers, or text such as `300 g`) or as vectors;
+        `out`: arrays for the results, as they are returned; `threads`: so many run a batch; `sparse`: of each result
+        the elements at its places of `sparsity` alone, in a row. Raises InputError for wrong names and shapes.
         """
         if (
             inputs is None
             and parameters is None
             and out is None
+            and not sparse
             and type(t) is float
             and type(q) is type(u) is np.ndarray
             and (q.shape, u.shape) == self._sizes
@@ -434,7 +342,18 @@ class Function:
                 return self._at_once(t, q, u)
             if type(udot) is np.ndarray and udot.shape == u.shape and udot.dtype is _FLOAT:
                 return self._at_once(t, q, u, udot)
-        return self._call(t, q, u, udot, inputs, parameters, out, threads)
+        results = self._call(t, q, u, udot, inputs, parameters, out, threads)
+        return self._at_places(results, out) if flag("sparse", sparse) else results
+
+    def _at_places(self, results: Any, out: Any) -> Any:
+        """Return the elements of results that are not zero by construction, in a row."""
+        if out is not None:
+            raise InputError("out= takes whole results: leave out sparse")
+        found = []
+        for part, places in zip(self._parts(results), self.sparsity.values(), strict=True):
+            of_all: Any = (..., *places)
+            found.append(part[of_all])
+        return found[0] if len(found) == 1 else self._tuple(*found)
 
     def failed(self, results: Any) -> npt.NDArray[np.bool_]:
         """Return at which of n states results have no number, as where M is singular: (n,), or () of one state."""
@@ -447,6 +366,19 @@ class Function:
                 raise InputError(f"these are no results of {self.name}: {array.shape} in place of {(*lead, *shape)}")
             found |= ~np.isfinite(array).all(axis=tuple(range(len(lead), array.ndim)))
         return found
+
+    def residual(self, t: ArrayLike, q: ArrayLike, u: ArrayLike, **options: Any) -> Floats:
+        """Return phi (ns,), or (n, ns), of the constraints at states that need not satisfy them, as results are there.
+
+        Rows are those of the function in its `mode`, without phi 0; `options` as of a call. Raises as a call does.
+        """
+        found: Floats = self._constraints(t, q, u, **options).phi
+        return found
+
+    @cached_property
+    def _constraints(self) -> Function:
+        question, code = self._question, self._code
+        return _asked(question.system, "constraints", code, mode=question.options["mode"], formalism=question.formalism)
 
     def _at_once(self, t: float, q: Floats, u: Floats, udot: Floats | None = None) -> Any:
         """Return the results at a state whose arrays are as C reads them."""
@@ -512,7 +444,8 @@ class Function:
 
     def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
         """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
-        arrays = {name: _array(f"parameters[{name!r}]", value, None) for name, value in given.items()}
+        numbers = self._arguments.in_si_units("parameters", given)
+        arrays = {name: _array(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
         count = _count(arrays)
         if count is None:
             return self._arguments._parameter_vector({name: float(array) for name, array in arrays.items()})
@@ -532,7 +465,8 @@ class Function:
         for name in given:
             if name not in self.inputs:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
-        return {name: _array(f"inputs[{name!r}]", value, None) for name, value in given.items()}
+        numbers = self._arguments.in_si_units("inputs", given)
+        return {name: _array(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
 
     def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:
         """Return all inputs, (nw,) or (n, nw), those that are not given by their declared expressions."""
@@ -599,9 +533,16 @@ class Function:
 
     @cached_property
     def _compiled(self) -> Compiled:
-        mechanism = self._question.mechanism
-        programs = {"inputs": inputs_program(mechanism), "function": self._declared, "given": self._program}
-        return load(programs, self._code)
+        if self._library is not None:
+            library, name = self._library
+            return library.of(name)
+        return load(self._programs, self._code)
+
+    @property
+    def _programs(self) -> dict[str, Program]:
+        """What is compiled: the inputs, the function with declared inputs, and with given ones."""
+        inputs = inputs_program(self._question.mechanism)
+        return {"inputs": inputs, "function": self._declared, "given": self._program}
 
     @cached_property
     def _declared(self) -> Program:
@@ -621,33 +562,36 @@ class Function:
 
     # --- derivatives --------------------------------------------------------------------------------------------------
 
-    def derivative(self, by: Variable) -> Function:
+    def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function:
         """Return the derivative by t, q, u, s, udot, inputs or parameters: a Function with one axis more, the last.
 
         Its columns by q are those of the tangent, one a speed; by s those of the declared states. Declared inputs are
-        functions of the state, but for the derivative by inputs. Raises InputError for a variable that the function
-        does not have.
+        functions of the state, but for the derivative by inputs, and where `inputs` are "free": then they keep their
+        values. Raises InputError for a variable that the function does not have.
         """
+        if inputs not in (None, "free"):
+            raise InputError(f'inputs is "free" or left out, not {short_repr(inputs)}')
         if by not in self._variables:
             known = ", ".join(self._variables)
             raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
         if by == "inputs":
             self._arguments._verify_free(self.inputs)
-        if by not in self._derivatives:
-            self._derivatives[by] = self._differentiated(by)
-        return self._derivatives[by]
+        if (by, inputs) not in self._derivatives:
+            self._derivatives[by, inputs] = self._differentiated(by, inputs)
+        return self._derivatives[by, inputs]
 
-    def _differentiated(self, by: Variable) -> Function:
+    def _differentiated(self, by: Variable, free: Free | None) -> Function:
         of_tree = self.name == "state_derivative" and not self._question.mechanism.rows
         differentiated = acceleration_derivative if of_tree else derivative_program
         try:
             program = differentiated(self._question.mechanism, self._program, by, declared=False)
             total = program
             if self.inputs:
-                total = differentiated(self._question.mechanism, self._total, by, declared=True)
+                total = differentiated(self._question.mechanism, self._total, by, declared=free is None)
         except TypeError as error:
             raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
-        return replace(self, _program=program, _total=total, _by=(*self._by, by), _derivatives={})
+        by_all = *self._by, (by, free)
+        return replace(self, _program=program, _total=total, _by=by_all, _derivatives={}, _library=None)
 
     # --- for optimisers and solvers -----------------------------------------------------------------------------------
 
@@ -769,16 +713,30 @@ def _result(name: str, names: tuple[str, ...], values: tuple[Floats, ...]) -> An
     return _result_type(name, names)(*values)
 
 
-def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[Variable]) -> Function:
+def _again(
+    system: System, what: Any, options: Mapping[str, Any], by: Sequence[tuple[Variable, Free | None]]
+) -> Function:
     """Return a Function as it comes out of a pickle."""
     found = function(system, what, **options)
-    for variable in by:
-        found = found.derivative(variable)
+    for variable, inputs in by:
+        found = found.derivative(variable, inputs=inputs)
     return found
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Arguments as arrays.
+
+
+def _told(name: str, shape: tuple[int, ...], units: Any) -> str:
+    """Return a name with its shape and its units, each once."""
+    flat: list[str] = []
+    waiting = [units]
+    while waiting:
+        each = waiting.pop(0)
+        waiting[:0] = each if isinstance(each, (tuple, list)) else ()
+        flat += [each] if isinstance(each, str) and each else []
+    of_units = f" [{', '.join(dict.fromkeys(flat))}]" if flat else ""
+    return f"{name} {shape}{of_units}" if shape else f"{name}{of_units}"
 
 
 def _array(name: str, value: ArrayLike, size: int | None) -> Floats:

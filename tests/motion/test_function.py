@@ -302,7 +302,9 @@ def test_functions_are_pickled_by_their_model() -> None:
     given = state(f)
     np.testing.assert_array_equal(again(*given).udot, f(*given).udot)
     assert hash(again) == hash(f)
-    assert repr(mbs.function(arm(), "bias")) == "<Function bias of arm: (t, q, u) -> bias (3,)>"
+    assert repr(mbs.function(arm(), "bias")) == (
+        "<Function bias of arm: (t [s], q (3,) [m, rad], u (3,) [m/s, rad/s]) -> bias (3,) [N, N*m]>"
+    )
     assert f.operations.total > 0
     assert f.units == {"qdot": None, "udot": None, "multipliers": None}
     assert mbs.function(arm(), "state_derivative").units["udot"] == ("m/s^2", "rad/s^2", "rad/s^2")

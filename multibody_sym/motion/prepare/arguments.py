@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import field
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.start.number_checks import verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.fields import scalar
 from multibody_sym.program.loading import Compiled
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -65,6 +68,7 @@ class Arguments:
     def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
         if not isinstance(given, Mapping):
             return self._whole_vector(given)
+        given = self.in_si_units("parameters", given)
         real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
         values = np.array(parameter_values(self.mechanism, real))
         undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
@@ -79,6 +83,23 @@ class Arguments:
             return _whole("parameters", [p.name for p in entries], given)
         return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
 
+    def in_si_units(self, kind: Literal["parameters", "inputs"], given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return values by name with text such as `300 g` as a number in SI units.
+
+        Raises InputError for another dimension, and for an expression of what has no value here.
+        """
+        if not any(isinstance(value, str) for value in given.values()):
+            return given
+        units, found = getattr(MechanismUnits(self.mechanism), kind), dict(given)
+        for name, value in given.items():
+            if isinstance(value, str) and name in units:
+                with at(kind, name):
+                    node = scalar(value, units[name] or None)
+                    if node.shadow is None:
+                        raise InputError(f"{short_repr(value)} is no number: an expression has no value here")
+                    found[name] = node.shadow
+        return found
+
     def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
         names = list(self.mechanism.inputs)
         if given is not None and not isinstance(given, Mapping):
@@ -86,7 +107,7 @@ class Arguments:
             return _whole("inputs", names, given)
         self._verify_free(given or ())
         (values,) = self.compiled["inputs"](*state)
-        for name, value in (given or {}).items():
+        for name, value in self.in_si_units("inputs", given or {}).items():
             if name not in names:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
