@@ -125,6 +125,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "C": "the matrix C in y = C x + D w, by rows",
         "D": "the matrix D, by rows",
         "dt": "null; the time between samples (s) of a sampled one",
+        "input_values": "the inputs in that state, by name (SI)",
         "units": UNITS,
     },
     "modes": {

@@ -34,7 +34,8 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
-from multibody_sym.scalars.numbers import number
+from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.numbers import floats, number
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
@@ -148,8 +149,8 @@ class Linearization:
     and A is that of the start. `left_out`: states that are not among `states`, as nothing depends on them and their
     own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
     (m x m): what rounding may make of A. `driving_inputs` move constraints or joints by their rates too and have no
-    column in B. `at`: the coordinates and speeds of the state. `units`: the SI unit of each state, input, coordinate
-    and speed by name, empty where it is not known.
+    column in B. `at`: the coordinates and speeds of the state; `input_values`: the inputs there. `units`: the unit of
+    each state, input, coordinate and speed by name, empty where it is not known.
     """
 
     states: tuple[str, ...]
@@ -169,6 +170,7 @@ class Linearization:
     C: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     D: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     dt: float | None = None
+    input_values: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         told = f"in {', '.join(brief(self.states))}" if self.states else "without states"
@@ -213,6 +215,27 @@ class Linearization:
         whole[:size, :size], whole[:size, size:] = self.A, self.B
         found = expm(whole * dt)[:size]
         return replace(self, A=found[:, :size], B=found[:, size:], dt=dt, rounding=None)
+
+    def feedback(self, K: npt.ArrayLike) -> dict[str, Node]:
+        """Return the law w = w0 - K (x - x0) of the inputs, by name, as expressions of coordinates and speeds.
+
+        `K` (k x m): a gain for each state and input, as of an LQR. x0 and w0 are those of the state: `inputs=` of
+        `simulate` or of `linearize` closes the loop. Raises InputError for another shape, for samples, and for
+        deviations of a quaternion, which are no expressions.
+        """
+        gains, size = np.atleast_2d(floats("K", K)), (len(self.inputs), len(self.states))
+        if gains.shape != size:
+            raise InputError(f"K has the shape {gains.shape}, not {size}: a gain for each of {', '.join(self.states)}")
+        if self.dt is not None:
+            raise InputError("a law of samples is no expression: give a Stepper the inputs of each step")
+        turning = next((name for name in self.states if name not in self.at), None)
+        if turning is not None:
+            raise InputError(f"{turning} is no coordinate: a law of quaternions is for a Stepper, or declare angles")
+        off = [symbol(name) - self.at[name] for name in self.states]
+        laws = {}
+        for name, row in zip(self.inputs, gains.tolist(), strict=True):
+            laws[name] = sum((-k * x for k, x in zip(row, off, strict=True)), as_node(self.input_values[name]))
+        return laws
 
     def response(self, s: npt.ArrayLike) -> npt.NDArray[np.complex128]:
         """Return the transfer matrix C (s - A)^-1 B + D (.., p, k) at complex s (1/s), of samples at z.
@@ -282,6 +305,7 @@ class Linearization:
             "C": self.C.tolist(),
             "D": self.D.tolist(),
             "dt": self.dt,
+            "input_values": dict(self.input_values),
         }
 
 
@@ -329,7 +353,8 @@ def _linearize(system: System, formalism: str | None, place: At, moving: bool) -
     names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     in_time = tuple(name for name, node in mechanism.inputs.items() if TIME in leaves([node], "slot"))
     at = dict(zip(names, (*begin.q, *begin.u), strict=True))
-    return replace(found, shifts=begin.shifts, held_inputs=in_time, at=at)
+    values = dict(zip(mechanism.inputs, np.ravel(flow.known(q, u)[4]).tolist(), strict=True))
+    return replace(found, shifts=begin.shifts, held_inputs=in_time, at=at, input_values=values)
 
 
 def period_multipliers(

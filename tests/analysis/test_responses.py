@@ -191,3 +191,24 @@ inputs: {M: 0, idle: 0}
     assert held.inputs["M"] == pytest.approx(4 * (b + 1) + 9.81 * 0.5 * np.cos(b), rel=1e-12)
     with pytest.raises(mbs.NoSolutionError, match="at: b = -2 is past the limit of joint J, -1 rad"):
         mbs.trim(narrow, {"b": -2})
+
+
+def test_feedback_is_a_law_of_the_inputs() -> None:
+    system = mbs.loads(MASS.replace("inputs: {F: 0}", "inputs: {F: 25}"))
+    near = mbs.linearize(system, at={"x": 0.5})  # k x = 25 N
+    law = near.feedback([[30, 4]])
+    closed = mbs.linearize(system, at={"x": 0.5}, inputs=law)
+    np.testing.assert_allclose(closed.A, [[0, 1], [-(50 + 30) / 2, -(0.6 + 4) / 2]], rtol=1e-15)
+    assert max(map(abs, closed.accelerations.values())) < 1e-14
+    assert near.input_values == {"F": 25.0}
+    for wrong, of, match in (
+        ([1], near, r"K has the shape \(1, 1\), not \(1, 2\)"),
+        ([[1, 2]], near.discrete(0.1), "a law of samples is no expression"),
+    ):
+        with pytest.raises(mbs.InputError, match=match):
+            of.feedback(wrong)
+    text = "multibody_sym: 1\nname: ball\nbodies: {b: {mass: 1, inertia: {Ixx: 1, Iyy: 1, Izz: 1}}}\n"
+    text += "joints: {J: {type: spherical, parent: ground, child: b}}\ninputs: {M: 0}\n"
+    text += "forces: {m: {type: torque, on: b, value: [M, 0, 0]}}\n"
+    with pytest.raises(mbs.InputError, match=r"J\.rx is no coordinate"):
+        mbs.linearize(mbs.loads(text)).feedback(np.zeros((1, 6)))
