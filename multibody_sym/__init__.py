@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from multibody_sym.documents.report import report as report
     from multibody_sym.dynamics.conserved import Conserved as Conserved
     from multibody_sym.dynamics.conserved import conserved_quantities as conserved_quantities
+    from multibody_sym.errors import ArgumentError as ArgumentError
     from multibody_sym.errors import ExpressionError as ExpressionError
     from multibody_sym.errors import InputError as InputError
     from multibody_sym.errors import ModelError as ModelError
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from multibody_sym.errors import NoSolutionError as NoSolutionError
     from multibody_sym.errors import OutputError as OutputError
     from multibody_sym.errors import RunError as RunError
+    from multibody_sym.errors import UndefinedValueError as UndefinedValueError
     from multibody_sym.mechanics.model_files import dump as dump
     from multibody_sym.mechanics.model_files import dumps as dumps
     from multibody_sym.mechanics.model_files import load as load
@@ -139,13 +141,17 @@ if TYPE_CHECKING:
     from multibody_sym.motion.prepare.functions import mass_matrix as mass_matrix
     from multibody_sym.motion.prepare.functions import state_derivative as state_derivative
     from multibody_sym.motion.results.plot import plot as plot
+    from multibody_sym.motion.results.samples import Samples as Samples
     from multibody_sym.motion.results.trajectory import Trajectory as Trajectory
+    from multibody_sym.motion.runs.run import FailedRunError as FailedRunError
+    from multibody_sym.motion.runs.run import MotionEndsError as MotionEndsError
     from multibody_sym.motion.simulate import Prepared as Prepared
     from multibody_sym.motion.simulate import prepare as prepare
     from multibody_sym.motion.simulate import simulate as simulate
     from multibody_sym.motion.stepper import Stepper as Stepper
     from multibody_sym.motion.stepper import StepperState as StepperState
     from multibody_sym.motion.sweep.study import Study as Study
+    from multibody_sym.motion.sweep.study import StudyNotice as StudyNotice
     from multibody_sym.motion.sweep.study import sweep as sweep
     from multibody_sym.pictures.draw import Figure as Figure
     from multibody_sym.scalars.functions import absolute as absolute
@@ -185,7 +191,8 @@ _NAMES = {
     "documents.draw": "draw",
     "documents.report": "Report report",
     "dynamics.conserved": "Conserved conserved_quantities",
-    "errors": "ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError",
+    "errors": "ArgumentError ExpressionError InputError ModelError MultibodyError NoSolutionError OutputError RunError "
+    "UndefinedValueError",
     "mechanics.model_files": "dump dumps load loads",
     "mechanics.resolve": "mechanism",
     "model.bodies": "Body Frame GroundMotion Shape Surface Turn VariableMass",
@@ -206,10 +213,12 @@ _NAMES = {
     "motion.prepare.functions": "canonical_equations compile hybrid_dynamics impact inverse_dynamics mass_matrix "
     "state_derivative",
     "motion.results.plot": "plot",
+    "motion.results.samples": "Samples",
     "motion.results.trajectory": "Trajectory",
+    "motion.runs.run": "FailedRunError MotionEndsError",
     "motion.simulate": "Prepared prepare simulate",
     "motion.stepper": "Stepper StepperState",
-    "motion.sweep.study": "Study sweep",
+    "motion.sweep.study": "Study StudyNotice sweep",
     "pictures.draw": "Figure",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
 }

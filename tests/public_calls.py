@@ -169,8 +169,8 @@ _PENDULUM: dict[str, Any] = {
 
 
 _STUDY: dict[str, Any] = {
-    "vary": {"m": [1, 2]}, "sample": 2, "seed": 1, "sobol": False, "reduce": None, "output": None, "workers": 1,
-    "executor": None,
+    "vary": {"m": [1, 2]}, "rows": None, "sample": 2, "seed": 1, "sobol": False, "reduce": None, "output": None,
+    "workers": 1, "executor": None,
 }
 
 _FIGURE: dict[str, Any] = {
@@ -180,12 +180,14 @@ _FIGURE: dict[str, Any] = {
 
 
 def _elements() -> list[Call]:
-    errors = [name for name in mbs.__all__ if name.endswith("Error")]
+    of_runs = ("FailedRunError", "MotionEndsError")
+    errors = [name for name in mbs.__all__ if name.endswith("Error") and name not in of_runs]
     raised = {"message": "m", "where": None, "excerpt": "e"}
     return [
         *(Call(name, getattr(mbs, name), _accepted(getattr(mbs, name), given)) for name, given in _ELEMENTS.items()),
         Call("System", mbs.System, _PENDULUM),
         *(Call(name, getattr(mbs, name), raised) for name in errors),
+        *(Call(name, getattr(mbs, name), {"message": "m", "trajectory": None}) for name in of_runs),
     ]
 
 
@@ -270,6 +272,7 @@ def _without_compiler(door: Callable[..., Any], module: str) -> Callable[..., An
     return called
 
 
+@wraps(mbs.compile)
 def _compile(wanted: Any, native: Any, backend: Any) -> Any:
     return mbs.compile(wanted, native=native, backend=backend)
 
@@ -326,7 +329,7 @@ def _results(system: mbs.System) -> list[Call]:
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture]
-    records += [mbs.Figure, mbs.Animation, mbs.Report]
+    records += [mbs.Figure, mbs.Animation, mbs.Report, mbs.Samples]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
@@ -339,6 +342,8 @@ def _results(system: mbs.System) -> list[Call]:
         Call("figure.content", figure.content, {"ending": ".svg"}),
         Call("prepared.run", prepared.run, again, slow=True),
         Call("UrdfNotice", _notice, {"text": "told"}),
+        Call("StudyNotice", _study_notice, {"text": "told"}),
+        Call("run(t)", run.__call__, {"t": 0.01, "before": False}, slow=True),
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
         Call("animate", mbs.animate, {"run": run, "path": None, "trace": None, "view": None, "speed": 1.0}, slow=True),
@@ -352,6 +357,10 @@ def _results(system: mbs.System) -> list[Call]:
 
 def _notice(text: Any) -> Any:
     return mbs.UrdfNotice(text)
+
+
+def _study_notice(text: Any) -> Any:
+    return mbs.StudyNotice(text)
 
 
 _OPERATORS: dict[str, Callable[[Any], Any]] = {

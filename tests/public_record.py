@@ -93,9 +93,8 @@ def _plain(signature: inspect.Signature) -> str:
 def _returned() -> list[type[Any]]:
     """Return the classes of what public functions return that have no public name and are called or read by users."""
     from multibody_sym.motion.prepare.functions import RightSide
-    from multibody_sym.motion.runs.run import FailedRunError, MotionEndsError
 
-    return [FailedRunError, MotionEndsError, RightSide]
+    return [RightSide]
 
 
 def _commands() -> Iterator[tuple[str, str]]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.linearize import At, Linearization, linearize, place_of
 from multibody_sym.errors import ArgumentError, InputError, short_repr
+from multibody_sym.model.argument_checks import door
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
@@ -56,10 +57,11 @@ class FrequencyResponse:
         """The angle of G (n, p, k) in rad, without jumps along the frequencies; negative where the output lags."""
         return np.asarray(np.unwrap(np.angle(self.response), axis=0))
 
+    @door
     def plot(self, path: str | os.PathLike[str] | None = None) -> ShownFigure:
         """Return a matplotlib figure of gain and phase, written to `path` if one is given.
 
-        Raises OutputError where matplotlib is missing or the file cannot be written.
+        Raises InputError for what is no path, OutputError where matplotlib is missing or the file cannot be written.
         """
         from multibody_sym.pictures.page.raster import write_figure
         from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, figure_of
@@ -94,7 +96,8 @@ def bode(
     `system`: a Linearization, or a System, which is linearised `at` a state as `linearize` does. `inputs` and `outputs`
     by name; all, if none are named; without declared outputs those are the states. Without `omega` frequencies reach
     from a tenth of the slowest eigenvalue to ten times the fastest.
-    Raises InputError for unknown names and wrong frequencies, and what `linearize` raises.
+    Raises InputError for unknown names and wrong frequencies, NoSolutionError where A is not constant, and what
+    `linearize` raises.
     """
     if isinstance(system, System):
         system = linearize(system, at=at)

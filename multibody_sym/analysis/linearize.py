@@ -22,12 +22,12 @@ from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
 from multibody_sym.dynamics.start.start import Start, verify_regular_start
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import InputError, ModelError, NoSolutionError, OutputError, Where, brief
+from multibody_sym.errors import InputError, ModelError, NoSolutionError, OutputError, Where, brief, short_repr
 from multibody_sym.errors import at as under
 from multibody_sym.mechanics.changes import Overrides, with_settings
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.units import MechanismUnits
-from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.model.fields import Scalar
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
@@ -35,7 +35,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.numbers import floats, number
+from multibody_sym.scalars.numbers import complexes, floats, number
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
@@ -198,15 +198,18 @@ class Linearization:
         order = np.lexsort((values.imag, -(values.real if self.dt is None else np.abs(values))))
         return values[order], errors[order]
 
+    @door
     def discrete(self, dt: float) -> Linearization:
         """Return x[k+1] = A x[k] + B w[k] for samples each `dt` (s), between which w is held: exact, by expm.
 
-        Raises InputError for a `dt` that is not positive, or of what is discrete already.
+        Raises InputError for a `dt` that is not positive, or of what is discrete already; NoSolutionError where A is
+        not constant.
         """
         dt = number("dt", dt)
+        self._verify_steady("samples")
         if self.dt is not None:
             raise InputError(f"these are samples each {self.dt:g} s already")
-        if not dt > 0.0:
+        if not 0.0 < dt < np.inf:
             raise InputError(f"dt is a positive time in s, not {dt:g}")
         from scipy.linalg import expm  # scipy takes longer to import than most answers take
 
@@ -216,6 +219,7 @@ class Linearization:
         found = expm(whole * dt)[:size]
         return replace(self, A=found[:, :size], B=found[:, size:], dt=dt, rounding=None)
 
+    @door
     def feedback(self, K: npt.ArrayLike) -> dict[str, Node]:
         """Return the law w = w0 - K (x - x0) of the inputs, by name, as expressions of coordinates and speeds.
 
@@ -237,26 +241,33 @@ class Linearization:
             laws[name] = sum((-k * x for k, x in zip(row, off, strict=True)), as_node(self.input_values[name]))
         return laws
 
+    @door
     def response(self, s: npt.ArrayLike) -> npt.NDArray[np.complex128]:
         """Return the transfer matrix C (s - A)^-1 B + D (.., p, k) at complex s (1/s), of samples at z.
 
-        Without declared outputs it is that of the states. At an eigenvalue it is infinite.
+        Without declared outputs it is that of the states. At an eigenvalue it is infinite. Raises InputError for what
+        are no numbers, NoSolutionError where A is not constant.
         """
-        points = np.asarray(s, dtype=complex)
+        self._verify_steady("response")
+        points = complexes("s", s)
         C, D = self._read_outputs
         found = np.empty((points.size, *D.shape), dtype=complex)
-        for k, point in enumerate(points.ravel()):
-            try:
-                found[k] = C @ np.linalg.solve(point * np.eye(len(self.A)) - self.A, self.B) + D
-            except np.linalg.LinAlgError:
-                found[k] = np.inf
+        with np.errstate(invalid="ignore"):  # nan in, nan out
+            for k, point in enumerate(points.ravel()):
+                try:
+                    found[k] = C @ np.linalg.solve(point * np.eye(len(self.A)) - self.A, self.B) + D
+                except np.linalg.LinAlgError:
+                    found[k] = np.inf
         return found.reshape(*points.shape, *D.shape)
 
+    @door
     def transfer_function(self, output: str, input: str) -> tuple[Floats, Floats]:
         """Return numerator and denominator of an output by an input: coefficients of s, the highest power first.
 
-        Raises InputError for unknown names. The polynomials of many states are worse conditioned than `response`.
+        Raises InputError for unknown names, NoSolutionError where A is not constant. The polynomials of many states are
+        worse conditioned than `response`.
         """
+        self._verify_steady("transfer function")
         row, column = place_of("output", output, self.outputs or self.states), place_of("input", input, self.inputs)
         C, D = self._read_outputs
         of_poles = np.poly(self.A)
@@ -266,8 +277,9 @@ class Linearization:
     def to_control(self) -> Any:
         """Return the `StateSpace` of the package python-control, with these names (`pip install control`).
 
-        Raises OutputError where that is not installed.
+        Raises NoSolutionError where A is not constant, OutputError where the package is not installed.
         """
+        self._verify_steady("linear system")
         try:
             from control import StateSpace
         except ImportError:
@@ -276,6 +288,12 @@ class Linearization:
         names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs or self.states}
         labels = {kind: list(each) for kind, each in names.items()}
         return StateSpace(self.A, self.B, C, D, *([] if self.dt is None else [self.dt]), **labels)
+
+    def _verify_steady(self, what: str) -> None:
+        """Raise NoSolutionError where A is not constant: A .. D are those of a moment."""
+        if not self.steady:
+            message = f"A .. D are those of a moment of a motion, which has no {what}: A changes"
+            raise NoSolutionError(message, number="N111")
 
     @property
     def _read_outputs(self) -> tuple[Floats, Floats]:
@@ -311,8 +329,8 @@ class Linearization:
 
 def place_of(kind: str, name: str, known: Sequence[str]) -> int:
     """Return the place of a name. Raises InputError for an unknown one."""
-    if name not in known:
-        raise InputError(f"there is no {kind} {name!r}", number="M106", word=name, known=known)
+    if not isinstance(name, str) or name not in known:
+        raise InputError(f"there is no {kind} {short_repr(name)}", number="M106", word=str(name), known=known)
     return known.index(name)
 
 

@@ -376,7 +376,7 @@ class ReadableEquations:
     def explicit(self, expression: Any) -> Any:
         """Return an expression or matrix in which definitions and numbers take the place of their names.
 
-        Of equations in momenta it is one in q, p and the speeds that are kept.
+        Of equations in momenta it is one in q, p and the speeds that are kept. Raises InputError for anything else.
         """
         if not isinstance(expression, (sympy.Basic, sympy.MatrixBase)):
             raise ArgumentError(f"expected an expression or matrix of sympy, got {short_repr(expression)}")

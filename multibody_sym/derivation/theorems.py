@@ -70,7 +70,8 @@ def theorems(
     """Return the equations of motion whose steps go on with the general theorems and the conserved quantities.
 
     Momentum, angular momentum about the origin and energy in ground's axes, every term of both sides with its name;
-    arguments and errors are those of `derive`. Quantities are conserved for the system's values, from its start on.
+    arguments are those of `derive`. Quantities are conserved for the system's values, from its start on. Raises
+    InputError and NoSolutionError as `derive` does.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     equations = derive(changed, method, formalism=formalism, budget=budget)

@@ -32,7 +32,7 @@ from multibody_sym.documents.runs import run_summary
 from multibody_sym.documents.solution import check_text, solution_text
 from multibody_sym.errors import InputError, MultibodyError, Where
 from multibody_sym.mechanics.changes import with_overrides
-from multibody_sym.model.argument_checks import door
+from multibody_sym.model.argument_checks import door, text
 from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.run_options import MODEL_OVERRIDES, RunOptions, spelled_out
 from multibody_sym.model.system import System, verify_system
@@ -414,7 +414,11 @@ class Report:
 
     @door
     def latex(self, plot: str | None = None) -> str:
-        """Return the report as a LaTeX document; `plot` is the file of the run's plot that it shows."""
+        """Return the report as a LaTeX document; `plot` is the file of the run's plot that it shows.
+
+        Raises InputError for a `plot` that is no name of a file.
+        """
+        plot = None if plot is None else text("plot", plot)
         writer = _ReportLatex(Notation({}, {}), self.units, plot=plot)
         return writer.report(self.findings.system, _sections(self.findings, self.units))
 

@@ -458,7 +458,7 @@ def conserved_quantities(
 ) -> list[Conserved]:
     """Return the quantities that a system conserves from its start on; none where it has no start.
 
-    `parameters` .. `project` change the system (`Overrides`); the formalism makes no difference.
+    `parameters` .. `project` change the system (`Overrides`); the formalism makes no difference. Raises InputError.
     """
     asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     try:

@@ -252,7 +252,10 @@ def load(path: str | os.PathLike[str]) -> System:
 
 
 def loads(text: str, name: str = _TEXT_NAME) -> System:
-    """Return the System that a model file's text describes; `name` stands in the errors. It has no table files."""
+    """Return the System that a model file's text describes; `name` stands in the errors. It has no table files.
+
+    Raises InputError for a text that is no model, with the place of each mistake.
+    """
     name = argument_checks.text("name", name)
     return _with_places(read_text(argument_checks.text("text", text), name, readable=True), name)[0]
 
@@ -363,12 +366,15 @@ _NOT_PLAIN: Final = re.compile(r"^(?:-|---|\.\.\.)(?: |$)")
 
 
 def dump(system: System, file: str | os.PathLike[str]) -> None:
-    """Write the System as a model file. Raises OutputError where that fails; an existing file is then unharmed."""
+    """Write the System as a model file.
+
+    Raises InputError for what is no System or path, OutputError where writing fails; an existing file is then unharmed.
+    """
     write_whole(file, dumps(system).encode("utf-8"))
 
 
 def dumps(system: System) -> str:
-    """Return the text of a model file that describes the System."""
+    """Return the text of a model file that describes the System. Raises InputError for what is no System."""
     verify_system(system)
     return yaml_text(tree_from_system(system))
 

@@ -268,7 +268,7 @@ def parameters(names: str, values: Any, *, positive: bool = False, units: str | 
 
     `names` are separated by spaces; `values` is a list of numbers, expressions or texts such as `1 kg`, or for one name
     its value; `units`, also separated by spaces, state their dimensions.
-    Raises ModelError where the counts differ or a name is no symbol.
+    Raises InputError where the counts differ, a name is no symbol, or a value is no number or expression.
     """
     if not isinstance(names, str):
         raise ModelError(f"expected names separated by spaces, got {describe(names)}", number="M103")
@@ -289,7 +289,10 @@ def parameters(names: str, values: Any, *, positive: bool = False, units: str | 
 
 
 def variable(name: str) -> Node:
-    """Return the symbol of a coordinate, speed, input or parameter of a system by its name, or of t."""
+    """Return the symbol of a coordinate, speed, input or parameter of a system by its name, or of t.
+
+    Raises InputError for what is no name of a symbol.
+    """
     if text("name", name) != "t":
         verify_symbol(name)
     return symbol(name)

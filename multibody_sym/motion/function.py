@@ -29,7 +29,7 @@ from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
 from multibody_sym.mechanics.mechanism import Source
 from multibody_sym.mechanics.modes import mode_words
-from multibody_sym.model.argument_checks import flag, whole_number
+from multibody_sym.model.argument_checks import door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
@@ -95,8 +95,8 @@ def functions(
 
     `asked`: for each what `function` takes for it: its `what`, or a map of `what`, options and `by`, the variables by
     which it is differentiated in turn: {"M": "mass_matrix", "tip": {"what": "frame", "frame": "tool0"}, "slopes":
-    {"what": "state_derivative", "by": "q"}}. `native` and `backend` as for `simulate`. Raises what `function` and
-    `Function.derivative` raise, with the name in its place.
+    {"what": "state_derivative", "by": "q"}}. `native` and `backend` as for `simulate`. Raises InputError and
+    NoSolutionError as `function` and `Function.derivative` do, with the name in its place.
     """
     verify_system(system)
     code = Native(flag("native", native), backend)
@@ -307,6 +307,7 @@ class Function:
 
     # --- calls --------------------------------------------------------------------------------------------------------
 
+    @door
     def __call__(
         self,
         t: ArrayLike,
@@ -330,7 +331,7 @@ class Function:
             inputs is None
             and parameters is None
             and out is None
-            and not sparse
+            and sparse is False
             and type(t) is float
             and type(q) is type(u) is np.ndarray
             and (q.shape, u.shape) == self._sizes
@@ -355,9 +356,16 @@ class Function:
             found.append(part[of_all])
         return found[0] if len(found) == 1 else self._tuple(*found)
 
+    @door
     def failed(self, results: Any) -> npt.NDArray[np.bool_]:
-        """Return at which of n states results have no number, as where M is singular: (n,), or () of one state."""
-        parts = list(zip(self._parts(results), self.shapes.values(), strict=True))
+        """Return at which of n states results have no number, as where M is singular: (n,), or () of one state.
+
+        Raises InputError for what are no results of this function.
+        """
+        given = self._parts(results)
+        if len(given) != len(self.names):
+            raise InputError(f"these are no results of {self.name}, which has {', '.join(self.names)}")
+        parts = list(zip(given, self.shapes.values(), strict=True))
         lead = np.shape(parts[0][0])[: np.ndim(parts[0][0]) - len(parts[0][1])]
         found = np.zeros(lead, dtype=bool)
         for part, shape in parts:
@@ -367,10 +375,12 @@ class Function:
             found |= ~np.isfinite(array).all(axis=tuple(range(len(lead), array.ndim)))
         return found
 
+    @door
     def residual(self, t: ArrayLike, q: ArrayLike, u: ArrayLike, **options: Any) -> Floats:
         """Return phi (ns,), or (n, ns), of the constraints at states that need not satisfy them, as results are there.
 
-        Rows are those of the function in its `mode`, without phi 0; `options` as of a call. Raises as a call does.
+        Rows are those of the function in its `mode`, without phi 0; `options` as of a call. Raises InputError as that
+        does.
         """
         found: Floats = self._constraints(t, q, u, **options).phi
         return found
@@ -562,6 +572,7 @@ class Function:
 
     # --- derivatives --------------------------------------------------------------------------------------------------
 
+    @door
     def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function:
         """Return the derivative by t, q, u, s, udot, inputs or parameters: a Function with one axis more, the last.
 
@@ -569,9 +580,9 @@ class Function:
         functions of the state, but for the derivative by inputs, and where `inputs` are "free": then they keep their
         values. Raises InputError for a variable that the function does not have.
         """
-        if inputs not in (None, "free"):
+        if inputs is not None and not (isinstance(inputs, str) and inputs == "free"):
             raise InputError(f'inputs is "free" or left out, not {short_repr(inputs)}')
-        if by not in self._variables:
+        if not isinstance(by, str) or by not in self._variables:
             known = ", ".join(self._variables)
             raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
         if by == "inputs":
@@ -595,6 +606,7 @@ class Function:
 
     # --- for optimisers and solvers -----------------------------------------------------------------------------------
 
+    @door
     def jvp(self, *state: ArrayLike, rates: Mapping[Variable, ArrayLike], **options: Any) -> Any:
         """Return the rates of the results while variables move: f.jvp(t, q, u, rates={"q": dq, "parameters": dp}).
 
@@ -612,6 +624,7 @@ class Function:
                 sums[k] = sums[k] + (slope * along).sum(axis=-1)
         return sums[0] if len(sums) == 1 else self._tuple(*sums)
 
+    @door
     def vjp(
         self, *state: ArrayLike, by: Variable, weights: Mapping[str, ArrayLike] | ArrayLike, **options: Any
     ) -> Floats:
@@ -656,16 +669,18 @@ class OrdinaryEquations:
 
     _function: Function
 
+    @door
     def __call__(self, t: float, x: ArrayLike) -> Floats:
-        """Return x' at time t."""
+        """Return x' (nx,) at time t (s) and x (nx,), or (n, nx) of n states. Raises InputError for other shapes."""
         q, u = self._parts(x)
         for places in self._balls:
             q[..., places] /= np.linalg.norm(q[..., places], axis=-1, keepdims=True)
         found = self._function(number("t", t), q, u)
         return np.concatenate([found.qdot, found.udot], axis=-1)
 
+    @door
     def jac(self, t: float, x: ArrayLike) -> Floats:
-        """Return d x'/dx (nx, nx) at one state."""
+        """Return d x'/dx (nx, nx) at time t (s) and one state x (nx,). Raises InputError for other shapes."""
         q, u = self._parts(x)
         if q.ndim != 1:
             raise InputError(f"x has the shape {np.shape(x)}, not (nx,): jac takes one state")

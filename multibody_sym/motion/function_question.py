@@ -55,14 +55,14 @@ def verify_options(what: object, chosen: Mapping[str, Any]) -> None:
     texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)
     if not isinstance(what, str) and not texts:
         raise ArgumentError(f"what is a name or a list of expressions, not {short_repr(what)}")
-    if chosen["axes"] not in get_args(Axes):
+    if not isinstance(chosen["axes"], str) or chosen["axes"] not in get_args(Axes):
         known = ", ".join(get_args(Axes))
         raise InputError(f"there are no axes {short_repr(chosen['axes'])}; known: {known}")
     if chosen["frame"] is not None and not isinstance(chosen["frame"], str):
         raise ArgumentError(f"frame is a name, not {short_repr(chosen['frame'])}")
     mode = chosen["mode"]
     words = isinstance(mode, Mapping) and all(isinstance(x, str) for pair in mode.items() for x in pair)
-    if not (mode is None or mode == "found" or words):
+    if not (mode is None or words or (isinstance(mode, str) and mode == "found")):
         raise ArgumentError(f'mode is "found" or a map from names to words, not {short_repr(mode)}')
     has = OPTIONS.get(what, ()) if isinstance(what, str) else ("mode",)
     usual = {"mode": None, **{option.name: option.default for option in fields(FunctionOptions)}}

@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack
 
+from multibody_sym.errors import InputError
 from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import start_names
-from multibody_sym.model.argument_checks import callback, door, flag
+from multibody_sym.model.argument_checks import callback, door, flag, values_by_name
 from multibody_sym.model.fields import list_items
 from multibody_sym.model.run_options import RUN_SETTINGS, RunOptions, spelled_out
 from multibody_sym.model.settings import Baumgarte
@@ -22,6 +23,7 @@ from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.motion.runs.family import VariedRun, VariedSystem
@@ -55,7 +57,7 @@ def simulate(
 def prepare(system: System, **options: Unpack[RunOptions]) -> Prepared:
     """Return a system prepared to be run again and again: `prepare(system).run()` is `simulate(system)`.
 
-    Arguments and errors as for `simulate`.
+    Arguments as for `simulate`. Raises InputError and NoSolutionError.
     """
     prepared = prepared_by(system, options)
     prepared.verify()
@@ -100,9 +102,10 @@ class Prepared:
         samples: Any = None,
         on_progress: Callable[[Samples, float], None] | None = None,
     ) -> Trajectory:
-        """Return the motion, with other values if they are given; arguments, result and errors as for `simulate`.
+        """Return the motion, with other values if they are given; arguments and result as for `simulate`.
 
-        It has the bits of the run that `simulate` makes of the same values.
+        It has the bits of the run that `simulate` makes of the same values. Raises InputError, NoSolutionError and
+        RunError as that does.
         """
         on_progress = callback("on_progress", on_progress)
         if t_end is not None or samples is not None:
@@ -146,8 +149,10 @@ class Prepared:
     def runs(self, parameters: Columns, initial: Columns) -> Iterator[Callable[[Progressed], Trajectory]]:
         """Yield a function for each run that makes it; each name has a value for each run.
 
-        Each has the bits of the run that is made alone.
+        Each has the bits of the run that is made alone. Raises InputError for names that are not known, and for columns
+        that are no numbers or of several lengths.
         """
+        parameters, initial = self._columns(parameters, initial)
         key = tuple(parameters), tuple(initial)
         family = self._families.get(key)
         if family is None:
@@ -157,6 +162,19 @@ class Prepared:
             family = self._families.setdefault(key, made)
         for k, member in enumerate(family.members(parameters, initial)):
             yield partial(self._run_of, member, k, parameters, initial)
+
+    def _columns(self, *given: Columns) -> tuple[dict[str, Sequence[float]], ...]:
+        """Return the values of parameters and of the start by name, one a run. Raises InputError."""
+        named = [values_by_name(x, columns) for x, columns in zip(("parameters", "initial"), given, strict=True)]
+        found = tuple(
+            {name: _column(name, values, known) for name, values in columns.items()}
+            for columns, known in zip(named, self._known, strict=True)
+        )
+        lengths = {len(values) for columns in found for values in columns.values()}
+        if len(lengths) != 1:
+            counts = " and ".join(map(str, sorted(lengths))) or "no names"
+            raise InputError(f"each name has one value a run; got {counts}")
+        return found
 
     def _run_of(
         self,
@@ -184,7 +202,7 @@ class Prepared:
     def _in_numbers(self, parameters: Any, initial: Any) -> tuple[Columns, Columns] | None:
         """Return the changes as columns of one number, if all are numbers of known names."""
         given = [{} if values is None else values for values in (parameters, initial)]
-        if not any(given) or not all(isinstance(values, Mapping) for values in given):
+        if not all(isinstance(values, Mapping) for values in given) or not any(given):
             return None
         for values, known in zip(given, self._known, strict=True):
             if not all(name in known and type(x) in (float, int) for name, x in values.items()):
@@ -241,6 +259,16 @@ class Prepared:
 
         in_numbers = settings_of(self._ready)
         return one_way_runs(self._ready, self._problem, in_numbers, self._code)
+
+
+def _column(name: str, values: Any, known: frozenset[str]) -> Sequence[float]:
+    """Return the values of a name, one a run. Raises InputError for an unknown name and what are no numbers."""
+    if name not in known:
+        raise InputError(f"nothing that runs may vary is called {name!r}", number="M106", word=name, known=known)
+    found = floats(name, values)
+    if found.ndim != 1:
+        raise InputError(f"{name} is to have one value a run, got an array of shape {found.shape}")
+    return list(found.tolist())
 
 
 def system_to_run(prepared: Prepared) -> PreparedSystem:

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 _STATE: Final = np.dtype(StateStruct)
 _MOST_STEPS: Final = 1_000_000
 """Steps of the method within one step of a Stepper that are taken by one call; what takes more is driven in pieces."""
+_MOST_SYSTEMS: Final = 10_000_000
 _FLOAT: Final = np.dtype(np.float64)
 
 Stops = Mapping[str, Any]
@@ -94,6 +95,8 @@ class Stepper:
         self.dt = _positive("dt", dt)
         self.inputs = _held_names(system, check_numbers(system).driving_inputs if system.inputs else (), inputs)
         self.count = whole_number("count", count) if count is not None else None
+        if self.count is not None and self.count > _MOST_SYSTEMS:
+            raise InputError(f"at most {_MOST_SYSTEMS:,} systems are stepped together, not {short_repr(count)}")
         self._threads = whole_number("threads", threads)
         self._declared, self._start = system, start
         _, self._names = _with_held_inputs(system, self.inputs)
@@ -185,10 +188,10 @@ class Stepper:
             (self.speeds, self._x[:, self._nq :]),
             (self.inputs, self._parameters[:, self._places]),
         ):
-            if name in names:
+            if isinstance(name, str) and name in names:
                 return self._columns(values)[names.index(name)]
         told = self._ready.told.outputs
-        if name in told:
+        if isinstance(name, str) and name in told:
             return self.outputs[name]
         known = [*self.coordinates, *self.speeds, *self.inputs, *told]
         raise InputError(f"nothing here is called {short_repr(name)}", number="M106", word=str(name), known=known)
@@ -200,8 +203,9 @@ class Stepper:
         """Go on by `dt`, and return itself.
 
         `inputs` are held from now on, by name or as a vector in their order; (n, nw) for n systems, or the same for
-        all. What is not given stays as it was. A step that fails raises RunError and leaves everything as it was. A
-        system that has met a stop stays there, alone raises InputError.
+        all. What is not given stays as it was. A system that has met a stop stays there.
+        Raises InputError for wrong inputs, and of a single system that has met a stop; RunError where the step fails,
+        which leaves everything as it was.
         """
         if self.count is None and self._stops[0] is not None:
             raise InputError(f"{self._stops[0]['element']} has stopped the motion: reset it, or restore a state")
@@ -245,7 +249,10 @@ class Stepper:
 
     @door
     def restore(self, state: StepperState) -> Stepper:
-        """Go on from a `state` that a Stepper of this system had, and return itself; n systems may all begin at one."""
+        """Go on from a `state` that a Stepper of this system had, and return itself; n systems may all begin at one.
+
+        Raises InputError for a state of another Stepper.
+        """
         if not isinstance(state, StepperState):
             raise ArgumentError(f"state is what `state` of a Stepper returned, not {short_repr(state)}")
         x = np.hstack([np.atleast_2d(state.q), np.atleast_2d(state.u)])

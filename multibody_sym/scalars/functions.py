@@ -103,77 +103,122 @@ def _scalar(op: str, value: Any) -> Any:
 
 
 def sin(a: Any) -> Any:
-    """Return sin a."""
+    """Return sin a, of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("sin", a)
 
 
 def cos(a: Any) -> Any:
-    """Return cos a."""
+    """Return cos a, of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("cos", a)
 
 
 def tan(a: Any) -> Any:
-    """Return tan a."""
+    """Return tan a, of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("tan", a)
 
 
 def asin(a: Any) -> Any:
-    """Return the arc sine of a."""
+    """Return the arc sine of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("asin", a)
 
 
 def acos(a: Any) -> Any:
-    """Return the arc cosine of a."""
+    """Return the arc cosine of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("acos", a)
 
 
 def atan(a: Any) -> Any:
-    """Return the arc tangent of a."""
+    """Return the arc tangent of a in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("atan", a)
 
 
 def atan2(y: Any, x: Any) -> Any:
-    """Return the angle of the point (x, y)."""
+    """Return the angle of the point (x, y) in rad.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("atan2", y, x)
 
 
 def exp(a: Any) -> Any:
-    """Return e^a."""
+    """Return e^a.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("exp", a)
 
 
 def log(a: Any) -> Any:
-    """Return the natural logarithm of a."""
+    """Return the natural logarithm of a.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("log", a)
 
 
 def sqrt(a: Any) -> Any:
-    """Return the square root of a."""
+    """Return the square root of a.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("sqrt", a)
 
 
 def absolute(a: Any) -> Any:
-    """Return |a|."""
+    """Return |a|.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("abs", a)
 
 
 def sign(a: Any) -> Any:
-    """Return -1, 0 or 1."""
+    """Return -1, 0 or 1.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("sign", a)
 
 
 def minimum(a: Any, b: Any) -> Any:
-    """Return the smaller of a and b."""
+    """Return the smaller of a and b.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("min", a, b)
 
 
 def maximum(a: Any, b: Any) -> Any:
-    """Return the larger of a and b."""
+    """Return the larger of a and b.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("max", a, b)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
-    """Return a where the condition holds, else b."""
+    """Return a where the condition holds, else b.
+
+    Raises InputError for what is no number or expression, and where it has no real value.
+    """
     return apply("where", condition, a, b)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from multibody_sym.errors import ArgumentError, InputError, short_repr
 from multibody_sym.scalars.arrays import Floats
@@ -29,6 +30,17 @@ def floats(name: str, given: Any) -> Floats:
     except (TypeError, ValueError, ArithmeticError):
         pass
     raise ArgumentError(f"{name} is to be real numbers, got {_describe(given)}")
+
+
+def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
+    """Return an argument as an array of complex numbers; raises ArgumentError for what is no number."""
+    try:
+        found = np.asarray(given)
+        if found.dtype.kind in _REAL + "c":
+            return found.astype(complex)
+    except (TypeError, ValueError, ArithmeticError):
+        pass
+    raise ArgumentError(f"{name} is to be numbers, real or complex, got {short_repr(given)}")
 
 
 def number(name: str, given: Any) -> float:

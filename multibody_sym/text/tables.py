@@ -96,13 +96,6 @@ class Table:
     def __repr__(self) -> str:
         return f"<Table of {len(self)} rows: {', '.join(brief(tuple(self.columns)))}>"
 
-    def told_in(self, units: Units) -> Table:
-        """Return the table with its columns and `units` in chosen units."""
-        if not units.chosen:
-            return self
-        columns = {name: values / units.size(self.units.get(name, "")) for name, values in self.columns.items()}
-        return replace(self, columns=columns, units={name: units.of(unit) for name, unit in self.units.items()})
-
     def labelled(self) -> Table:
         """Return the table with units in the names of its columns, `theta [deg]`, for people to read."""
         names = {name: SI.named(name, self.units.get(name, "")) for name in self.columns}
@@ -114,6 +107,7 @@ class Table:
             yield np.column_stack([values[first : first + _ROWS] for values in self.columns.values()])
 
     def __getitem__(self, name: str) -> Column:
+        """Return a column (rows,) by name, in its unit of `units`. Raises InputError for another name."""
         if not isinstance(name, str):
             raise ArgumentError(f"a table is asked by the name of a column, not by {short_repr(name)}")
         if name not in self.columns:
@@ -129,7 +123,7 @@ class Table:
         return iter(self.keys())
 
     def __contains__(self, name: object) -> bool:
-        return name in self.columns
+        return isinstance(name, str) and name in self.columns
 
     def to_numpy(self) -> npt.NDArray[np.float64]:
         """Return the columns as an array (rows, columns), in the order of `keys()`."""
@@ -163,6 +157,14 @@ class Table:
         columns = {name: (over, values, units.get(name)) for name, values in self.columns.items()}
         found = xarray.Dataset(columns, attrs=dict(self.metadata))
         return found.set_coords(_TIME) if over == _TIME else found
+
+
+def in_units(table: Table, units: Units) -> Table:
+    """Return a table with its columns and `units` in chosen units."""
+    if not units.chosen:
+        return table
+    columns = {name: values / units.size(table.units.get(name, "")) for name, values in table.columns.items()}
+    return replace(table, columns=columns, units={name: units.of(unit) for name, unit in table.units.items()})
 
 
 def write_table(table: Table, path: str | os.PathLike[str], begin: FileState | None = None) -> str:

@@ -103,12 +103,16 @@ def test_a_moving_system_has_the_slopes_of_the_moment() -> None:
     """A pendulum on its way: theta'' = -g/l sin(theta), whose slope is -g/l cos(theta)."""
     text = "multibody_sym: 1\nname: p\ngravity: [0, -9.81, 0]\nbodies: {bob: {mass: 1, com: [0, -0.5, 0]}}\n"
     text += "joints: {A: {type: revolute, parent: ground, child: bob, q: a, initial: {q: 1, u: 2}}}\n"
+    text += "forces: {f: {type: torque, joint: A, value: tau}}\ninputs: {tau: 0}\n"
     system = mbs.loads(text)
     with pytest.raises(mbs.NoSolutionError, match="no equilibrium and no steady motion"):
         mbs.linearize(system)
     found = mbs.linearize(system, moving=True)
     np.testing.assert_allclose(found.A, [[0, 1], [-9.81 / 0.5 * np.cos(1), 0]], atol=1e-14)
     assert not found.steady
+    for asked in (lambda: mbs.bode(found), lambda: found.discrete(0.1), lambda: found.response(1j), found.to_control):
+        with pytest.raises(mbs.NoSolutionError, match=r"A \.\. D are those of a moment of a motion"):
+            asked()
 
 
 def test_trim_finds_the_inputs_that_hold_a_position() -> None:

@@ -60,6 +60,8 @@ class FormulaQuestion(Question):
 
     def _why_none(self, motion: AskedMotion) -> str:
         mechanism, courses = motion.solved.mechanism, motion.courses
+        if self.coordinate in motion.solved.system.states:
+            return f"{self.coordinate} is a state, of which no formula of time is sought"
         rates = zip(mechanism.coordinates, mechanism.speeds, strict=False)
         speed = next((u.name for q, u in rates if q.name == self.coordinate), "")
         if speed and symbol(speed) in courses.alone:

@@ -90,7 +90,7 @@ def animate(
     frames = frames_of(run)
     try:
         fast = 0.0 if isinstance(speed, bool) else float(speed)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         fast = 0.0
     if not 0.0 < fast < 1e6:
         raise ArgumentError(f"speed: expected a positive number, got {shown_value(speed)}")

@@ -23,7 +23,7 @@ from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.state import state_of
-from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import Function, function
@@ -54,7 +54,7 @@ class FunctionQuestion:
 
 
 def mass_matrix(system: System) -> FunctionQuestion:
-    """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu)."""
+    """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu). Raises InputError for no System."""
     verify_system(system)
     return FunctionQuestion(system, "mass_matrix")
 
@@ -63,7 +63,8 @@ def inverse_dynamics(system: System) -> FunctionQuestion:
     """Return the inverse dynamics of a tree, for `compile`: forces = f(t, q, u, udot) (nu).
 
     forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
-    speed. `compile` raises ModelError where constraints restrict the tree, or contacts or friction act on it.
+    speed. Raises InputError for what is no System; `compile` raises ModelError where constraints restrict the tree, or
+    contacts or friction act on it.
     """
     verify_system(system)
     return FunctionQuestion(system, "inverse_dynamics")
@@ -96,7 +97,10 @@ class CanonicalQuestion:
 
 
 def canonical_equations(system: System) -> CanonicalQuestion:
-    """Return Hamilton's equations of a system, for `compile`: x' of x = (q, p), linear in the number of bodies."""
+    """Return Hamilton's equations of a system, for `compile`: x' of x = (q, p), linear in the number of bodies.
+
+    Raises InputError for what is no System.
+    """
     verify_system(system)
     return CanonicalQuestion(system)
 
@@ -130,6 +134,7 @@ class CanonicalFunction:
         """The start (nq + nu,)."""
         return np.concatenate([self.q0, self.momenta(0.0, self.q0, self.u0)])
 
+    @door
     def __call__(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> Floats:
         """Return x' at time t; parameters and inputs as for a state derivative.
 
@@ -139,22 +144,25 @@ class CanonicalFunction:
         qdot, pdot, *_ = self.arguments.compiled["canonical"](*given)
         return np.concatenate([qdot, pdot])
 
+    @door
     def momenta(
         self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values = None, inputs: Values = None
     ) -> Floats:
-        """Return the momenta p (nu,) of speeds."""
+        """Return the momenta p (nu,) of coordinates q (nq,) and speeds u (nu,). Raises InputError as a call does."""
         given = self.arguments.complete(t, q, u, parameters, inputs)
         return np.asarray(self.arguments.compiled["momenta"](*given)[0])
 
+    @door
     def speeds(
         self, t: float, q: ArrayLike, p: ArrayLike, parameters: Values = None, inputs: Values = None
     ) -> Floats:
-        """Return the speeds u (nu,) of momenta."""
+        """Return the speeds u (nu,) of coordinates q (nq,) and momenta p (nu,). Raises InputError as a call does."""
         _, u = self._given(t, q, p, parameters, inputs)
         return u
 
+    @door
     def hamiltonian(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> float:
-        """Return H(q, p, t) = p . u - T + V."""
+        """Return H(q, p, t) = p . u - T + V in J. Raises InputError as a call does."""
         given, _ = self._given(t, *self._split(x), parameters, inputs)
         return float(self.arguments.compiled["hamiltonian"](*given)[0])
 
@@ -210,6 +218,7 @@ def impact(system: System) -> ImpactQuestion:
 
     What may strike is as at the start of the system, which has an `impact`; where it touches is not judged again. Which
     of it is struck, and how it slips, is found for each state, by the law of restitution that the impact has.
+    Raises InputError for what is no System.
     """
     verify_system(system)
     if system.impact is None:
@@ -237,6 +246,7 @@ class ImpactFunction:
     rows: tuple[str, ...]
     modes: ImpactModes | None = None
 
+    @door
     def __call__(
         self, t: float, q: ArrayLike, u: ArrayLike, *, parameters: Values = None, inputs: Values = None
     ) -> Strike:
@@ -340,7 +350,10 @@ class StateDerivative:
 
 
 def state_derivative(system: System, *, formalism: str | None = None) -> StateDerivative:
-    """Return the state derivative x' of a system, x = (q, u), for `compile`."""
+    """Return the state derivative x' of a system, x = (q, u), for `compile`.
+
+    Raises InputError for what is no System and an unknown formalism.
+    """
     verify_system(system)
     verify_formalism(formalism)
     return StateDerivative(system, formalism)
@@ -370,6 +383,7 @@ class RightSide:
         """The start (nq + nu,)."""
         return np.concatenate([self.ready.q0, self.ready.u0])
 
+    @door
     def __call__(self, t: float, x: ArrayLike, parameters: Values = None, inputs: Values = None) -> Floats:
         """Return x' at time t.
 

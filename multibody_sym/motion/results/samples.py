@@ -17,7 +17,7 @@ from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, ask
 from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.text.tables import Table
+from multibody_sym.text.tables import Table, in_units
 from multibody_sym.text.values import Units, chosen_units
 
 if TYPE_CHECKING:
@@ -272,6 +272,7 @@ class Samples:
         return self._told.output_units
 
     def __getitem__(self, name: str) -> Floats:
+        """Return a coordinate, speed, output or input (m,) by name, in SI units. Raises InputError for another name."""
         if not isinstance(name, str):
             raise InputError(f"a run is asked by name, such as run['theta'] (its times are run.t), not by {name!r}")
         for kind in ("coordinates", "speeds", "outputs", "inputs"):  # one after the other: the first two take no code
@@ -288,7 +289,7 @@ class Samples:
         return iter(self.keys())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names()
+        return isinstance(name, str) and name in self._names()
 
     def _names(self) -> list[str]:
         told = self._told
@@ -397,14 +398,16 @@ class Samples:
             columns[column], known[column] = values, self.output_units[name]
         known = {"t": "s", **{name: unit for name, unit in known.items() if unit}}
         try:
-            return Table(columns, known, self._about).told_in(chosen_units(units))
+            return in_units(Table(columns, known, self._about), chosen_units(units))
         except ValueError as problem:
             raise ModelError(f"the outputs cannot be columns of a table: {problem}") from None
 
+    @door
     def to_numpy(self, units: str | Sequence[str] | Units | None = None) -> Floats:
         """Return the columns of `table` (m, columns): t, coordinates, speeds, outputs. Raises InputError."""
         return self.table(units).to_numpy()
 
+    @door
     def to_dataframe(self, units: str | Sequence[str] | Units | None = None) -> Any:
         """Return the columns of `table` as a pandas DataFrame over t, units in its `attrs`.
 
@@ -412,6 +415,7 @@ class Samples:
         """
         return self.table(units).to_dataframe()
 
+    @door
     def to_xarray(self, units: str | Sequence[str] | Units | None = None) -> Any:
         """Return the columns of `table` as an xarray Dataset over t, each with its unit.
 

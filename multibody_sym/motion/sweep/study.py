@@ -363,6 +363,7 @@ class Study:
         return f"<Study of {self.about['system']}: {len(self)} runs over {', '.join(self.varied)}>"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return a column (runs,) by name, in SI units. Raises InputError for another name."""
         if not isinstance(name, str):
             raise ArgumentError(f"a study is asked by the name of a column, not by {short_repr(name)}")
         if name not in self.columns:
@@ -377,7 +378,7 @@ class Study:
         return iter(self.keys())
 
     def __contains__(self, name: object) -> bool:
-        return name in self.columns
+        return isinstance(name, str) and name in self.columns
 
     @property
     def varied(self) -> tuple[str, ...]:
