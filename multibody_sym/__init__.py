@@ -113,6 +113,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.joints import Screw as Screw
     from multibody_sym.model.joints import Spherical as Spherical
     from multibody_sym.model.joints import Universal as Universal
+    from multibody_sym.model.parameters import Grid as Grid
     from multibody_sym.model.parameters import Parameter as Parameter
     from multibody_sym.model.parameters import StateVariable as StateVariable
     from multibody_sym.model.parameters import Table as Table
@@ -202,7 +203,7 @@ _NAMES = {
     "model.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull SpringDamper Torque",
     "model.joints": "CurveJoint Custom Cylindrical Direct Fixed Free Initial Limits Planar PointJoint Prismatic "
     "Revolute Screw Spherical Universal",
-    "model.parameters": "Parameter StateVariable Table",
+    "model.parameters": "Grid Parameter StateVariable Table",
     "model.schema": "schema",
     "model.settings": "Ask Baumgarte Settings SmoothFriction Stabilisation",
     "model.steps": "Curve",

@@ -100,6 +100,10 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     },
     "Frame": {"position": [0, 0, 0], "rotate": [{"axis": "x", "angle": 1}]},
     "Free": {**_MOVES, "angles": "xyz"},
+    "Grid": {
+        "x": [0, 1], "y": [0, 1], "values": [[0, 1], [2, 3]], "of": ["t", "A"], "interpolation": "linear",
+        "dimension": "N", "outside": "error",
+    },
     "Gear": {"joints": ["A", "B"], "ratio": -2, "value": 0, "acts": None, "radii": [1, 2], "at": None},
     "GroundMotion": {"x": 0, "y": 0, "z": 0, "turn": [{"axis": "x", "angle": 1}]},
     "Impact": {
@@ -149,7 +153,9 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "segment": None, "point": None, "inside": False, "revolution": None,
         "curve": None, "outline": None, "side": None,
     },
-    "Table": {"table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N"},
+    "Table": {
+        "table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N", "outside": "hold",
+    },
     "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
     "Turn": {"axis": "x", "angle": 1},
     "VariableMass": {

@@ -41,7 +41,7 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
 from multibody_sym.model.joints import Follow, Foot
-from multibody_sym.model.parameters import Constant, Table, table_value
+from multibody_sym.model.parameters import Constant, Tabled
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
@@ -294,11 +294,11 @@ def _put_in(meant: Mapping[Node, Node]) -> Callable[[Node], Node]:
     return lambda node: as_node(evaluate([node], lambda leaf: meant.get(leaf, leaf))[0])
 
 
-def expression_of(name: str, given: Node | Table | Constant) -> Node:
+def expression_of(name: str, given: Node | Tabled | Constant) -> Node:
     """Return the expression that the input `name` stands for."""
     if isinstance(given, Constant):
         return given.value
-    return table_value(name, given) if isinstance(given, Table) else given
+    return given.value(name) if isinstance(given, Tabled) else given
 
 
 def _driven_parts(system: System) -> dict[str, Mapping[str, Any]]:

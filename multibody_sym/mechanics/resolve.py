@@ -57,7 +57,7 @@ from multibody_sym.mechanics.vocabulary import (
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import OnCurve, Rolling, Rope
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
-from multibody_sym.model.parameters import Table, input_dimensions
+from multibody_sym.model.parameters import Tabled, input_dimensions
 from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
@@ -255,7 +255,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
     others = {name: node for name, node in resolved.outputs.items() if name not in adding}
     laws = _declared_laws(resolved, slots)
-    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Table)]
+    tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Tabled)]
     return Mechanism(
         name=system.name,
         gravity=resolved.gravity,

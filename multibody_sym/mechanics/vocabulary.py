@@ -29,7 +29,7 @@ from multibody_sym.model.contacts_and_impacts import contact_names
 from multibody_sym.model.fields import AXES, Element, dimension_of_unit, fields_of
 from multibody_sym.model.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.joints import Foot, MovingJoint, guides
-from multibody_sym.model.parameters import Table, input_dimensions
+from multibody_sym.model.parameters import Tabled, input_dimensions, unit_text
 from multibody_sym.model.settings import Ask, Equation
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.steps import PARAMETER
@@ -102,15 +102,15 @@ class Dimensions:
                 with at("constraints", name):
                     infer_dimension(self._tied(element), self.of_leaf)
         for name, given in self.system.inputs.items():
-            if isinstance(given, Table):
+            if isinstance(given, Tabled):
                 self._verify_table(name, given)
 
-    def _verify_table(self, name: str, table: Table) -> None:
+    def _verify_table(self, name: str, table: Tabled) -> None:
         """Raise ModelError where arguments of a table are in another unit than the expression that they belong to."""
-        argument = self._followed(table.of, self.of_leaf)
-        if argument is not None and argument.certain:
-            with at("inputs", name):
-                table.verify_arguments("" if argument.dimension == DIMENSIONLESS else str(argument.dimension))
+        found = [self._followed(of, self.of_leaf) for of in table.arguments]
+        units = [None if x is None or not x.certain else unit_text(x.dimension) for x in found]
+        with at("inputs", name):
+            table.verify_arguments(units)
 
     # --- names and quantities -------------------------------------------------------------------------------------
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import pairwise
 from math import inf, isfinite
 from typing import Any, ClassVar, Final
@@ -15,6 +16,7 @@ from multibody_sym.model.fields import (
     Choice,
     Element,
     Flag,
+    ListOf,
     Scalar,
     Text,
     content_of,
@@ -24,12 +26,13 @@ from multibody_sym.model.fields import (
     from_fields,
     holds,
     is_text,
+    list_items,
     scalar,
     verify_keys,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.elementary import table
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.elementary import maximum, minimum, table, where
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, less_equal, multiply, number, sqrt, subtract, symbol
 from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
 from multibody_sym.text.parser import parse_scalar
 from multibody_sym.text.printer import text
@@ -188,12 +191,64 @@ def _is_float(cell: Any) -> bool:
     return type(cell) is int and abs(cell) < _LARGEST_WHOLE
 
 
+OUTSIDE: Final = ("hold", "extrapolate", "error")
+_OUTSIDE_MEANT: Final = tuple(
+    (x, to) for to, words in (("hold", "clip clamp constant nearest"), ("extrapolate", "linear"), ("error", "nan none"))
+    for x in words.split()
+)  # fmt: skip
+_KINDS: Final = Choice(("linear", "cubic"), tuple((x, "cubic") for x in _SPLINES))
+
+
+_INTERPOLATION_SAYS: Final = "straight lines between the numbers, or natural splines"
+_OUTSIDE_SAYS: Final = "beyond the arguments: the value at the nearest end, straight on, or an error"
+_DIMENSION_SAYS: Final = "a unit of the values' dimension, where the numbers state none"
+
+
+class Tabled(Element):
+    """Base of inputs that are given by numbers: what there is between and outside of them."""
+
+    interpolation: str
+    outside: str
+    dimension: Dimension | None
+
+    @property
+    def kind(self) -> Kind:
+        """How it goes on between the numbers."""
+        return "cubic" if self.interpolation == "cubic" else "linear"
+
+    @property
+    def arguments(self) -> tuple[Node, ...]:
+        """What it is a function of."""
+        raise NotImplementedError
+
+    def value(self, name: str) -> Node:
+        """Return the value of the input `name` as an expression."""
+        raise NotImplementedError
+
+    def verify_arguments(self, units: Sequence[str | None]) -> None:
+        """Raise ModelError where an argument was given in another unit than that of `units`; None for any."""
+        raise NotImplementedError
+
+    def _take_dimension(self, key: str, values: Iterable[str]) -> None:
+        """Take the dimension that values state, if no other is given. Raises ModelError for values of two."""
+        if self.dimension is not None:
+            return
+        with at(key):
+            found = (parse_scalar(value)[1] for value in values)
+            dimensions = list(dict.fromkeys(dimension for dimension in found if dimension is not None))
+            if len(dimensions) > 1:
+                message = f"the values are in {dimensions[0]} and in {dimensions[1]}; a table is of one quantity"
+                raise ModelError(message, number="M105")
+        object.__setattr__(self, "dimension", dimensions[0] if dimensions else None)
+
+
 @dataclass(frozen=True)
-class Table(Element):
+class Table(Tabled):
     """Values between the rows (argument, value) of `table`, at the argument `of` (default: the time).
 
-    `linear`, or `cubic`: the natural spline, whose second derivative is continuous and zero at both ends. Outside the
-    range of the table the value is that of the nearest end. `dimension` is that of the values, where they have units.
+    `linear`, or `cubic`: the natural spline, whose second derivative is continuous and zero at both ends. `outside` of
+    the range of the table the value is that of the nearest end (`hold`), goes straight on (`extrapolate`), or there is
+    none, which ends a run (`error`). `dimension` is that of the values, where they have units.
     """
 
     table: Rows = holds(
@@ -201,33 +256,33 @@ class Table(Element):
         says="rows [argument, value] with growing arguments, or the file that has them",
     )
     of: Node = holds(Scalar(), "t", says="the argument of the table; the time if left out", such="x")
-    interpolation: str = holds(
-        Choice(("linear", "cubic"), tuple((x, "cubic") for x in _SPLINES)), "linear", such="cubic",
-        says="straight lines between the rows, or a natural spline",
-    )
-    dimension: Dimension | None = holds(
-        DimensionField(), None, says="a unit of the values' dimension, where rows state none", such="N"
-    )
+    interpolation: str = holds(_KINDS, "linear", such="cubic", says=_INTERPOLATION_SAYS)
+    dimension: Dimension | None = holds(DimensionField(), None, such="N", says=_DIMENSION_SAYS)
+    outside: str = holds(Choice(OUTSIDE, _OUTSIDE_MEANT), "hold", such="extrapolate", says=_OUTSIDE_SAYS)
 
     def __post_init__(self) -> None:
         rows = self.table
         super().__post_init__()
         if self.of is symbol("t"):
-            self.verify_arguments("s")
-        if self.dimension is None:
-            values = (parse_scalar(value)[1] for _, value in _texts_in(rows, 1))
-            with at("table"):
-                dimensions = list(dict.fromkeys(dimension for dimension in values if dimension is not None))
-                if len(dimensions) > 1:
-                    message = f"the values are in {dimensions[0]} and in {dimensions[1]}; a table is of one quantity"
-                    raise ModelError(message, number="M105")
-            object.__setattr__(self, "dimension", dimensions[0] if dimensions else None)
+            self.verify_arguments(["s"])
+        self._take_dimension("table", (value for _, value in _texts_in(rows, 1)))
 
-    def verify_arguments(self, unit: str) -> None:
-        """Raise ModelError where an argument was given in another unit than `unit`."""
+    @property
+    def arguments(self) -> tuple[Node, ...]:
+        """What it is a function of."""
+        return (self.of,)
+
+    def verify_arguments(self, units: Sequence[str | None]) -> None:
+        """Raise ModelError where an argument was given in another unit than that of `units`; None for any."""
+        (unit,) = units
         with at("table"):
             for index, argument in _texts_in(getattr(self, TEXTS)["table"], 0):
                 content_of(index, argument, Scalar(unit))
+
+    def value(self, name: str) -> Node:
+        """Return the value of the input `name` as an expression."""
+        found = _along(Tabulated(name, self.table, self.kind), self.of, self.outside)
+        return _within([(self.table[0][0], self.of, self.table[-1][0])], found) if self.outside == "error" else found
 
 
 def _texts_in(rows: Any, column: int) -> Iterator[tuple[int, str]]:
@@ -235,6 +290,167 @@ def _texts_in(rows: Any, column: int) -> Iterator[tuple[int, str]]:
     for index, row in enumerate(() if isinstance(rows, Rows) else rows):
         if isinstance(row[column], str) and not DECIMAL.fullmatch(row[column]):
             yield index, row[column]
+
+
+@dataclass(frozen=True)
+class GridNumbers:
+    """Numbers that increase: the arguments along one side of a grid; from a list or an array."""
+
+    of_any_unit: ClassVar[bool] = True
+
+    def accept(self, value: Any) -> tuple[Node, ...]:
+        numbers = _constants(value)
+        for index, (before, after) in enumerate(pairwise(numbers), 1):
+            if not _float_of(before) < _float_of(after):
+                with at(index):
+                    message = f"arguments increase; {text(after)} comes after {text(before)}"
+                    raise ModelError(message, number="M103")
+        if len(numbers) < 2:
+            raise ModelError("a grid has at least two arguments along each side", number="M103")
+        return numbers
+
+    def tree(self, value: tuple[Node, ...]) -> list[str]:
+        return [text(x) for x in value]
+
+
+@dataclass(frozen=True)
+class GridValues:
+    """The values of a grid, a list for each x with one value for each y; from lists or an array."""
+
+    of_any_unit: ClassVar[bool] = True
+
+    def accept(self, value: Any) -> tuple[tuple[Node, ...], ...]:
+        rows = list_items(value)
+        if rows is None:
+            raise ModelError(f"expected a list for each x, got {describe(value)}", number="M103")
+        found = []
+        for index, row in enumerate(rows):
+            with at(index):
+                found.append(_constants(row))
+        return tuple(found)
+
+    def tree(self, value: tuple[tuple[Node, ...], ...]) -> list[list[str]]:
+        return [[text(x) for x in row] for row in value]
+
+
+def _constants(value: Any) -> tuple[Node, ...]:
+    """Return the numbers of a list or array. Raises ModelError for what is no list of numbers."""
+    items = list_items(value)
+    if items is None:
+        raise ModelError(f"expected a list of numbers, got {describe(value)}", number="M103")
+    found = []
+    for index, x in enumerate(items):
+        with at(index):
+            node = scalar(x, None)
+            if node.shadow is None:
+                raise ModelError(f"a grid holds numbers, got {text(node)}", number="M103")
+            found.append(node)
+    return tuple(found)
+
+
+MOST_OF_GRID: Final = 250_000
+_MOST_TERMS: Final = 256
+
+
+@dataclass(frozen=True)
+class Grid(Tabled):
+    """Values over two arguments `of`, given at all points of a grid: `values[i][j]` is that at `x[i]`, `y[j]`.
+
+    `linear`: straight along x and y between four points. `cubic`: natural splines along both, of which all second
+    derivatives are continuous. Both are the sum of what the columns give along one argument, each times its weight
+    along the other. `outside`, units and `dimension` as of a `Table`, for each argument.
+    """
+
+    x: tuple[Node, ...] = holds(GridNumbers(), such="[0, 100 rad/s]", says="the growing first arguments")
+    y: tuple[Node, ...] = holds(GridNumbers(), such="[0, 0.5, 1]", says="the growing second arguments")
+    values: tuple[tuple[Node, ...], ...] = holds(
+        GridValues(), such="[[0, 1, 3], [0, 2, 5]]", says="for each x a list with the value at each y"
+    )
+    of: tuple[Node, ...] = holds(ListOf(Scalar(), 2, 2), such="[u_phi, throttle]", says="the two arguments")
+    interpolation: str = holds(_KINDS, "linear", such="cubic", says=_INTERPOLATION_SAYS)
+    dimension: Dimension | None = holds(DimensionField(), None, such="N", says=_DIMENSION_SAYS)
+    outside: str = holds(Choice(OUTSIDE, _OUTSIDE_MEANT), "hold", such="extrapolate", says=_OUTSIDE_SAYS)
+
+    def __post_init__(self) -> None:
+        given = self.values
+        super().__post_init__()
+        for index, row in enumerate(self.values):
+            if len(row) != len(self.y):
+                with at("values", index):
+                    raise ModelError(f"there are {len(self.y)} numbers y, but {len(row)} values here", number="M103")
+        with at("values"):
+            if len(self.values) != len(self.x):
+                raise ModelError(f"there are {len(self.x)} numbers x, but values for {len(self.values)}", number="M103")
+            if len(self.x) * len(self.y) > MOST_OF_GRID or min(len(self.x), len(self.y)) > _MOST_TERMS:
+                most = f"{MOST_OF_GRID:,} values, and {_MOST_TERMS} along its shorter side"
+                raise ModelError(f"a grid has at most {most}; this one is {len(self.x)} x {len(self.y)}", number="M103")
+        self.verify_arguments(["s" if of is symbol("t") else None for of in self.of])
+        cells = (x for row in list_items(given) or () for x in list_items(row) or ())
+        self._take_dimension("values", (x for x in cells if isinstance(x, str) and not DECIMAL.fullmatch(x)))
+
+    def written(self) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+        """Yield the arguments: all else are numbers."""
+        yield ("of",), self.of, None
+
+    @property
+    def arguments(self) -> tuple[Node, ...]:
+        """What it is a function of."""
+        return self.of
+
+    def verify_arguments(self, units: Sequence[str | None]) -> None:
+        """Raise ModelError where arguments were given in other units than those of `units`; None for any."""
+        for name, unit in zip(("x", "y"), units, strict=True):
+            if unit is not None:
+                self.verify_unit(name, unit)
+
+    def value(self, name: str) -> Node:
+        """Return the value of the input `name` as an expression: a sum over the shorter side."""
+        (x, y), (of_x, of_y), columns = (self.x, self.y), self.of, list(zip(*self.values, strict=True))
+        if len(x) < len(y):
+            (x, y), (of_x, of_y), columns = (y, x), (of_y, of_x), list(self.values)
+        found = ZERO
+        for k, column in enumerate(columns):
+            weights = [as_node(int(j == k)) for j in range(len(y))]
+            along = _along(Tabulated(name, _rows_of(x, column), self.kind), of_x, self.outside)
+            weight = _along(Tabulated(name, _rows_of(y, weights), self.kind), of_y, self.outside)
+            found = add(found, multiply(along, weight))
+        return _within([(x[0], of_x, x[-1]), (y[0], of_y, y[-1])], found) if self.outside == "error" else found
+
+
+def _rows_of(x: Sequence[Node], y: Sequence[Node]) -> Rows:
+    """Return rows of numbers, which stay exact."""
+    pairs = [(_float_of(a), _float_of(b)) for a, b in zip(x, y, strict=True)]
+    nodes = {(k, c): node for k, row in enumerate(zip(x, y, strict=True)) for c, node in enumerate(row)}
+    exact = {place: node for place, node in nodes.items() if node is not as_node(_float_of(node))}
+    return Rows((a for a, _ in pairs), (b for _, b in pairs), exact)
+
+
+def _float_of(node: Node) -> float:
+    assert node.shadow is not None
+    return float(node.shadow)
+
+
+def _along(function: Tabulated, of: Node, outside: str) -> Node:
+    """Return a tabulated function of an argument, beyond its rows as `outside` says."""
+    found = table(function, 0, of)
+    if outside != "extrapolate":
+        return found
+    ends = ((0, 0, minimum), (len(function.rows) - 2, len(function.rows) - 1, maximum))
+    for piece, end, beyond in ends:  # from its end on, by the slope of the last piece there
+        place = function.rows[end][0]
+        slope = function.piece(1, function.rows.x[piece], place)
+        found = add(found, multiply(slope, beyond(subtract(of, place), ZERO)))
+    return found
+
+
+_NOTHING: Final = number(-1)
+
+
+def _within(ranges: Sequence[tuple[Node, Node, Node]], value: Node) -> Node:
+    """Return a value where arguments are within ranges (low, argument, high), elsewhere one that is no number."""
+    inside = [condition for low, of, high in ranges for condition in (less_equal(low, of), less_equal(of, high))]
+    of = ranges[0][1]
+    return where(reduce(minimum, inside), value, sqrt(subtract(_NOTHING, multiply(of, of))))
 
 
 @dataclass(frozen=True)
@@ -247,30 +463,25 @@ class Constant(Element):
 
 @dataclass(frozen=True)
 class InputField:
-    """An input: an expression, a number with a unit, or a table."""
+    """An input: an expression, a number with a unit, a table, or a grid."""
 
     def accept(self, value: Any) -> Node | Element:
-        if isinstance(value, (Table, Constant)):
+        if isinstance(value, (Tabled, Constant)):
             return value
         if isinstance(value, Mapping):
-            return from_fields(Constant if "value" in value else Table, value)
+            kind = Constant if "value" in value else Grid if "values" in value else Table
+            return from_fields(kind, value)
         dimension = parse_scalar(value)[1] if isinstance(value, str) else None
         node = scalar(value, None)
         return node if dimension is None else Constant(node, dimension)
 
-    def tree(self, value: Node | Table | Constant) -> Any:
+    def tree(self, value: Node | Tabled | Constant) -> Any:
         if isinstance(value, Node):
             return text(value)
         return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
-def table_value(name: str, given: Table) -> Node:
-    """Return the value of a tabulated input as an expression."""
-    kind: Kind = "cubic" if given.interpolation == "cubic" else "linear"
-    return table(Tabulated(name, given.table, kind), 0, given.of)
-
-
-def input_dimensions(inputs: Mapping[str, Node | Table | Constant]) -> dict[str, Dimension]:
+def input_dimensions(inputs: Mapping[str, Node | Tabled | Constant]) -> dict[str, Dimension]:
     """Return the dimensions of tables and constants that state one."""
     stated = {name: x.dimension for name, x in inputs.items() if not isinstance(x, Node)}
     return {name: dimension for name, dimension in stated.items() if dimension is not None}
@@ -306,9 +517,10 @@ class StateVariable(Element):
         if self.dimension is None and isinstance(given, str):
             object.__setattr__(self, "dimension", parse_scalar(given)[1])
         if self.dimension is not None:
-            self.verify_unit("initial", _unit_text(self.dimension))
+            self.verify_unit("initial", unit_text(self.dimension))
             self.verify_unit("rate", rate_unit(str(self.dimension)))
 
 
-def _unit_text(dimension: Dimension) -> str:
+def unit_text(dimension: Dimension) -> str:
+    """Return the unit of a dimension as text, empty for a pure number."""
     return "" if dimension == DIMENSIONLESS else str(dimension)

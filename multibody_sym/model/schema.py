@@ -193,10 +193,12 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
     constraints.RoughnessField: _number_or(constraints.Roughness),
     CurveField: _map_of(Curve),
     parameters.InputField: FieldKind(
-        f"{_NUMBER_WORDS}, or map: Table or Constant",
-        any_of(NUMBER, reference_to(parameters.Table), reference_to(parameters.Constant)),
-        (parameters.Table, parameters.Constant),
+        f"{_NUMBER_WORDS}, or map: Table, Grid or Constant",
+        any_of(NUMBER, *map(reference_to, (parameters.Table, parameters.Grid, parameters.Constant))),
+        (parameters.Table, parameters.Grid, parameters.Constant),
     ),
+    parameters.GridNumbers: FieldKind("list of growing numbers", array_schema(NUMBER, 2)),
+    parameters.GridValues: FieldKind("list of lists of numbers", array_schema(array_schema(NUMBER, 2), 2)),
     parameters.TableRows: FieldKind(
         "list of rows `[argument, value]`, or `{file: motor.csv}`",
         any_of(

@@ -149,12 +149,14 @@ class Tabulated:
     @property
     def bends(self) -> Tabulated:
         """The function that changes its sign where the slope of this one jumps."""
-        ends = {0: 0, len(self.rows) - 1: 1}
-        rows = self.rows
-        if self.kind == "cubic":
-            exact = {(ends[k], j): node for (k, j), node in rows.exact.items() if k in ends}
-            rows = Rows((rows.x[0], rows.x[-1]), (rows.y[0], rows.y[-1]), exact)
-        return Tabulated(self.name, rows, "knots")
+        last = len(self.rows) - 1
+        return self.knots((0, last) if self.kind == "cubic" else range(last + 1))
+
+    def knots(self, places: Sequence[int]) -> Tabulated:
+        """Return the function that changes its sign at the arguments of some rows, whatever their values are."""
+        x, exact = self.rows.x, self.rows.exact
+        own = {(j, 0): exact[k, 0] for j, k in enumerate(places) if (k, 0) in exact}
+        return Tabulated(self.name, Rows([x[k] for k in places], [0.0] * len(places), own), "knots")
 
 
 def _second_derivatives(x: Sequence[float], y: Sequence[float]) -> list[float]:

@@ -33,7 +33,6 @@ from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves, postorder, table
 from multibody_sym.scalars.node import Node, negate, slot
 from multibody_sym.scalars.sign_changes import is_condition, known_zeros, switching_functions
-from multibody_sym.scalars.tabulated import Tabulated
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.values import Value
 
@@ -63,7 +62,7 @@ def bends(run: Trajectory) -> dict[float, Crossing | None]:
     mechanism, parameters = run.ready.mechanism, run.parameters.tolist()
     asked = [mechanism.outputs[ASKED]] if ASKED in mechanism.outputs else []
     splines = (n for n in postorder(mechanism.inputs.values()) if n.op == "table" and n.data[0].kind == "cubic")
-    knots = (table(Tabulated(n.data[0].name, n.data[0].rows, "knots"), 0, n.args[0]) for n in splines)
+    knots = (table(n.data[0].knots(range(len(n.data[0].rows))), 0, n.args[0]) for n in splines)
     functions = dict.fromkeys([*mechanism.kinks, *switching_functions(asked), *knots])  # signs that change at bends
     known = {slot("parameters", k): float(x) for k, x in enumerate(parameters)}
     begin, end = float(run.t[0]), float(run.t[-1])

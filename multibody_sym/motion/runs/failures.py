@@ -152,6 +152,8 @@ _KEPT: Final = 0.5
 """The part of their change that is left so near if they jump."""
 _VANISHED: Final = 1e-6
 """The part of the inertia along a speed at the start of a run that is next to nothing."""
+_NEXT: Final = (0.0, 1e-12, 1e-9, 1e-6)
+"""Parts of a run's time after its end at which inputs are looked at, which may have a value up to there."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -436,23 +438,40 @@ def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
 
 def _not_finite(run: Trajectory, time: float) -> Reason:
     """Return which inputs have no finite value at a time near the end of a run, or else why, or what may have none."""
-    mechanism, problem, end = run.ready.mechanism, run.problem, run.integration
+    mechanism, end = run.ready.mechanism, run.integration
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
     if end.q_final is None or end.u_final is None:
         return Reason(unknown)
-    if mechanism.inputs:
-        (values,) = problem.compiled["inputs"](time, end.q_final, end.u_final, problem.parameters)
-        names = [name for name, x in zip(mechanism.inputs, values, strict=True) if not np.isfinite(x)]
-        if names:
-            has = "has" if len(names) == 1 else "have"
-            told = f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
-            return Reason(told, ends=True)
+    if names := _inputs_without_value(run, time):
+        has = "has" if len(names) == 1 else "have"
+        told = f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
+        declared = {name: getattr(run.ready.system.inputs[name], "outside", "") for name in names}
+        left = [name for name, outside in declared.items() if outside == "error"]
+        where = "; an argument is outside of its table, or grid: give more of it, or `outside: hold` or `extrapolate`"
+        return Reason(told + where * bool(left), ends=True)
     if cause := _cause(run, time):
         return Reason(cause, ends=True)
     fastest = max(zip(mechanism.speeds, end.u_final.tolist(), strict=True), key=lambda each: abs(each[1]), default=None)
     if fastest is None:
         return Reason(unknown)
     return Reason(f"{unknown}: the largest speed, {fastest[0].name}, is {fastest[1]:.3g} {fastest[0].unit}")
+
+
+def _inputs_without_value(run: Trajectory, time: float) -> list[str]:
+    """Return the inputs without a finite value at the state in which a run ended, or at the next one."""
+    problem, end = run.problem, run.integration
+    if not run.ready.mechanism.inputs or end.q_final is None or end.u_final is None:
+        return []
+    x = np.concatenate([end.q_final, end.u_final])
+    rates = np.nan_to_num(problem.rates(time, x), posinf=0.0, neginf=0.0)
+    for part in _NEXT:
+        ahead = part * problem.lasts
+        q, u = np.split(x + ahead * rates, [len(end.q_final)])
+        (values,) = problem.compiled["inputs"](time + ahead, q, u, problem.parameters)
+        names = [name for name, each in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(each)]
+        if names:
+            return names
+    return []
 
 
 def mass_used_up(run: Trajectory) -> str | None:
