@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -354,10 +354,11 @@ class ModeNodes:
         return self._node(_entry("watched", function))
 
 
-def mode_numbers(mechanism: Mechanism, entered: Mechanism, watched: Iterable[str]) -> list[float]:
-    """Return the numbers by which a mechanism `in_every_mode` is as one `entered`, which watches some functions.
+def own_numbers(mechanism: Mechanism, entered: Mechanism, watched: Mapping[str, float]) -> dict[int, float]:
+    """Return the numbers, by places, in which a mechanism `in_every_mode` is as one `entered`, beside `usual_numbers`.
 
-    What a run chooses in a mode, as the shares of rows, is another matter (`chosen`).
+    `watched`: 1 for functions at which it may end, and 0. What a run chooses in a mode, as the shares of rows, is
+    another matter (`chosen_parameters`).
     """
     mode = entered.mode
     assert mode is not None
@@ -374,12 +375,9 @@ def mode_numbers(mechanism: Mechanism, entered: Mechanism, watched: Iterable[str
     found |= {_entry("held", mechanism.speeds[k].name): 1.0 for k in entered.held}
     found |= {_ACTS: float(bool(entered.rows)), _STANDS: float(bool(entered.held))}
     found |= {_SHARES: float(mode.shares is not None)}
-    found |= {_entry("watched", function): 1.0 for function in watched}
-    numbers, places = _usual_numbers(mechanism).copy(), number_places(mechanism)
-    for name, x in found.items():
-        if name in places:
-            numbers[places[name]] = x
-    return numbers
+    found |= {_entry("watched", function): x for function, x in watched.items()}
+    places = number_places(mechanism)
+    return {places[name]: x for name, x in found.items() if name in places}
 
 
 @once
@@ -389,10 +387,10 @@ def number_places(mechanism: Mechanism) -> dict[str, int]:
 
 
 @once
-def _usual_numbers(mechanism: Mechanism) -> list[float]:
-    """Return the numbers that all modes have, zero for others: in its own way each row changes by itself."""
-    own = {way_name(row.name, row.name) for row in mechanism.rows}
-    return [float(name in own) for name in mechanism.mode_numbers]
+def usual_numbers(mechanism: Mechanism) -> dict[int, float]:
+    """Return the numbers, by places, that all modes have where others are zero: each row changes by itself."""
+    own, places = {way_name(row.name, row.name) for row in mechanism.rows}, number_places(mechanism)
+    return {places[name]: 1.0 for name in own if name in places}
 
 
 @once
@@ -437,6 +435,15 @@ def mode_words(elements: Iterable[LawElement], mode: Mode) -> dict[str, str]:
             slip = mode.slip(part)
             found[part.name] = rests if slip == STICKS else moves + _ENDINGS[slip]
     return found
+
+
+def changed_words(mechanism: Mechanism, before: Mode, now: Mode) -> dict[str, str]:
+    """Return the words of `mode_words` in which a mode differs from one before."""
+    either = {x.name for mode in (before, now) for x in taking_part(mechanism, mode)}
+    places = element_numbers(mechanism)
+    elements = [mechanism.one_way[k] for k in sorted(places[name] for name in either)]
+    words = mode_words(elements, before)
+    return {name: word for name, word in mode_words(elements, now).items() if words.get(name) != word}
 
 
 def possible_words(elements: Iterable[LawElement]) -> dict[str, set[str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from math import cos, pi, sin, sqrt
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -215,13 +216,33 @@ def test_a_tilted_robot_comes_to_stand_where_virtual_work_says() -> None:
 # --- the box ----------------------------------------------------------------------------------------------------------
 
 
-def test_discs_in_a_box_come_to_rest_on_its_floor_and_each_other() -> None:
-    """Balances of force and of energy hold for all discs together, whatever carries each."""
+@pytest.fixture(scope="module")
+def box() -> ModuleType:
+    """The example as a module."""
     spec = importlib.util.spec_from_file_location("box_of_discs", EXAMPLES / "feet/box_of_discs.py")
     assert spec is not None
     assert spec.loader is not None
-    box = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(box)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.long
+def test_a_heap_rests_once_its_energy_lifts_nothing_higher_than_the_tolerance(box: ModuleType) -> None:
+    """Thirteen contacts and more rest at once; what they carry and what their positions show is exact then, too."""
+    count, columns = 8, 4
+    run = mbs.simulate(box.box_of_discs(count, columns), t_end=1.5, samples=21, rtol=1e-5)
+    assert any(event["kind"] == "collapse" for event in run.events)
+    assert set(run.final["speeds"].values()) == {0.0}
+    assert max(box.overlap(each, columns) for each in run.q.reshape(-1, count, 3)) < 1e-9
+    weight = count * box.MASS * box.GRAVITY
+    assert run["held_up"][-1] == pytest.approx(weight, rel=1e-9)
+    assert run["pushed_right"][-1] == pytest.approx(0.0, abs=1e-9 * weight)
+    assert (np.diff(run.energy) <= 1e-6 * run.energy[0]).all()
+
+
+def test_discs_in_a_box_come_to_rest_on_its_floor_and_each_other(box: ModuleType) -> None:
+    """Balances of force and of energy hold for all discs together, whatever carries each."""
     count, columns = 5, 3
     run = mbs.simulate(box.box_of_discs(count, columns), t_end=1.5, samples=21)
     assert set(run.final["speeds"].values()) == {0.0}

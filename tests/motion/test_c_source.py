@@ -9,7 +9,7 @@ import pytest
 from hand_models import TEMPLATES, planar_pendulum
 
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Problem
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program.native import open_library
 from multibody_sym.program.target_layout import RUNTIME_SOURCES, STAND_INS, runtime_files, stand_in_files
@@ -56,7 +56,7 @@ def hanging(compiled):
         q0=np.array([1.0, 0.0]),
         u0=np.zeros(2),
         parameters=np.array([9.81, 1, 0, 0]),
-        modes=np.zeros(0),
+        mode=NO_MODE,
         samples=11,
         project=True,
     )

@@ -90,6 +90,39 @@ _CROSSINGS: Final = 300
 _NO_TIME: Final = 1e-6
 
 
+@dataclass(frozen=True, eq=False)
+class ModeNumbers:
+    """The numbers (nm,) by which Programs know a mode: those of a `base`, which modes share, but `values` at `places`.
+
+    A run keeps those of all its legs.
+    """
+
+    base: Floats
+    places: NDArray[np.intp]
+    values: Floats
+
+    @staticmethod
+    def of(base: Floats, own: Mapping[int, float]) -> ModeNumbers:
+        """Return the numbers of a base but for those `own`, by their places."""
+        return ModeNumbers(base, np.array(list(own), dtype=np.intp), np.array(list(own.values()), dtype=float))
+
+    def with_own(self, own: Mapping[int, float]) -> ModeNumbers:
+        """Return them with others `own`, by their places."""
+        return ModeNumbers.of(self.base, dict(zip(self.places.tolist(), self.values.tolist(), strict=True)) | {**own})
+
+    def whole(self) -> Floats:
+        """Return all numbers, which may not be written."""
+        if not len(self.places):
+            return self.base
+        found = self.base.copy()
+        found[self.places] = self.values
+        return found
+
+
+NO_MODE: Final = ModeNumbers.of(np.zeros(0), {})
+"""The numbers where Programs know no mode."""
+
+
 @dataclass(frozen=True)
 class SampleTimes:
     """The `times` (s) of samples, rising, from the start of a run to its end, of which a user may not have asked."""
@@ -124,7 +157,7 @@ The run goes on from there in the same mode, and that function may not exceed ze
 class Problem:
     """An initial value problem for the programs in `compiled`, x = (q, u).
 
-    Arguments: `q0` (nq,), `u0` (nu,), `parameters` (np,), `modes` (nm,); `step` fixed, or None: adaptive by `rtol`,
+    Arguments: `q0` (nq,), `u0` (nu,), `parameters` (np,), `mode` (nm,); `step` fixed, or None: adaptive by `rtol`,
     `atol`; `samples`: so many, evenly spaced from t0 to t_end, both among them, or their times; `project`: each
     accepted step and each sample is put back onto the constraints. `contradiction`: rows contradict each other if both
     the scaled residual of dependent ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1
@@ -148,7 +181,7 @@ class Problem:
     q0: Floats
     u0: Floats
     parameters: Floats
-    modes: Floats
+    mode: ModeNumbers
     step: float | None = None
     rtol: float = 1e-8
     atol: float = 1e-8
@@ -193,6 +226,11 @@ class Problem:
         for name, shape in self.compiled["state_derivative"].signature.inputs:
             if name in arrays and arrays[name].shape != shape:
                 raise ValueError(f"{name} has the shape {arrays[name].shape}, not {shape}")
+
+    @property
+    def modes(self) -> Floats:
+        """The numbers (nm,) by which Programs know the mode."""
+        return self.mode.whole()
 
     @property
     def lasts(self) -> float:

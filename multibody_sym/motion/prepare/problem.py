@@ -23,7 +23,7 @@ from multibody_sym.mechanics.mechanism import TIME, Mechanism, verify_without_st
 from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.loop.problem import Loop, Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Loop, ModeNumbers, Problem
 from multibody_sym.motion.methods.table import OF_SECOND_ORDER
 from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws, recall_programs
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
@@ -71,9 +71,10 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     verify_regular_start(ready.mechanism, ready.start)
     mechanism, constrained = ready.mechanism, bool(ready.mechanism.rows)
     margins = (0.0,) * (len(switchings(mechanism)) if ready.laws is None else ready.laws.functions)
-    parameters, modes = ready.parameters, np.empty(0)
+    parameters, mode = ready.parameters, NO_MODE
     if ready.laws is not None:
-        parameters, modes = ready.laws.numbers(mechanism, parameters)
+        parameters, numbers = ready.laws.numbers(mechanism, parameters)
+        mode = ModeNumbers.of(numbers, {})
     # no step leads over the knots of long tables of time: one function tells of all of them
     letters = {g: [n for n in postorder([g]) if not n.args and n.shadow is None] for g in mechanism.kinks}
     tables = [g for g in mechanism.kinks if g.op == "table" and letters[g] == [TIME]]
@@ -86,7 +87,7 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
         q0=ready.q0,
         u0=ready.u0,
         parameters=parameters,
-        modes=modes,
+        mode=mode,
         step=settings.step,
         rtol=settings.rtol,
         atol=settings.atol,

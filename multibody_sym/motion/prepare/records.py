@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from multibody_sym.motion.integrator.flow import Pairing
-from multibody_sym.motion.loop.problem import Begun, Problem, SampleTimes
+from multibody_sym.motion.loop.problem import Begun, ModeNumbers, Problem, SampleTimes
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.motion.prepare.run_labels import RunLabels, labels_from_json
 from multibody_sym.program.backend import Native
@@ -182,6 +182,7 @@ def problem_of(values: Mapping[str, Any], compiled: Compiled) -> Problem:
     given: dict[str, Any] = {name: values[name] for name in _PLAIN}
     given |= {name: np.array(values[name], dtype=float) for name in _ARRAYS}
     given |= {name: tuple(values[name]) for name in _TUPLES}
+    given["mode"] = ModeNumbers.of(given.pop("modes"), {})
     given["pairs"] = None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:]))
     given["begun"] = None if begun is None else Begun(*begun)
     given["samples"] = samples if isinstance(samples, int) else SampleTimes(tuple(samples[0]), *samples[1:])

@@ -168,6 +168,8 @@ _WEDGED: Final = 3
 """Impacts without collision at one instant."""
 _CLOSES: Final = 4.0
 """The multiple of the depth at which a contact closes below which what rocks is made by the fall through that depth."""
+_HEAP: Final = 12
+"""The most elements that push each other and are no heap."""
 _SMOOTH: Final = "simulation: {friction: {regularised: 1e-3}}"
 
 
@@ -304,7 +306,7 @@ def next_state(
         )
         rest = None if before is None or blow is not None else _rest_unseen(after, facts, touching, before, apart)
         if rest is not None:
-            after, held = rest
+            after, held = rest.after, rest.moved
             late = dict.fromkeys(held, 0.0)
         while late and (back := _coming_back(after, apart | flying) - held):
             late, held = dict.fromkeys(back, 0.0) | late, held | back
@@ -314,7 +316,7 @@ def next_state(
             late = dict.fromkeys(late, end.t - facts.t)
             end = at_state(end, q=onto_rows(end, after.touching))
             after = _states_after(end, after.touching, before, after.blow)
-        elif before is not None and held:
+        elif before is not None and held and (rest is None or rest.followed):
             end = _end_of_impacts(facts, touching, after.touching, before)
             late = late if end is None else dict.fromkeys(late, end.t - facts.t)
     except NoSolutionError as error:
@@ -399,60 +401,84 @@ def _states_after(facts: LawValues, touching: list[str], before: Before | None, 
     return _After(facts, touching, blow, problem, found)
 
 
+@dataclass(frozen=True, eq=False)
+class _Rest:
+    """What follows `after` an impact once all rests that would bounce on unseen, and those of it that still `moved`.
+
+    `followed`: whether the impacts that are left out may be followed to their end, for its time.
+    """
+
+    after: _After
+    moved: set[str]
+    followed: bool
+
+
 def _rest_unseen(
     after: _After, facts: LawValues, touching: list[str], before: Before, apart: Collection[str]
-) -> tuple[_After, set[str]] | None:
-    """Return what follows once all rests that would bounce on unseen `after` an impact, and what of it still moved.
+) -> _Rest | None:
+    """Return what follows once all rests that would bounce on unseen `after` an impact.
 
     None where nothing does, or it strikes in a cycle that shrinks: its end is known. Let all rest, with forces F.
     Impacts make no energy, and where nothing touches loads do the work of the forces that balance them: the energy of
     the speeds that the rest takes, and F times the gap, summed, fall. So nothing ever gets higher than that sum divided
     by its own F, whatever strikes next, with restitution 1 even. Nor do the impulses of all impacts differ, summed,
     from those of the rest: friction, too, is proportional to what presses while it slides one way. Many impacts that
-    give all back have no end by themselves: there what bounces lower than steps err rests.
+    give all back have no end by themselves: there what bounces lower than steps err rests. So it does in a heap, where
+    each impact sets off others of all that hangs together.
     """
-    from multibody_sym.contact_laws.impact_sequence import clusters  # which a run without laws does not need
-
     strikes = {x.name for x in impact.approaching(facts, touching)}
-    steps = facts.scale.steps if before.bounces.endless(len(facts.laws.unilateral)) else 0.0
-    low = low_together(facts, touching, apart, steps)
-    if after.blow is None or not low or before.bounces.rhythm.ending(facts.t, strikes)[0]:
+    if after.blow is None or before.bounces.rhythm.ending(facts.t, strikes)[0]:
         return None
-    # Of what is low only what strikes pushes takes part, over any others of it.
-    problem = facts.posed(low)
-    numbers = clusters(problem.problem)
-    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in facts.laws.named(low)}
-    pushed = {own.get(name) for name in strikes}
-    low = {name for name, number in own.items() if number in pushed}
+    steps = facts.scale.steps
+    low = _pushed_by(strikes, facts, low_together(facts, touching, apart, steps))
+    heap = len(low) > _HEAP
+    if not heap and not before.bounces.endless(len(facts.laws.unilateral)):
+        steps, low = 0.0, _pushed_by(strikes, facts, low_together(facts, touching, apart, 0.0))
     leaving = {x.name for x in after.facts.laws.named(low) if after.facts.standing(x) == "leaving"}
     leaving |= low.difference(after.touching)
     while not low.isdisjoint(leaving):
+        smooth = {x.name for x in facts.laws.named(low) if not facts.laws.has_friction(x)}
+        held, late = smooth | low & (strikes | leaving), dict.fromkeys(low, 0.0)
         try:
-            smooth = {x.name for x in facts.laws.named(low) if not facts.laws.has_friction(x)}
-            held = smooth | low & (strikes | leaving)
-            rest = _after(facts, touching, before, dict.fromkeys(low, 0.0), held, most=0)
+            rest = _after(facts, touching, before, late, held, most=0)
+            while heap and (off := low.difference(rest.touching)):  # the rest of some makes others leave
+                held |= off
+                rest = _after(facts, touching, before, late, held, most=0)
         except NoSolutionError:
             return None
-        seen = _still_seen(facts, rest, low, steps) if low.issubset(rest.touching) else low
+        seen = _still_seen(facts, rest, low, steps, heap=heap) if low.issubset(rest.touching) else low
         if not seen:
-            return rest, {x.name for x in facts.laws.named(low) if facts.sense(x)}
+            return _Rest(rest, {x.name for x in facts.laws.named(low) if facts.sense(x)}, not heap)
         if not seen.isdisjoint(strikes):
             return None
         low = low - seen
     return None
 
 
-def _still_seen(facts: LawValues, rest: _After, low: Collection[str], steps: float) -> set[str]:
+def _pushed_by(strikes: Collection[str], facts: LawValues, low: Collection[str]) -> set[str]:
+    """Return the `low` elements that what strikes pushes, over any others of them."""
+    from multibody_sym.contact_laws.impact_sequence import clusters  # which a run without laws does not need
+
+    if not low:
+        return set()
+    problem = facts.posed(low)
+    numbers = clusters(problem.problem)
+    own = {x.name: numbers[problem.places[x.normals[0].name]] for x in facts.laws.named(low)}
+    pushed = {own.get(name) for name in strikes}
+    return {name for name, number in own.items() if number in pushed}
+
+
+def _still_seen(facts: LawValues, rest: _After, low: Collection[str], steps: float, *, heap: bool) -> set[str]:
     """Return the `low` elements that might bounce higher than errors of steps.
 
     Where the rest has to hold together what rubs and separates, friction of no impulse would pull: then only that is
-    lost which is about as low as a contact gets in before it closes. The fall through this depth makes such speeds, and
-    a box would rock by them for ever. Of forces that are not unique the rest takes the most even ones.
+    lost which is about as low as a contact gets in before it closes, but in a `heap`. The fall through this depth makes
+    such speeds, and a box would rock by them for ever. Of forces that are not unique the rest takes the most even ones.
     """
     if rest.blow is None or not rest.found.states:
         return set(low)
     elements, energy = facts.laws.named(low), 0.0
-    pulls = any(rest.blow.impulses[x.name] < 0.0 for x in elements if facts.laws.has_friction(x))
+    pulls = not heap and any(rest.blow.impulses[x.name] < 0.0 for x in elements if facts.laws.has_friction(x))
     places = [rest.problem.places[x.normals[0].name] for x in elements]
     exerted = rest.problem.problem.exerted[places].T
     forces = least_squares(exerted, exerted @ rest.found.states[0].z[places], SWITCHED).tolist()

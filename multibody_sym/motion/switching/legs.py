@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from multibody_sym.dynamics.programs.reactions import Switching
 from multibody_sym.mechanics.law_elements import FrictionPart, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import changed_words
 from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import integrate
@@ -205,12 +206,13 @@ class Legs:
 
 def causes_and_changes(legs: Iterable[ModeLeg], jumps: Iterable[LegJump]) -> Iterator[tuple[Cause, dict[str, str]]]:
     """Yield what happened in a run, in this order, with the states of elements, in words, that changed by it."""
-    words, left = dict[str, str](), list(jumps)[::-1]
+    before, left = None, list(jumps)[::-1]
     for number, leg in enumerate(legs):
-        now = leg.program.words
-        changed = {name: word for name, word in now.items() if words and words.get(name) != word}
+        now, changed = leg.program, dict[str, str]()
+        if before is not None:
+            changed = changed_words((now.every or now).mechanism, before.mode, now.mode)
         yield leg.cause or Cause(leg.start), changed
-        words = now
+        before = now
         yield from ((jump.cause, {}) for jump in _within(number, left) if jump.cause is not None)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
@@ -12,20 +12,21 @@ import numpy as np
 
 from multibody_sym.contact_laws.problem import Places
 from multibody_sym.dynamics.programs.reactions import Switching, switchings, switchings_of
-from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, Mode
+from multibody_sym.mechanics.law_elements import INACTIVE, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import (
     chosen_parameters,
     direction_names,
     functions,
     in_mode,
-    mode_numbers,
     mode_words,
     number_places,
+    own_numbers,
     taking_part,
+    usual_numbers,
 )
 from multibody_sym.mechanics.points import STARTING
-from multibody_sym.motion.loop.problem import Begun, Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Begun, ModeNumbers, Problem
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import Holding, held_speeds
 from multibody_sym.motion.switching.law_mechanism import is_tip, remembered_normals, rounded_meeting
@@ -64,6 +65,23 @@ def key_of(mode: Mode) -> Key:
 
 
 @dataclass(frozen=True, eq=False)
+class ModeSwitchings:
+    """Switching functions by their numbers: those where all is `apart`, which modes share, but for a mode's `own`."""
+
+    apart: Sequence[Switching | None]
+    own: Mapping[int, Switching | None] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.apart)
+
+    def __getitem__(self, index: int) -> Switching | None:
+        return self.own[index] if index in self.own else self.apart[index]
+
+    def __iter__(self) -> Iterator[Switching | None]:
+        return (self[index] for index in range(len(self.apart)))
+
+
+@dataclass(frozen=True, eq=False)
 class ModeProgram:
     """A mechanism in a mode, `entered`, the mechanism that its Programs are of, and switching functions.
 
@@ -75,7 +93,7 @@ class ModeProgram:
     entered: Mechanism
     mechanism: Mechanism
     compiled: Compiled
-    switchings: tuple[Switching | None, ...]
+    switchings: ModeSwitchings
     mode: Mode
     every: EveryMode | None
     own: tuple[int, ...]
@@ -96,14 +114,13 @@ class ModeProgram:
         """The state of each one-way element."""
         return mode_words(self.mechanism.one_way, self.mode)
 
-    def numbers(self, mode: Mode) -> Floats:
+    def numbers(self, mode: Mode) -> ModeNumbers:
         """Return the numbers (nm,) by which its Programs know the mode, with what this one chooses."""
-        found = self._numbers.copy()
-        if self.every is not None:
-            places = number_places(self.every.mechanism)
-            for name, x in chosen_parameters(mode).items():
-                found[places[name]] = x
-        return found
+        chosen = chosen_parameters(mode)
+        if self.every is None or not chosen:
+            return self._numbers
+        places = number_places(self.every.mechanism)
+        return self._numbers.with_own({places[name]: x for name, x in chosen.items()})
 
     @cached_property
     def limiting(self) -> tuple[int, ...]:
@@ -112,20 +129,18 @@ class ModeProgram:
 
     def margins(self, mode: Mode, at: LawValues, largest: float) -> tuple[float, ...]:
         """Return by how much each function may exceed zero, as a mode begins with a largest force."""
-        found = np.zeros(len(self.switchings))
-        if self.every is not None:
-            found[self.every.gaps] = at.rounded_gaps
+        found = [0.0] * len(self.switchings) if self.every is None else list(self.every.margins(at.rounded_gaps))
         for k in self.own:
             one = self.switchings[k]
             found[k] = 0.0 if one is None else _margin(one, mode, at, largest)
-        return tuple(found.tolist())
+        return tuple(found)
 
     @cached_property
-    def _numbers(self) -> Floats:
+    def _numbers(self) -> ModeNumbers:
         if self.every is None:
-            return _NONE
-        watched = (name for name, one in zip(self.every.places, self.switchings, strict=True) if one is not None)
-        return np.array(mode_numbers(self.every.mechanism, self.entered, watched))
+            return NO_MODE
+        watched = {self.every.names[k]: float(one is not None) for k, one in self.switchings.own.items()}
+        return ModeNumbers.of(self.every.numbers, own_numbers(self.every.mechanism, self.entered, watched))
 
 
 def function_of(one: Switching) -> str:
@@ -146,7 +161,6 @@ _KINDS: Final = {
 }
 _FLATTER: Final = -1e-20
 """The same (rad^2/s) of a rim that has to come flatter first: one that rises ends no mode."""
-_NONE: Final = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,11 +169,27 @@ class EveryMode:
 
     mechanism: Mechanism
     compiled: Compiled
+    _margins: list[tuple[Floats, list[float]]] = field(default_factory=list)
 
     @cached_property
     def places(self) -> dict[str, int]:
         """The places of all functions by their names."""
-        return {name: k for k, name in enumerate(functions(self.mechanism))}
+        return {name: k for k, name in enumerate(self.names)}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of all functions."""
+        return tuple(functions(self.mechanism))
+
+    @cached_property
+    def numbers(self) -> Floats:
+        """The numbers (nm,) that modes share: those where all unilateral elements are apart."""
+        found = np.zeros(len(self.mechanism.mode_numbers))
+        free = replace(self.mechanism, rows=(), held=(), mode=Mode({}))
+        watched = {self.names[k]: 1.0 for k, one in enumerate(self.apart[0]) if one is not None}
+        for k, x in (usual_numbers(self.mechanism) | own_numbers(self.mechanism, free, watched)).items():
+            found[k] = x
+        return found
 
     @cached_property
     def apart(self) -> tuple[list[Switching | None], dict[str, int]]:
@@ -172,20 +202,30 @@ class EveryMode:
                 found[places[element.name]] = one
         return found, places
 
-    def of_mode(self, mode: Mode) -> tuple[list[Switching | None], list[int]]:
-        """Return the functions at which a mode ends, None where it does not, and where those are that are no gaps."""
-        found, places = self.apart[0].copy(), self.apart[1]
-        own = set[int]()
+    def of_mode(self, mode: Mode) -> ModeSwitchings:
+        """Return the functions at which a mode ends, None where it does not; `own` are those that are no gaps."""
+        found, places = self.apart
+        own = {places[x.name]: found[places[x.name]] for x in self._tips}
         for element in taking_part(self.mechanism, mode):
             if element.unilateral:
-                found[places[element.name]] = None
-                own.add(places[element.name])
-            for one in switchings_of(mode, element):
-                k = self.places[function_of(one)]
-                found[k] = one
-                own.add(k)
-        own.update(places[x.name] for x in self.mechanism.one_way if is_tip(x))
-        return found, sorted(own)
+                own[places[element.name]] = None
+            own |= {self.places[function_of(one)]: one for one in switchings_of(mode, element)}
+        return ModeSwitchings(found, own)
+
+    @cached_property
+    def _tips(self) -> list[LawElement]:
+        return [x for x in self.mechanism.one_way if is_tip(x)]
+
+    def margins(self, gaps: Floats) -> Sequence[float]:
+        """Return the margins of all functions by those of `gaps`, zero for others; the same numbers for the same gaps.
+
+        A run keeps the margins of all its legs, and gaps are rounded coarsely.
+        """
+        if not self._margins or not np.array_equal(self._margins[-1][0], gaps):
+            found = np.zeros(len(self.names))
+            found[self.gaps] = gaps
+            self._margins[:] = [(gaps, found.tolist())]
+        return self._margins[-1][1]
 
     @cached_property
     def gaps(self) -> Places:
@@ -215,6 +255,7 @@ class ModePrograms:
         self._chosen = dict(zip((ALPHA, BETA), stabilised, strict=True))
         self._known: dict[tuple[Key, tuple[float, ...]], ModeProgram] = {}
         self._holding: dict[Holding, bool] = {}
+        self._terminals: dict[tuple[tuple[bool, ...], int], tuple[bool, ...]] = {}
 
     def program(self, mode: Mode, at: LawValues) -> ModeProgram:
         """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
@@ -229,10 +270,11 @@ class ModePrograms:
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
         if self.every is None:
             own = switchings(entered)
-            return ModeProgram(entered, entered, self._make(entered), own, mode, None, tuple(range(len(own))))
+            every_one = tuple(range(len(own)))
+            return ModeProgram(entered, entered, self._make(entered), ModeSwitchings(own), mode, None, every_one)
         every = replace(self.every.mechanism, mode=mode, held=entered.held)
-        found, places = self.every.of_mode(mode)
-        return ModeProgram(entered, every, self.every.compiled, tuple(found), mode, self.every, tuple(places))
+        found = self.every.of_mode(mode)
+        return ModeProgram(entered, every, self.every.compiled, found, mode, self.every, tuple(sorted(found.own)))
 
     def parameters(self, entered: Mechanism, values: Floats, mode: Mode, independent: int) -> Floats:
         """Return the parameters (np,) of a mechanism in a mode, by those of the mechanism in none."""
@@ -250,6 +292,14 @@ class ModePrograms:
                 found.append(own.get(entry.name, 0.0))
         return np.array(found)
 
+    def _terminal(self, entered: Mechanism, count: int) -> tuple[bool, ...]:
+        """Return for each switching function whether a run stops there, with `count` of a mode; modes share them."""
+        own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
+        key = own, count
+        if key not in self._terminals:
+            self._terminals[key] = own + (True,) * count
+        return self._terminals[key]
+
     def problem(self, state: NextState, begun: Begun | None) -> tuple[Problem, ModeProgram]:
         """Return the run from an instant on in the mode that was found."""
         at, mode = state.facts, state.mode
@@ -265,8 +315,6 @@ class ModePrograms:
         shorter = {name: tuple(size * x for x in way) for name, way in mode.directions.items()}
         mode = replace(mode, directions=shorter)
         values = self.parameters(program.mechanism, at.laws.parameters, mode, independent)
-        count = len(program.switchings)
-        own = self.template.terminal[: len(entered.stops) + len(entered.kinks) + len(entered.fades)]
         u = at.u.copy()
         u[list(entered.held)] = 0.0
         problem = replace(
@@ -275,11 +323,11 @@ class ModePrograms:
             q0=at.q,
             u0=u,
             parameters=values,
-            modes=program.numbers(mode),
+            mode=program.numbers(mode),
             project=bool(entered.rows) and self.template.project,
             independent=float(independent),
             crosses=not has_sliding_friction(at, entered),  # friction may jam there
-            terminal=own + (True,) * count,
+            terminal=self._terminal(entered, len(program.switchings)),
             margins=program.margins(mode, at, state.largest),
             limiting=program.limiting,
             begun=begun,
@@ -293,7 +341,7 @@ def settled_direction(program: ModeProgram, now: Problem, mode: Mode, part: Fric
     First it may turn back from then on: sooner its direction may still settle. Then it does not keep that any more.
     """
     own = {x.ends: k for k, x in enumerate(program.switchings) if x is not None and x.part == part}
-    margins, values, modes = list(now.margins), now.parameters.copy(), now.modes
+    margins, values, numbers = list(now.margins), now.parameters.copy(), now.mode
     if margins[own["turns back"]] == _NEVER:
         margins[own["turns back"]] = _BACK * margins[own["moves on"]]
         margins[own["moves on"]] *= _ON_ITS_WAY / _BEGUN
@@ -301,10 +349,10 @@ def settled_direction(program: ModeProgram, now: Problem, mode: Mode, part: Fric
         margins[own["turns back"]] = margins[own["moves on"]] = _NEVER
         mode = replace(mode, directions={**mode.directions, part.name: (0.0,) * len(part.rows)})
         if program.mechanism.mode_numbers:
-            modes = program.numbers(mode)
+            numbers = program.numbers(mode)
         else:
             values[[program.mechanism.parameters.places[name] for name in direction_names(part)]] = 0.0
-    return replace(now, parameters=values, modes=modes, margins=tuple(margins)), mode
+    return replace(now, parameters=values, mode=numbers, margins=tuple(margins)), mode
 
 
 def _margin(one: Switching, mode: Mode, at: LawValues, largest: float) -> float:
