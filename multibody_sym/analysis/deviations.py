@@ -385,7 +385,7 @@ class DeviationFlow:
         """The Program of each row's phi, phidot, gamma and Jacobian (nr x (nu + 3))."""
         trace = Trace("asked", arrays(self.mechanism))
         rows = row_motions(motion_of(self.mechanism, slot_state(self.mechanism)))
-        each = [(row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian) for row in rows]
+        each = [(row.gap, row.phidot, row.gamma, *row.jacobian) for row in rows]
         values = [as_node(x) for parts in each for x in parts]
         return trace.finish({"rows": ((len(values),), values)})
 

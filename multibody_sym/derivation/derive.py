@@ -236,7 +236,7 @@ def _from_nodes(
 ) -> EquationParts:
     """Return the parts of equations of motion whose M and c are over Nodes."""
     forces = applied_generalized_forces(motion, applied_forces(motion))
-    rows = [[row.phi if row.holonomic else 0, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
+    rows = [[row.gap, row.phidot, row.gamma, *row.jacobian] for row in row_motions(motion)]
     lists = [*matrix, velocity_terms, forces, *rows]
     nodes = [as_node(x) for part in lists for x in part]
     flat = iter(names.translated(nodes, known_nodes(motion.mechanism, symbols)))

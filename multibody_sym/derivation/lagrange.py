@@ -97,7 +97,7 @@ def energy_nodes(mechanism: Mechanism) -> list[list[Node]]:
     held = _motion_with_held_masses(mechanism)
     weight = potential_energy(replace(held, mechanism=replace(mechanism, loads=())))
     potential = [weight, *(stored_energy(load, motion) for load in stored)]
-    constraints = [row.phi if row.holonomic else row.phidot for row in row_motions(motion)]
+    constraints = [row.zero for row in row_motions(motion)]
     forces = [applied_generalized_forces(motion, applied_forces(motion, [load], weight=False)) for load in working]
     return [[as_node(x) for x in part] for part in ([kinetic_energy(held)], potential, constraints, *forces)]
 

@@ -232,7 +232,7 @@ def contradiction_of(
     if known_rank is not None and rank(jacobian, CLOSED) < known_rank:
         return None
     levels = {
-        "positions": (np.array([row.phi if row.holonomic else 0.0 for row in moving]), _ALLOWED_POSITION),
+        "positions": (np.array([row.gap for row in moving]), _ALLOWED_POSITION),
         "speeds": (jacobian @ u - np.array([row.phidot for row in moving]), _ALLOWED),
         "accelerations": (np.array([row.gamma for row in moving]), _ALLOWED),
     }

@@ -6,13 +6,14 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import suppress
 from dataclasses import replace
 from functools import singledispatch
-from typing import Any
+from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.gears import gear_row
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
 from multibody_sym.mechanics.references import References, StartConstant, across, in_plane, rows_in_plane
-from multibody_sym.mechanics.ropes import pulley_bends, rope_measures, rope_rows
+from multibody_sym.mechanics.ropes import may_slacken, pulley_bends, rope_elements, rope_measures, rope_rows
 from multibody_sym.mechanics.row_records import (
     CutJoint,
     DistanceRow,
@@ -49,17 +50,19 @@ from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, Node, as_node, negate, symbol
 
 
-def declared_rows(references: References) -> list[Row]:
-    """Return the rows of all declared constraints."""
-    made: list[Row] = []
+def declared_rows(references: References) -> tuple[list[Row], list[LawElement]]:
+    """Return the rows of declared constraints that hold at any time, and the elements of those that hold one way."""
+    declared: list[Row | LawElement] = []
     for name, element in references.system.constraints.items():
         with at("constraints", name):
-            made += _rows(element, name, references)
+            declared += _declared(element, name, references)
+    made = [x for x in declared if isinstance(x, Row)]
     if any(isinstance(joint, Foot) for joint in references.system.joints.values()):
         from multibody_sym.mechanics.contacts import foot_rows  # which few systems need
 
         made += foot_rows(references)
-    return rows_in_plane(made) if references.plane else made
+    rows = rows_in_plane(made) if references.plane else made
+    return rows, [x for x in declared if isinstance(x, LawElement)]
 
 
 def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> list[CutJoint]:
@@ -81,28 +84,29 @@ def cut_joints(references: References, cut: Iterable[str], rows: list[Row]) -> l
 
 
 @singledispatch
-def _rows(element: Element, name: str, references: References) -> list[Row]:
+def _declared(element: Element, name: str, references: References) -> Sequence[Row | LawElement]:
+    """Return the rows of a constraint that hold at any time, the elements that hold one way."""
     raise TypeError(f"no rows for {type(element).__name__}")
 
 
-@_rows.register
+@_declared.register
 def _(element: Distance, name: str, references: References) -> list[Row]:
     return [DistanceRow(name, references.pair(element.between), element.value)]
 
 
-@_rows.register
+@_declared.register
 def _(element: Expression, name: str, references: References) -> list[Row]:
     return [ExpressionRow(name, element.zero, element.acts is None)]
 
 
-@_rows.register
+@_declared.register
 def _(element: PrescribedMotion, name: str, references: References) -> list[Row]:
     with at("joint"):
         coordinate = references.coordinate(element.joint)
     return [ExpressionRow(name, coordinate - element.value)]
 
 
-@_rows.register
+@_declared.register
 def _(element: Gear, name: str, references: References) -> list[Row]:
     with at("joints", 0):
         driven = references.coordinate(element.joints[0])
@@ -114,7 +118,7 @@ def _(element: Gear, name: str, references: References) -> list[Row]:
     return [ExpressionRow(name, zero, element.acts is None)]
 
 
-@_rows.register
+@_declared.register
 def _(element: Coupler, name: str, references: References) -> list[Row]:
     total = negate(element.value)
     for joint, factor in element.joints.items():
@@ -123,7 +127,7 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
     return [ExpressionRow(name, total, element.acts is None)]
 
 
-@_rows.register
+@_declared.register
 def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
         psi = evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0]
@@ -137,7 +141,7 @@ def _(element: VelocityConstraint, name: str, references: References) -> list[Ro
     return [VelocityRow(name, element.zero, element.acts is None)]
 
 
-@_rows.register
+@_declared.register
 def _(element: PointOnLine, name: str, references: References) -> list[Row]:
     with at("point"):
         point = references.marker(element.point)
@@ -147,7 +151,7 @@ def _(element: PointOnLine, name: str, references: References) -> list[Row]:
     return [PositionRow(row, frames, normal) for row, normal in normals]
 
 
-@_rows.register
+@_declared.register
 def _(element: PointInPlane, name: str, references: References) -> list[Row]:
     with at("point"):
         point = references.marker(element.point)
@@ -156,23 +160,24 @@ def _(element: PointInPlane, name: str, references: References) -> list[Row]:
     return [PositionRow(name, frames, unit_vector(element.plane.normal))]
 
 
-@_rows.register
+@_declared.register
 def _(element: OnCurve, name: str, references: References) -> list[Row]:
     from multibody_sym.mechanics.contacts import rows_on_curve
 
     return rows_on_curve(name, element, references)
 
 
-@_rows.register
+@_declared.register
 def _(element: Rolling, name: str, references: References) -> list[Row]:
     from multibody_sym.mechanics.contacts import rolling_rows
 
     return [] if element.contact is not None else list(rolling_rows(name, element, references))
 
 
-@_rows.register
-def _(element: Rope, name: str, references: References) -> list[Row]:
-    return [*rope_rows(references, name, element)]
+@_declared.register
+def _(element: Rope, name: str, references: References) -> list[Row | LawElement]:
+    rope = rope_elements if may_slacken(references, element) else rope_rows
+    return list(rope(references, name, element))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -192,11 +197,9 @@ def with_constants(references: References, bodies: Sequence[TreeBody]) -> Refere
 def _start_measures(references: References) -> Iterator[tuple[str, Measure]]:
     flat = references.plane or in_plane(references.system)
     for name, element in references.system.constraints.items():
-        if isinstance(element, Rope):
-            with at("constraints", name):
-                yield from rope_measures(references, name, element)
-        if isinstance(element, Rolling) and not flat:
-            yield from _tangent_angles(name, (element.on,), references)
+        with at("constraints", name):
+            if type(element) in _MEASURED:
+                yield from _MEASURED[type(element)](references, name, element)
     for _, name, contact in copies(references.system.contacts):
         if contact.tangent is None and not flat:
             yield from _tangent_angles(name, contact.between, references)
@@ -211,6 +214,18 @@ def _tangent_angles(name: str, ends: Sequence[str], references: References) -> I
             for _, skin in solid_of(end, references, flat=False).skins[:1]:
                 if (plane := skin.plane) is not None and _may_turn(references.bodies, plane.place.body):
                     yield name, TangentAngle(plane.place, plane.normal, across(plane.normal))
+
+
+def _rolling_tangents(references: References, name: str, rolling: Rolling) -> Iterator[tuple[str, Measure]]:
+    if not (references.plane or in_plane(references.system)):
+        yield from _tangent_angles(name, (rolling.on,), references)
+
+
+_MEASURED: Final[Mapping[type[Element], Callable[[References, str, Any], Iterator[tuple[str, Measure]]]]] = {
+    Rope: rope_measures,
+    Rolling: _rolling_tangents,
+}
+"""The kinds of constraints with constants that the start measures."""
 
 
 def _may_turn(bodies: Sequence[TreeBody], index: int) -> bool:

@@ -19,7 +19,7 @@ from multibody_sym.mechanics.declared_rows import (
 from multibody_sym.mechanics.forces import loads, with_own_names
 from multibody_sym.mechanics.gears import with_withheld
 from multibody_sym.mechanics.joint_friction import joint_frictions, stops
-from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, StruckImpacts
+from multibody_sym.mechanics.law_elements import LawElement, StruckImpacts
 from multibody_sym.mechanics.mechanism import (
     TIME,
     Coordinate,
@@ -33,8 +33,7 @@ from multibody_sym.mechanics.mechanism import (
 )
 from multibody_sym.mechanics.modes import possible_words
 from multibody_sym.mechanics.references import BARE, References
-from multibody_sym.mechanics.ropes import rope_slips
-from multibody_sym.mechanics.row_records import CutJoint, MeanTensionRow, Row
+from multibody_sym.mechanics.row_records import CutJoint, Row
 from multibody_sym.mechanics.spanning_tree import (
     SpanningTree,
     body_part,
@@ -55,15 +54,14 @@ from multibody_sym.mechanics.vocabulary import (
     verify_questions,
 )
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
-from multibody_sym.model.constraints import OnCurve, Rolling, Rope
+from multibody_sym.model.constraints import OnCurve, Rolling
 from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
 from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate, exp
-from multibody_sym.scalars.limits import grip_coefficient
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node, named_nodes, negate, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
 from multibody_sym.text.parser import of_run
@@ -114,40 +112,20 @@ def _moving_ground(references: References) -> tuple[TreeBody, ...]:
 # ----------------------------------------------------------------------------------------------------------------------
 # The elements with laws, in their order in all results.
 
-ROPE_WORDS = ("taut", "slack")
-
-
-def _slack_ropes(references: References) -> frozenset[str]:
-    """Return the constraints that hold one way only: ropes that may slacken, as those may that rub on wheels.
-
-    Raises ModelError for a rope that is always taut and is to rebound.
-    """
-    ropes = {name: x for name, x in references.system.constraints.items() if isinstance(x, Rope)}
-    rough = {name for name, pulley in references.system.pulleys.items() if pulley.rough is not None}
-    found = frozenset(name for name, rope in ropes.items() if rope.slack or rough.intersection(rope.route[1:-1]))
-    for name, rope in ropes.items():
-        if name not in found and rope.restitution not in (None, ZERO):
-            with at("constraints", name, "restitution"):
-                raise ModelError(
-                    "a rope that is always taut never goes taut, so it does not rebound; add slack: true", number="M114"
-                )
-    return found
-
-
 def _has_surfaces(system: System) -> bool:
     """Return whether surfaces touch or roll, or a curve guides a point."""
     guided = (isinstance(element, (Rolling, OnCurve)) for element in system.constraints.values())
     return bool(system.contacts) or any(guided)
 
 
-def _law_elements(references: References, slack: Sequence[Row]) -> tuple[LawElement, ...]:
-    """Return all elements with laws; `slack` are the rows of the ropes that may slacken."""
+def _law_elements(references: References, declared: Sequence[LawElement]) -> tuple[LawElement, ...]:
+    """Return all elements with laws; `declared` are those of constraints."""
     found: list[LawElement] = []
     if _has_surfaces(references.system):
         from multibody_sym.mechanics.contacts import contacts
 
         found += contacts(references)
-    found += [*_rope_elements(references, slack), *stops(references), *joint_frictions(references)]
+    found += [*declared, *stops(references), *joint_frictions(references)]
     smooth = references.system.simulation.friction
     if smooth is None:
         return tuple(found)
@@ -158,43 +136,6 @@ def _law_elements(references: References, slack: Sequence[Row]) -> tuple[LawElem
                 parts[i] = replace(part, regularised=smooth.regularised / part.arm)
         found[k] = replace(element, frictions=tuple(parts))
     return tuple(found)
-
-
-def _rope_elements(references: References, rows: Sequence[Row]) -> Iterator[LawElement]:
-    for row in rows:
-        name = row.name.partition(".")[0]
-        with at("constraints", name):
-            slips = [] if row.rope_run is None else list(rope_slips(references, row.rope_run))
-        # On several rough wheels presses the mean of both tensions there, on a single one the rope's own multiplier.
-        names = [slip.name for _, slip, _ in slips]
-        means = [
-            MeanTensionRow(f"{name}.mean", row.name, tuple(names[:k]), tuple(names[k + 1 :]))
-            for k, name in enumerate(names if len(names) > 1 else ())
-        ]
-        parts = []
-        for k, (part, slip, rough) in enumerate(slips, 1):
-            limits = _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
-            parts.append(FrictionPart(part, (slip,), *limits, normals=(k if means else 0,), wrap=0))
-        rope = references.system.constraints[name]
-        given = rope.restitution if isinstance(rope, Rope) else None
-        yield LawElement(
-            row.name,
-            "rope",
-            ("constraints", name),
-            (row, *means),
-            frictions=tuple(parts),
-            restitution=given or ZERO,
-            collides=given is not None,
-            words=ROPE_WORDS,
-            group=name,
-        )
-
-
-def _capstan(coefficient: Node, wrap: Node) -> Node:
-    """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
-    if coefficient is ZERO:
-        return ZERO
-    return as_node(grip_coefficient(exp(coefficient * wrap)))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -241,9 +182,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
 
         told = relative_coordinates(references, bodies[: len(bodies) - len(doubled)], measuring)
     references = with_constants(replace(references, measured=told), bodies)
-    declared, slack = declared_rows(references), _slack_ropes(references)
-    loose = [row for row in declared if row.name.partition(".")[0] in slack]
-    rows = [row for row in declared if row not in loose]
+    rows, loose = declared_rows(references)
     cuts = cut_joints(references, [name for name in tree.cut if name not in doubled], rows)
     resolved = _in_slots(told, references.system)
     one_way = _in_slots(told, _law_elements(references, loose))
@@ -267,7 +206,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
         outputs={**{name.data: node for name, node in told.items()}, **others},
         run_outputs=adding,
-        stops=_stops(resolved, _in_slots(told, bodies), [*rows, *loose]),
+        stops=_stops(resolved, _in_slots(told, bodies), [*rows, *(element.normals[0] for element in loose)]),
         kinks=tuple(filter(_changes, switching_functions([*laws, *tables]))),
         fades=tuple(filter(_changes, fading_functions(laws))),
         loads=loaded,

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Measure, RopeLength, RopeSide, TangentDirection, TreeBody, WrapAngle
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import (
@@ -25,13 +26,14 @@ from multibody_sym.mechanics.points import (
 )
 from multibody_sym.mechanics.points import direction as world
 from multibody_sym.mechanics.references import References
-from multibody_sym.mechanics.row_records import Marker, RopeBend, RopeRow, RopeSlipRow, RoughWheel
+from multibody_sym.mechanics.row_records import Marker, MeanTensionRow, RopeBend, RopeRow, RopeSlipRow, RoughWheel
 from multibody_sym.model.bodies import GROUND, Pose, unit_vector
 from multibody_sym.model.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.fields import Point
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import atan2, cos, is_exactly, sign, sin, sqrt
+from multibody_sym.scalars.functions import atan2, cos, exp, is_exactly, sign, sin, sqrt
+from multibody_sym.scalars.limits import grip_coefficient
 from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, negate, slot
 from multibody_sym.scalars.vectors import S, Vec, add, apply, apply_transposed, cross, dot, scale, subtract
 
@@ -99,6 +101,52 @@ def rope_rows(references: References, name: str, rope: Rope) -> list[RopeRow]:
         made.append(RopeRow(row, tuple(path), length, name, run_number, rubs=rubs, label=label))
         number += 1 + len(rough)
     return made
+
+
+def may_slacken(references: References, rope: Rope) -> bool:
+    """Return whether a rope holds one way only, as those do that rub on wheels.
+
+    Raises ModelError for one that is always taut and is to rebound.
+    """
+    over = [references.system.pulleys[step] for step in rope.route[1:-1] if step in references.system.pulleys]
+    loose = rope.slack or any(pulley.rough is not None for pulley in over)
+    if not loose and rope.restitution not in (None, ZERO):
+        raise ModelError(
+            "a rope that is always taut never goes taut, so it does not rebound; add slack: true", number="M114"
+        ).under("restitution")
+    return loose
+
+
+def rope_elements(references: References, name: str, rope: Rope) -> Iterator[LawElement]:
+    """Yield the elements of a rope that may slacken, one for each run."""
+    for row in rope_rows(references, name, rope):
+        slips = list(rope_slips(references, row))
+        # On several rough wheels presses the mean of both tensions there, on a single one the rope's own multiplier.
+        names = [slip.name for _, slip, _ in slips]
+        means = [
+            MeanTensionRow(f"{name}.mean", row.name, tuple(names[:k]), tuple(names[k + 1 :]))
+            for k, name in enumerate(names if len(names) > 1 else ())
+        ]
+        parts = []
+        for k, (part, slip, rough) in enumerate(slips, 1):
+            limits = _capstan(rough.sticking, slip.wrap), _capstan(rough.sliding, slip.wrap)
+            parts.append(FrictionPart(part, (slip,), *limits, normals=(k if means else 0,), wrap=0))
+        yield LawElement(
+            row.name,
+            "rope",
+            ("constraints", name),
+            (row, *means),
+            frictions=tuple(parts),
+            restitution=rope.restitution or ZERO,
+            collides=rope.restitution is not None,
+            words=("taut", "slack"),
+            group=name,
+        )
+
+
+def _capstan(coefficient: Node, wrap: Node) -> Node:
+    """Return the friction on a wheel over the mean of both tensions: 2 tanh(mu wrap / 2), as T1 = T2 exp(mu wrap)."""
+    return ZERO if coefficient is ZERO else as_node(grip_coefficient(exp(coefficient * wrap)))
 
 
 def rope_slips(references: References, row: RopeRow) -> Iterator[tuple[str, RopeSlipRow, Roughness]]:

@@ -110,6 +110,16 @@ class RowMotion:
     def holonomic(self) -> bool:
         return self.phi is not None
 
+    @property
+    def gap(self) -> S:
+        """phi; 0 of a nonholonomic row, which holds in any position: of what holds one way, it touches."""
+        return self.phi if self.holonomic else 0
+
+    @property
+    def zero(self) -> S:
+        """The value that the row holds at zero, or keeps from becoming negative: phi, else phidot."""
+        return self.phi if self.holonomic else self.phidot
+
 
 def row_motions(motion: Motion) -> list[RowMotion]:
     """Return all rows of a mechanism at a state."""

@@ -411,7 +411,7 @@ class Position:
         normals = [element.normals[0] for element in self.statics.mechanism.one_way if element.unilateral]
         try:
             ends = [float(way) for row in normals for way in reach(row, motion)]
-            return np.array([float(rows[self.statics.place(row)].phi) for row in normals]), np.array(ends)
+            return np.array([float(rows[self.statics.place(row)].gap) for row in normals]), np.array(ends)
         except UNDEFINED:
             return None
 

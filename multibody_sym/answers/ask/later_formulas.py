@@ -282,7 +282,7 @@ class _Curve:
     def places(self) -> dict[Node, Node]:
         """The other coordinates as formulas of the variable, as far as one row alone gives each: of those with phi."""
         found: dict[Node, Node] = {}
-        waiting = [as_node(row.phi) for row in row_motions(self.there.instant.motion) if row.phi is not None]
+        waiting = [as_node(row.phi) for row in row_motions(self.there.instant.motion) if row.holonomic]
         while waiting:
             count = len(waiting)
             for zero in list(waiting):
@@ -367,4 +367,4 @@ def begins_where(acting: ActingForces, condition: StateCondition) -> Iterator[No
                 yield from (subtract(force, most), add(force, most))
         elif condition.element == element.name and element.unilateral:
             opens = _WITHOUT_FORCE.issuperset(condition.words)
-            yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).phi)
+            yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).zero)

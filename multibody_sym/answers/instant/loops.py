@@ -112,8 +112,7 @@ def _closing_of(motion: Motion, row: Row, force: Node, bias: Sequence[tuple[Vec,
         zero = (dot(apart, apart) - length * length) / 2
         return Closing(as_node(zero), force, f"tension of {row.name}", "N", factor=-1 / as_node(length))
     moved = row_motion(row, motion, bias)
-    zero = moved.phi if moved.holonomic else moved.phidot
-    return Closing(as_node(zero), force, f"force of {row.name}", row.unit or "", moved.holonomic)
+    return Closing(as_node(moved.zero), force, f"force of {row.name}", row.unit or "", moved.holonomic)
 
 
 class Loops:

@@ -349,7 +349,7 @@ class OneWayRows(RowNumbers):
         return [self.rows[self.laws.places[row.name]] for row in rows]
 
     def phi(self, row: Row) -> float:
-        return float(self.of([row])[0].phi)
+        return float(self.of([row])[0].gap)
 
     def phidot(self, row: Row) -> float:
         return float(self.of([row])[0].phidot)

@@ -258,7 +258,7 @@ def residuals(rows: Sequence[RowMotion], acts: Sequence[Node]) -> Named:
     """Return phi and the `residual` phidot of the rows that act, zeros for the others."""
     pairs = list(zip(rows, acts, strict=True))
     return {
-        "phi": [choose(acting, row.phi if row.holonomic else ZERO, ZERO) for row, acting in pairs],
+        "phi": [choose(acting, row.gap, ZERO) for row, acting in pairs],
         "residual": [choose(acting, row.phidot, ZERO) for row, acting in pairs],
     }
 

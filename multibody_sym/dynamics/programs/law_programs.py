@@ -310,7 +310,7 @@ class RowValues:
             friction_coefficients += [static, kinetic]
         right = [row.gamma - sum(h * x for h, x in zip(own, free, strict=True)) for own, row in pairs]
         vectors = {
-            "phi": [row.phi if row.holonomic else ZERO for row in rows],
+            "phi": [row.gap for row in rows],
             "phidot": [row.phidot if row.kinematic else ZERO for row in rows],
             "gamma": [row.gamma for row in rows],
             "right": right,

@@ -414,7 +414,7 @@ class LawForces:
 #
 #     event                                        function
 #     an open contact or slack rope, or one that
-#     touches without a force, closes              -gap, over a face that ends
+#     touches without a force, closes              -gap, over a face that ends; of a row of speeds -phidot
 #     two points are nearest, and perhaps meet     r . v, of one from the other, at corners less a small rate
 #     a closed contact, a taut rope opens          -(normal force, tension)
 #     a reaction that presses changes its side     -side * reaction, from no side |reaction|
@@ -515,8 +515,8 @@ class SwitchingValues(LawForces):
             away, rate = separation(self.motion, skins[0].place, skins[1].place)
             parting = dot(away, rate)
             return parting - _STILL * dot(away, away) if row.tip.corner else parting
-        phi = self.row(row).phi if skins is None else gap(skins, self.motion)
-        return reduce(minimum, reach(row, self.motion), -phi)
+        apart = self.row(row).zero if skins is None else gap(skins, self.motion)
+        return reduce(minimum, reach(row, self.motion), -apart)
 
     def leaves(self, row: Row) -> S:
         """Return the function that becomes positive where a contact gets past an edge."""

@@ -240,7 +240,7 @@ def _constraints(mechanism: Mechanism, _: FunctionOptions) -> Program:
     def outputs(motion: Motion) -> Outputs:
         rows = row_motions(motion)
         return {
-            "phi": column([row.phi if row.holonomic else 0 for row in rows]),
+            "phi": column([row.gap for row in rows]),
             "phidot": column([row.phidot for row in rows]),
             "gamma": column([row.gamma for row in rows]),
             "jacobian": _matrix([row.jacobian for row in rows], len(mechanism.speeds)),

@@ -122,7 +122,7 @@ def _row_values(motion: Motion, rows: Sequence[RowMotion]) -> dict[str, list[Nod
             cosine = dot(*(direction(motion, frame, declared.shared) for frame in declared.frames))
         aligned.append(cosine)
     values = {
-        "phi": [row.phi if row.holonomic and row.kinematic else ZERO for row in rows],
+        "phi": [row.gap if row.kinematic else ZERO for row in rows],
         "phidot": [row.phidot for row in rows],
         "gamma": [row.gamma for row in rows],
         "exerted": exerted,
@@ -327,7 +327,7 @@ def _equations(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Pro
     shifted = rows.unheld([u + x for u, x in zip(trace["u"], shift, strict=True)])
     qdot = qdot_of(slot_state(mechanism), mechanism, shifted)
     left_out = [k in rows.given for k in range(count)]
-    phi = [row.phi if row.holonomic and not out else ZERO for row, out in zip(dynamics.rows, left_out, strict=True)]
+    phi = [ZERO if out else row.gap for row, out in zip(dynamics.rows, left_out, strict=True)]
     residual = [ZERO if out else row.phidot for row, out in zip(dynamics.rows, left_out, strict=True)]
     return trace.finish(
         {
@@ -533,7 +533,7 @@ def felt(x: Node, held: Node) -> Node:
 def _row_programs(mechanism: Mechanism, dynamics: TreeDynamics) -> dict[str, Program]:
     """Return the Programs that measure and correct how rows are missed, in positions and in speeds."""
     every, count = dynamics.rows, (len(dynamics.rows),)
-    phi, phidot = [row.phi if row.holonomic else ZERO for row in every], [row.phidot for row in every]
+    phi, phidot = [row.gap for row in every], [row.phidot for row in every]
     rows = [every[k] for k in acting_rows(every) if every[k].kinematic]
     holonomic = [row for row in rows if row.holonomic]
 

@@ -192,9 +192,7 @@ def _verify_begun(blow: Blow, size: float) -> None:
     """Raise ModelError where rows that begin to hold do not close."""
     for owner, names in blow.impact.begins.items():
         missed = [
-            (abs(float(row.phi)), name)
-            for row, name in zip(blow.rows, blow.names, strict=True)
-            if name in names and row.phi is not None
+            (abs(float(row.gap)), name) for row, name in zip(blow.rows, blow.names, strict=True) if name in names
         ]
         most, name = max(missed, default=(0.0, ""))
         if most > _MET * max(size, 1.0):

@@ -175,7 +175,7 @@ def verify_values(motion: Motion) -> None:
                     )
             try:
                 found = row_motion(row, motion, bias)
-                values = (found.phi or 0.0, found.phidot, found.gamma, *found.jacobian)
+                values = (found.gap, found.phidot, found.gamma, *found.jacobian)
                 valued = all(math.isfinite(x) for x in values)
             except NoDirectionError:
                 raise

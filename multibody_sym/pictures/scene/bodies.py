@@ -12,6 +12,8 @@ from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import (
+    Coupler,
+    Distance,
     Expression,
     Gear,
     OnCurve,
@@ -19,6 +21,7 @@ from multibody_sym.model.constraints import (
     PointOnLine,
     PrescribedMotion,
     Rolling,
+    Rope,
     VelocityConstraint,
 )
 from multibody_sym.model.contacts_and_impacts import Coefficient, copies
@@ -234,9 +237,14 @@ def pulley_items(stage: Stage) -> Iterator[Item]:
 def constraint_items(stage: Stage) -> Iterator[Item]:
     """Yield what is seen of constraints that are no strands."""
     for name, element in stage.system.constraints.items():
-        make = _CONSTRAINTS.get(type(element))
-        if make is not None:
-            yield from make(stage, name, element)
+        if type(element) not in _CONSTRAINTS:
+            raise TypeError(f"no picture of constraints such as {type(element).__name__}")
+        yield from _CONSTRAINTS[type(element)](stage, name, element)
+
+
+def _strand(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+    """Yield nothing: it is drawn among the strands."""
+    yield from ()
 
 
 def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
@@ -341,8 +349,9 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
     Rolling: _rolling_items,
     Expression: _tie,
     VelocityConstraint: _skate,
+    **dict.fromkeys((Distance, Rope, Coupler), _strand),
 }
-"""What is seen of each kind of constraint that is no strand."""
+"""The picture of each kind of constraint."""
 
 
 # --- contacts and what acts in joints --------------------------------------------------------------------------------

@@ -102,7 +102,9 @@ class PlacedJoint:
 def joint_items(stage: Stage) -> Iterator[Item]:
     """Yield what is seen of each joint."""
     for name, joint in stage.system.joints.items():
-        yield from _SIGNS.get(joint.kind, _free_axes)(placed_joint(stage, name))
+        if joint.kind not in _SIGNS:
+            raise TypeError(f"no picture of joints of the kind {joint.kind}")
+        yield from _SIGNS[joint.kind](placed_joint(stage, name))
 
 
 def placed_joint(stage: Stage, name: str) -> PlacedJoint:
