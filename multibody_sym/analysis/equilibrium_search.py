@@ -338,7 +338,7 @@ class EquilibriumSearch:
         for direction in (self._columns(tangents) @ null_space(slope, FLAT)).T:
             step = direction / np.abs(direction / self.places.units).max()
             beside = displaced(self.mechanism, q, _BESIDE * step)
-            if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max()))):
+            if self._rests(beside, FLAT * (1.0 + float(np.abs(slope).max(initial=0.0)))):
                 found |= np.abs(beside - q) > SAME
         return found
 
