@@ -62,14 +62,13 @@ from multibody_sym.model.joints import (
     CurveJoint,
     Direct,
     Fixed,
-    Follow,
     Initial,
     Joint,
     MovingJoint,
     PointJoint,
 )
 from multibody_sym.model.parameters import Parameter, Table
-from multibody_sym.model.steps import Curve, Rotate, Translate
+from multibody_sym.model.steps import Curve, Follow, Rotate, Translate
 from multibody_sym.model.system import System, variable
 from multibody_sym.scalars.arrays import UNDEFINED
 

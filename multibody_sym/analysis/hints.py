@@ -16,7 +16,7 @@ import numpy as np
 from multibody_sym.dynamics.start.parameters import known_values, value_or_none
 from multibody_sym.mechanics.references import moves_in_plane
 from multibody_sym.mechanics.spanning_tree import body_part
-from multibody_sym.model.bodies import GROUND, Body
+from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import Gear, Pulley, Rope
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.forces import Drag, Friction, Motor, Torque
@@ -288,9 +288,9 @@ def _bodies(system: System, known: Values) -> Iterator[Hint]:
 
 def _moments(name: str, body: Body, known: Values) -> Iterator[Hint]:
     """Yield a moment of inertia that is that of a common shape about its end or rim, not about its centre."""
-    if body.inertia is None or body.com is None or not isinstance(body.mass, Node):
+    if body.inertia is None or body.com is None or body.varying is not None:
         return
-    mass = value_or_none(body.mass, known)
+    mass = value_or_none(mass_of(body).mass, known)
     centre = [value_or_none(x, known) for x in body.com]
     for axis, key in enumerate(("Ixx", "Iyy", "Izz")):
         node = body.inertia[axis]

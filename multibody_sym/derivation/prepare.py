@@ -35,7 +35,6 @@ from multibody_sym.mechanics.mechanism import (
     WrapAngle,
 )
 from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.joints import Follow
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System, with_expressions
 from multibody_sym.records import dataclass
@@ -147,7 +146,7 @@ def _is_numeric(mechanism: Mechanism, begin: Start, measure: TangentAngle) -> bo
         coordinates = [mechanism.coordinates[k] for k in body.q]
         turns = [x for frame in (body.frame_on_parent, body.frame_on_body) for row in frame.rotation for x in row]
         given = [step.motion for step in body.steps if step.motion is not None]
-        given += [x for step in body.steps if isinstance(step, Follow) for x in step.place]
+        given += [x for step in body.steps if step.curve is not None for x in step.curve.place]
         if (
             any(c.initial.shadow is None or c.name in begin.assembled for c in coordinates)
             or any(x.shadow is None for x in turns)

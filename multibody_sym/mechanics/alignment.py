@@ -17,7 +17,7 @@ from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, Poi
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, invariant_directions, motion_of
 from multibody_sym.mechanics.points import as_point
-from multibody_sym.mechanics.row_records import ContactSurface, Face, Marker, RopeBend, RoughWheel, Row, Sliding
+from multibody_sym.mechanics.row_records import BodyFace, ContactSurface, Marker, RopeBend, RoughWheel, Row, Sliding
 from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.fields import Point
@@ -179,7 +179,7 @@ def _in_axes(part: Any, axes: Mapping[int, AlignedAxes]) -> Any:
 
     Components along the axes of its own markers stay.
     """
-    if isinstance(part, (Row, Face, ContactSurface, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
+    if isinstance(part, (Row, BodyFace, ContactSurface, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
         return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
     if isinstance(part, _PLAIN):
         return part

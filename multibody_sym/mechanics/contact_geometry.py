@@ -29,10 +29,10 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.row_records import (
     LOCAL,
     Bent,
+    BodyFace,
     ContactRow,
     ContactSurface,
     Edge,
-    Face,
     Level,
     Marker,
     PlaneSurface,
@@ -43,7 +43,6 @@ from multibody_sym.mechanics.row_records import (
 )
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
-from multibody_sym.model.joints import Follow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import absolute, is_exactly, maximum, minimum, sign, sqrt, where
@@ -107,8 +106,8 @@ def fits(motion: Motion, rows: Iterable[Row]) -> Iterator[Fit]:
             place = np.array(position(motion, bent.foot), dtype=float)
             (radius,) = map(float, motion.state.values([wheel.radius]))
             body = motion.mechanism.bodies[bent.foot.body]
-            step, known = body.steps[0], motion.state.q[body.q[0]]
-            assert isinstance(step, Follow)
+            step, known = body.steps[0].curve, motion.state.q[body.q[0]]
+            assert step is not None
             turning, *way = motion.state.values((*step.turning.s, *step.rates.s), {step.leaf: known})
             curvature = float(turning / hypot(*way)) * (1.0 if bent.left else -1.0)  # towards what touches the curve
             bends = radius * curvature
@@ -481,7 +480,7 @@ def reach(row: Row, motion: Motion) -> list[S]:
                 way = maximum(way - PAST_END * length, _way(inward, length, end, row.inner, motion))
             found.append(way + AT_END * length if face.at_end else way)
     if row.inner is not None:
-        found.append(_height(Face(face.place, face.normal), motion, row.inner))
+        found.append(_height(BodyFace(face.place, face.normal), motion, row.inner))
     return found
 
 
@@ -497,7 +496,7 @@ def allowed_past_end(row: Row, motion: Motion) -> list[S]:
     return [_ALLOWED * PAST_END * absolute(size) for size in motion.state.values(sizes)]
 
 
-def _depth(face: PlaneSurface, beside: Face) -> Node:
+def _depth(face: PlaneSurface, beside: BodyFace) -> Node:
     depth: Node = dot(beside.normal, subtract(beside.place.pose.position, face.place.pose.position))
     return depth
 
@@ -517,7 +516,7 @@ def _nearest(face: PlaneSurface, other: ContactSurface, inner: Marker | None, mo
         n = direction(motion, face.place, face.normal)
         normal = UnitVector(n, cross(angular_velocity(motion, face.place.body), n))
         place = add(place, _arm(other, motion, normal)[0])
-    height = _above(Face(face.place, face.normal), motion, place)
+    height = _above(BodyFace(face.place, face.normal), motion, place)
     found: list[S] = []
     for beside in face.beside:
         to_beside = _above(beside, motion, place)
@@ -554,11 +553,11 @@ def _reach_along(skins: tuple[ContactSurface, ContactSurface], motion: Motion) -
     return found
 
 
-def _height(face: Face, motion: Motion, marker: Marker) -> S:
+def _height(face: BodyFace, motion: Motion, marker: Marker) -> S:
     return _above(face, motion, position(motion, marker))
 
 
-def _above(face: Face, motion: Motion, place: Vec) -> S:
+def _above(face: BodyFace, motion: Motion, place: Vec) -> S:
     return dot(direction(motion, face.place, face.normal), subtract(place, position(motion, face.place)))
 
 

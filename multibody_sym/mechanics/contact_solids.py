@@ -19,9 +19,9 @@ from multibody_sym.mechanics.row_records import (
     LOCAL,
     NOWHERE,
     Bent,
+    BodyFace,
     ContactSurface,
     Edge,
-    Face,
     Level,
     Marker,
     PlaneSurface,
@@ -209,7 +209,7 @@ def _bar(place: _Place, p: Point, q: Point, normal: Point) -> Solid:
     elif is_upright(normal):
         left = cross(_Z, unit_vector(subtract(q, p)))
         faces = {"left": left, "right": opposite(left)}
-        skins = [(name, PlaneSurface(ends[0], n, ends, (Face(ends[0], opposite(n)),))) for name, n in faces.items()]
+        skins = [(name, PlaneSurface(ends[0], n, ends, (BodyFace(ends[0], opposite(n)),))) for name, n in faces.items()]
     else:
         skins = [("side", PlaneSurface(ends[0], normal, ends))]
     return Solid((*skins, *place.points((p, q), "end")))
@@ -221,7 +221,7 @@ def _faces(place: _Place, shape: Shape) -> Iterator[tuple[str, ContactSurface]]:
     normals = [(n, half) for n, half in zip((_X, _Y, _Z), halves, strict=True)][: 2 if place.flat else 3]
     turned = [*normals[:2], *((opposite(n), half) for n, half in normals[:2])]
     turned += [(n, half) for n, half in normals[2:]] + [(opposite(n), half) for n, half in normals[2:]]
-    faces = [Face(place.at(scale(half, n)), n) for n, half in turned]
+    faces = [BodyFace(place.at(scale(half, n)), n) for n, half in turned]
     for name, face in zip(_SIDES, faces, strict=False):
         ends = None
         if place.flat:

@@ -41,7 +41,7 @@ from multibody_sym.model.constraints import (
 )
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
-from multibody_sym.model.joints import Follow, Foot
+from multibody_sym.model.joints import Foot
 from multibody_sym.model.parameters import Constant, Tabled
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
@@ -323,7 +323,7 @@ def _driven_parts(system: System) -> dict[str, Mapping[str, Any]]:
     joints = {
         name: joint
         for name, joint in system.joints.items()
-        if getattr(joint, "motion", None) is not None or any(isinstance(step, Follow) for step in joint.steps)
+        if getattr(joint, "motion", None) is not None or any(step.curve is not None for step in joint.steps)
     }
     ground = {name: body for name, body in system.bodies.items() if name == GROUND}
     return {"joints": joints, "bodies": ground, "constraints": system.constraints}

@@ -54,7 +54,6 @@ from multibody_sym.model.forces import (
     SpringDamper,
     Torque,
 )
-from multibody_sym.model.joints import Follow
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import antiderivative, derivative, gradient, tangents
@@ -536,8 +535,8 @@ def force_across(body: TreeBody, state: State, force: Vec) -> S | None:
     Of a curve in its x-y plane the component along the normal, z x tangent: to the left of the way; of one in space the
     size of the force across it.
     """
-    step = body.steps[0] if body.steps else None
-    if not isinstance(step, Follow):
+    step = body.steps[0].curve if body.steps else None
+    if step is None:
         return None
     (s,) = [state.q[body.q[0]]] if step.motion is None else state.values([step.motion])
     axes = [(x, y, z) for x, y, z in (state.values(axis) for axis in step.axes)]

@@ -31,8 +31,8 @@ from multibody_sym.mechanics.spanning_tree import normals_of
 from multibody_sym.model.bodies import ORIGIN, unit_vector
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Friction
-from multibody_sym.model.joints import Custom, Follow, Joint, MovingJoint, Spherical
-from multibody_sym.model.steps import Rotate, ScrewStep, Step, Translate
+from multibody_sym.model.joints import Custom, Joint, Spherical
+from multibody_sym.model.steps import Follow, Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
@@ -340,8 +340,8 @@ def _wire(asked: Rubbing) -> Made:
     """Return the friction of a bead, pressed by the force across its wire: one component in a plane, else three."""
     for field in ("radius", "length"):
         asked.without(field, "a bead on a wire rubs with the force across the wire; leave it out")
-    step, (coordinate, *_) = asked.joint.moves[0], asked.freedoms
-    assert isinstance(step, Follow)
+    step, (coordinate, *_) = asked.joint.moves[0].curve, asked.freedoms
+    assert step is not None
     assert coordinate.coordinate is not None
     way = step.at(coordinate.coordinate).way
     length = sqrt(dot(way, way))
@@ -377,7 +377,7 @@ FREE: Final = "free"
 def stops(references: References) -> Iterator[LawElement]:
     """Yield the stops of all joints: below, then above."""
     for name, joint in references.system.joints.items():
-        limits = joint.stops if isinstance(joint, MovingJoint) else None
+        limits = joint.stops
         if limits is None:
             continue
         coordinate = references.coordinate(name)

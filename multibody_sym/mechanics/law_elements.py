@@ -12,7 +12,7 @@ from dataclasses import field, replace
 from typing import ClassVar, Final, Literal
 
 from multibody_sym.mechanics.load_records import Load
-from multibody_sym.mechanics.row_records import Face, Marker, Multiplier, ReactionRow, Row, RowAround, SurfacePair
+from multibody_sym.mechanics.row_records import BodyFace, Marker, Multiplier, ReactionRow, Row, RowAround, SurfacePair
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
@@ -114,14 +114,14 @@ _FACES: Final = 6
 """Of a box."""
 
 
-def boxes_that_touch(elements: Iterable[LawElement]) -> dict[str, tuple[Sequence[Face], Sequence[Face]]]:
+def boxes_that_touch(elements: Iterable[LawElement]) -> dict[str, tuple[Sequence[BodyFace], Sequence[BodyFace]]]:
     """Return the contacts of two boxes in space among elements by name, with the faces of both."""
-    boxes: dict[str, dict[int, Sequence[Face]]] = {}
+    boxes: dict[str, dict[int, Sequence[BodyFace]]] = {}
     for element in elements:
         for skin in element.surfaces or ():
             plane = skin.plane
             if plane is not None and len(plane.beside) == _FACES - 1:
-                faces = (Face(plane.place, plane.normal), *plane.beside)
+                faces = (BodyFace(plane.place, plane.normal), *plane.beside)
                 boxes.setdefault(element.group, {}).setdefault(skin.place.body, faces)
     pairs = ((name, tuple(of_body.values())) for name, of_body in boxes.items())
     return {name: (faces[0], faces[1]) for name, faces in pairs if len(faces) == 2}

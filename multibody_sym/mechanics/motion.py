@@ -14,8 +14,7 @@ from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.model.fields import Point
-from multibody_sym.model.joints import CurveRates, Follow
-from multibody_sym.model.steps import Ball, OneCoordinate, Rotate, ScrewStep, Step, Translate
+from multibody_sym.model.steps import Ball, CurveRates, Follow, OneCoordinate, Rotate, ScrewStep, Step, Translate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot

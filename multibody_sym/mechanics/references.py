@@ -9,7 +9,7 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Measure, ParameterVector, TreeBody
-from multibody_sym.mechanics.row_records import AngleRow, Drive, ExpressionRow, Marker, RopeBend, Row, VelocityRow
+from multibody_sym.mechanics.row_records import AngleRow, Drive, Marker, RopeBend, Row
 from multibody_sym.mechanics.spanning_tree import body_part, rate_pairs, speed_names
 from multibody_sym.model.bodies import (
     COM,
@@ -232,9 +232,9 @@ class References:
         found = []
         for freedom in self.freedoms(joint).values():
             for k, row in enumerate(rows):
-                named = freedom.coordinate if isinstance(row, ExpressionRow) else freedom.rate
-                if named is not None and isinstance(row, (ExpressionRow, VelocityRow)):
-                    factor = derivative(row.zero, named)
+                named = freedom.coordinate if row.is_holonomic else freedom.rate
+                if named is not None and row.expression is not None:
+                    factor = derivative(row.expression, named)
                     found += [Drive(k, freedom.rate, factor)] if factor is not ZERO else []
         return tuple(found)
 

@@ -55,7 +55,7 @@ from multibody_sym.mechanics.vocabulary import (
 )
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import OnCurve, Rolling
-from multibody_sym.model.joints import Follow, Foot, Initial, Joint, MovingJoint
+from multibody_sym.model.joints import Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
 from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
@@ -325,8 +325,8 @@ def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:
     found = [node for node in nodes if not any(leaf.data[0] == PARAMETER for leaf in leaves([node], "quantity"))]
     for name, joint in resolved.joints.items():
         for free in joint.free_steps:
-            if isinstance(free.step, Follow):
-                found += free.step.at(slots[symbol(coordinate_names(name, joint)[free.q[0]])]).place
+            if free.step.curve is not None:
+                found += free.step.curve.at(slots[symbol(coordinate_names(name, joint)[free.q[0]])]).place
     return found
 
 

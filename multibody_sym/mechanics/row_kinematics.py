@@ -328,8 +328,8 @@ def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 
 def coefficients(motion: Motion, rows: Sequence[Row], declared: Sequence[Node]) -> list[S]:
     """Return coefficients of friction along rows; of a rope over a rough wheel those at its present wrap."""
-    slipping = rows[0]
-    if not isinstance(slipping, RopeSlipRow):
+    slipping = rows[0].rope_slip
+    if slipping is None:
         return motion.state.values(declared)
     return motion.state.values(declared, {slipping.wrap: wrap_angle(motion, slipping.rope, slipping.bend)})
 

@@ -66,7 +66,7 @@ class Rim(ContactSurface):
 
 
 @dataclass(frozen=True)
-class Face:
+class BodyFace:
     """A plane through a place with a unit normal."""
 
     place: Marker
@@ -84,7 +84,7 @@ class PlaneSurface(ContactSurface):
 
     normal: Point
     ends: tuple[Marker, Marker] | None = None
-    beside: tuple[Face, ...] = ()
+    beside: tuple[BodyFace, ...] = ()
     at_end: bool = False
 
     @property
@@ -252,6 +252,16 @@ class Row(ABC):
         """It, if it is a rope, or a run of one between wheels."""
         return None
 
+    @property
+    def rope_slip(self) -> RopeSlipRow | None:
+        """It, if it is the slip of a rope on a rough wheel."""
+        return None
+
+    @property
+    def expression(self) -> Node | None:
+        """What it holds at zero, if it is declared by an expression of coordinates and speeds."""
+        return None
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Rows of expressions of coordinates and speeds.
@@ -271,6 +281,10 @@ class _OfExpression(Row):
 
     zero: Node
     no_place: bool = False
+
+    @property
+    def expression(self) -> Node:
+        return self.zero
 
     @property
     def laws(self) -> tuple[Node, ...]:
@@ -625,6 +639,10 @@ class RopeSlipRow(Row):
     rope: RopeRow
     bend: int
     wrap: Node
+
+    @property
+    def rope_slip(self) -> RopeSlipRow:
+        return self
 
     @property
     def points(self) -> tuple[Marker, ...]:

@@ -13,7 +13,7 @@ from typing import Final
 
 from multibody_sym.mechanics.law_elements import exerted_by
 from multibody_sym.mechanics.mechanism import NORMAL, Mechanism
-from multibody_sym.mechanics.row_records import ExpressionRow, Row, VelocityRow
+from multibody_sym.mechanics.row_records import Row
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
@@ -189,8 +189,8 @@ class MechanismUnits:
         Coordinates that stand alone in it are asked first: a number beside others may carry a unit that nobody wrote.
         """
         row = next(row for row in self.mechanism.rows if row.name == name)
-        assert isinstance(row, (ExpressionRow, VelocityRow))
-        found = self._by_slopes(row.zero, "u" if isinstance(row, VelocityRow) else "q")
+        assert row.expression is not None
+        found = self._by_slopes(row.expression, "q" if row.is_holonomic else "u")
         alone = {dimension for slope, dimension in found if slope.shadow is not None}
         told = alone or {dimension for _, dimension in found}
         return InferredUnit(Kind(told.pop(), angle=None), firm=True) if len(told) == 1 else None

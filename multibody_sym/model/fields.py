@@ -183,7 +183,7 @@ class ScalarOrVector:
         return scalar(value, self.unit)
 
     def tree(self, value: Any) -> Any:
-        return text(value) if isinstance(value, Node) else [text(component) for component in value]
+        return [text(component) for component in value] if isinstance(value, tuple) else text(value)
 
 
 @dataclass(frozen=True)

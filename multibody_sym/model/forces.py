@@ -71,7 +71,7 @@ class Torque(Element):
     @property
     def on_body(self) -> tuple[Node, Node, Node] | None:
         """The components of a torque on a body."""
-        return None if isinstance(self.value, Node) else self.value
+        return self.value if isinstance(self.value, tuple) else None
 
     def verify(self) -> None:
         if (self.joint is None) == (self.on is None):

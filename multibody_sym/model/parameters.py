@@ -476,14 +476,14 @@ class InputField:
         return node if dimension is None else Constant(node, dimension)
 
     def tree(self, value: Node | Tabled | Constant) -> Any:
-        if isinstance(value, Node):
+        if not isinstance(value, Element):
             return text(value)
         return with_unit(fields_tree(value)) if isinstance(value, Constant) else fields_tree(value)
 
 
 def input_dimensions(inputs: Mapping[str, Node | Tabled | Constant]) -> dict[str, Dimension]:
     """Return the dimensions of tables and constants that state one."""
-    stated = {name: x.dimension for name, x in inputs.items() if not isinstance(x, Node)}
+    stated = {name: x.dimension for name, x in inputs.items() if isinstance(x, Element)}
     return {name: dimension for name, dimension in stated.items() if dimension is not None}
 
 

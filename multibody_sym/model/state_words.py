@@ -193,6 +193,24 @@ class MomentField:
         return MapOf(Scalar()).tree(value) if isinstance(value, Mapping) else StopCondition().tree(value)
 
 
+def time_of(given: Node | Moment | None) -> Node | None:
+    """Return a time that is given as such; None for a moment, which a run is to find."""
+    return given if isinstance(given, Node) and not is_condition(given) else None
+
+
+def condition_of(given: Node | Moment | None) -> Node | None:
+    """Return the comparison that a moment is; None for another one."""
+    return given if isinstance(given, Node) and is_condition(given) else None
+
+
+def moment_text(moment: Moment) -> str:
+    """Return a moment for people."""
+    if isinstance(moment, Mapping):
+        ((coordinate, value),) = moment.items()
+        return f"{coordinate} = {text(value)}"
+    return text(moment) if isinstance(moment, Node) else str(moment)
+
+
 @dataclass(frozen=True)
 class TimeOrMoment:
     """A time, such as `2 s`, or a moment."""

@@ -17,9 +17,10 @@ from typing import Any, Final, NamedTuple, Protocol, Self
 from multibody_sym.errors import ModelError
 from multibody_sym.model.fields import AXES, Choice, Element, Point, Record, Scalar, Text, holds
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, quantity, symbol
+from multibody_sym.scalars.functions import atan2, evaluate, sqrt
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import switching_functions
 from multibody_sym.scalars.vectors import Vec
 from multibody_sym.text.printer import text
@@ -140,6 +141,11 @@ class Step(ABC):
     def drifts(self) -> bool:
         """Whether it moves M by itself while its coordinate rests."""
         return False
+
+    @property
+    def curve(self) -> Follow | None:
+        """It, if it leads along a curve."""
+        return None
 
     @property
     def is_independent(self) -> bool:
@@ -430,3 +436,118 @@ class CurveField:
         found = {name: text(exchange(node, leaf, symbol(leaf.data[1][0]))) for name, node in value._given.items()}
         words = {"parameter": value.parameter, "unit": value.unit}
         return found | {name: word for name, word in words.items() if word is not None}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The elementary motion along a curve.
+
+
+_TIME = slot("t", 0)
+
+
+class CurveRates(NamedTuple):
+    """First and second derivatives of expressions by a curve's parameter s and the time t."""
+
+    s: tuple[Node, ...]
+    t: tuple[Node, ...]
+    ss: tuple[Node, ...]
+    st: tuple[Node, ...]
+    tt: tuple[Node, ...]
+
+
+class At(NamedTuple):
+    """A place on a curve, and the derivative of the place by the parameter there."""
+
+    place: Point
+    way: Point
+
+
+def rates(nodes: Sequence[Node], leaf: Node) -> CurveRates:
+    s, t = (tuple(tangents(nodes, {each: ONE})) for each in (leaf, _TIME))
+    ss, st = (tuple(tangents(s, {each: ONE})) for each in (leaf, _TIME))
+    return CurveRates(s, t, ss, st, tuple(tangents(t, {_TIME: ONE})))
+
+
+@dataclass(frozen=True)
+class Follow(OneCoordinate):
+    """A way along a curve by its parameter; with `turns_along`, in a plane, M turns so that its x is the tangent.
+
+    `place` are expressions of the parameter's `leaf` along `axes`, unit vectors. (`axis` is that about which a tangent
+    in a plane turns.)
+    """
+
+    place: Point = (ZERO, ZERO, ZERO)
+    leaf: Node = ZERO
+    across: tuple[Point, Point] = (_UNITS[0], _UNITS[1])
+    turns_along: bool = field(default=False, kw_only=True)
+
+    is_independent = False
+    is_hinge = False
+
+    @property
+    def curve(self) -> Self:
+        return self
+
+    @classmethod
+    def along(cls, curve: Curve, letter: str = "", *, turns_along: bool = False) -> Follow:
+        return cls(_UNITS[2], letter, place=curve.place, leaf=curve.leaf, turns_along=turns_along)
+
+    @property
+    def axes(self) -> tuple[Point, Point, Point]:
+        """The unit vectors along which `place` has its components."""
+        return *self.across, self.axis
+
+    @property
+    def unit(self) -> str:
+        unit: str = self.leaf.data[1][1]
+        return unit
+
+    @cached_property
+    def rates(self) -> CurveRates:
+        return rates(self.place, self.leaf)
+
+    @cached_property
+    def tangent(self) -> tuple[Node, Node]:
+        """The unit tangent's components along the first two axes, of a curve in their plane."""
+        x, y, _ = self.rates.s
+        length = sqrt(x * x + y * y)
+        return x / length, y / length
+
+    def at(self, s: Node) -> At:
+        """Return the place and its derivative at the parameter's value s."""
+        nodes = (*self.place, *self.rates.s)
+        x, y, z, *way = (as_node(node) for node in evaluate(nodes, lambda leaf: s if leaf is self.leaf else leaf))
+        return At((x, y, z), (way[0], way[1], way[2]))
+
+    @cached_property
+    def turning(self) -> CurveRates:
+        """The derivatives of the tangent's angle, of a curve in a plane."""
+        x, y, _ = self.rates.s
+        return rates((atan2(y, x),), self.leaf)
+
+    def with_directions(self, change: Callable[[Point], Point]) -> Self:
+        x, y, z = map(change, self.axes)
+        return replace(self, axis=z, across=(x, y))
+
+    @property
+    def slides(self) -> tuple[Point, ...]:
+        return tuple(axis for axis, way in zip(self.axes, self.rates.s, strict=True) if way is not ZERO)
+
+    @property
+    def turns(self) -> tuple[Point, ...]:
+        return (self.axis,) if self.turns_along else ()
+
+    @property
+    def drifts(self) -> bool:
+        return any(way is not ZERO for way in self.rates.t)
+
+    @property
+    def stays_in_plane(self) -> bool:
+        moved = [axis for axis, way in zip(self.axes, self.place, strict=True) if way is not ZERO]
+        return all(map(is_flat, moved)) and (is_upright(self.axis) or not self.turns_along)
+
+    def is_measured(self, *, plane: bool) -> bool:
+        return False
+
+    def measured(self, apart: Apart) -> Sequence[Node]:
+        raise TypeError("no rows stand for a curve, so that it always keeps its coordinate")

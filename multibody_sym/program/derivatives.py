@@ -21,6 +21,7 @@ from multibody_sym.program.statements import (
     Solve,
     Statement,
     Window,
+    records_of,
     reversed_progression,
 )
 from multibody_sym.program.trace import Trace
@@ -35,9 +36,8 @@ Vector = tuple[Node, ...]
 def resume_trace(program: Callee, name: str, further: Iterable[Array]) -> Trace:
     """Return a Trace in which the calls, solves and scans of `program` are done already."""
     trace = Trace(name, (*program.inputs, *further))
-    for statement in program.statements:
-        if not isinstance(statement, Assign):
-            trace.adopt(statement)
+    for record in records_of(program.statements):
+        trace.adopt(record)
     return trace
 
 

@@ -379,6 +379,11 @@ def targets(statement: Record) -> tuple[tuple[Node, ...], ...]:
     assert_never(statement)
 
 
+def records_of(statements: Iterable[Statement]) -> list[Record]:
+    """Return calls, solves and scans among statements, which assign no values by expressions."""
+    return [statement for statement in statements if not isinstance(statement, Assign)]
+
+
 def callees(statement: Statement) -> tuple[Callee, ...]:
     """Return the Programs that a statement runs."""
     if isinstance(statement, Call):

@@ -27,6 +27,7 @@ from multibody_sym.program.statements import (
     Statement,
     Window,
     operands,
+    records_of,
     targets,
     with_operands,
 )
@@ -231,9 +232,7 @@ def fold_input(program: Callee, input: str, values: Sequence[float | Node]) -> P
         return tuple(changed)
 
     trace = Trace(program.name, program.inputs)
-    for statement in program.statements:
-        if isinstance(statement, Assign):
-            continue
+    for statement in records_of(program.statements):
         changed = with_operands(statement, constant)
         if isinstance(statement, Call) and isinstance(changed, Call):
             # a callee is folded too where it is handed that input as a whole, under the same name

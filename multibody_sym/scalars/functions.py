@@ -222,8 +222,8 @@ def where(condition: Any, a: Any, b: Any) -> Any:
     return apply("where", condition, a, b)
 
 
-def is_exactly(x: Any, value: int) -> bool:
-    """Return whether x is known to be this integer; an expression that merely happens to equal it is not."""
+def is_exactly(x: Any, value: Any) -> bool:
+    """Return whether x is known to be this value; an expression that merely happens to equal it is not."""
     return x is as_node(value) if isinstance(x, Node) else bool(x == value)
 
 

@@ -9,7 +9,7 @@ from mechanisms import random_case, random_state
 
 from multibody_sym.mechanics.motion import accelerations, coordinate_rates
 from multibody_sym.mechanics.points import acceleration, position, velocity
-from multibody_sym.model.joints import Follow
+from multibody_sym.model.steps import Follow
 
 SEEDS = range(30)
 

@@ -15,8 +15,8 @@ from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rat
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, unit_vector
-from multibody_sym.model.joints import Fixed, Follow
-from multibody_sym.model.steps import Ball, Curve, Rotate, ScrewStep, Step, Translate
+from multibody_sym.model.joints import Fixed
+from multibody_sym.model.steps import Ball, Curve, Follow, Rotate, ScrewStep, Step, Translate
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import ZERO, as_node
 

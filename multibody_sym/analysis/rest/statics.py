@@ -36,7 +36,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.ropes import wrap_angle
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.row_records import Marker, PlaneSurface, RopeSlipRow, Row
+from multibody_sym.mechanics.row_records import Marker, PlaneSurface, Row
 from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Pose
 from multibody_sym.program.runtime_constants import TOUCHING
@@ -225,7 +225,7 @@ class Statics:
 
     def wraps(self, motion: Motion) -> dict[Node, S]:
         """Return the angles over which ropes touch rough wheels, by their Nodes."""
-        slips = [row for row in self.mechanism.rows if isinstance(row, RopeSlipRow)]
+        slips = [row.rope_slip for row in self.mechanism.rows if row.rope_slip is not None]
         return {row.wrap: wrap_angle(motion, row.rope, row.bend) for row in slips}
 
 

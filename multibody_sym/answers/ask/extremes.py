@@ -22,7 +22,7 @@ from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.state_words import Moment
+from multibody_sym.model.state_words import Moment, condition_of, time_of
 from multibody_sym.motion.prepare.records import LegSamples
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs
@@ -32,7 +32,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves, postorder, table
 from multibody_sym.scalars.node import Node, negate, slot
-from multibody_sym.scalars.sign_changes import is_condition, known_zeros, switching_functions
+from multibody_sym.scalars.sign_changes import known_zeros, switching_functions
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.values import Value
 
@@ -256,10 +256,10 @@ class ExtremeQuestion(LaterQuestion):
     def _run(self, motion: Simulated) -> tuple[Trajectory, bool]:
         """Return the run that is searched for what is to be largest, and whether nothing but its time ends it."""
         asked, until = self.expression if self.is_largest else negate(self.expression), self.until
-        if isinstance(until, Node) and not is_condition(until):
-            return motion.along(asked, motion.number(until)), False
-        if until is None or isinstance(until, Node):
-            run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: until}))
+        if (given := time_of(until)) is not None:
+            return motion.along(asked, motion.number(given)), False
+        if until is None or (condition := condition_of(until)) is not None:
+            run = motion.along(asked, None, motion.system.stop if until is None else Names({_UNTIL: condition}))
             return run, run.stop is None
         time = motion.moment(until) or None  # a state that is there from the start ends nothing
         return motion.along(asked, time), time is None
@@ -283,7 +283,7 @@ class ExtremeQuestion(LaterQuestion):
     def _place(self, course: MotionFormulas, along: Node, time: float) -> Node:
         """Return where an extreme is: at the start, at an end that was given, where the speed turns, or flat."""
         until = self.until
-        end = until if isinstance(until, Node) and not is_condition(until) else None
+        end = time_of(until)
         for given in (self.after, end):
             if given is not None and abs(course.there.solved.number(given) - time) <= AGREEMENT * time:
                 return course.place_after(given)

@@ -25,7 +25,7 @@ from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.state_words import STRIKES, Moment, StateCondition
+from multibody_sym.model.state_words import STRIKES, Moment, StateCondition, moment_text
 from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass
@@ -220,7 +220,7 @@ class RunNumbers:
             raise self.never(moment)
         if time == 0.0:
             again = ", and does not begin to later, before t_end of the simulation"
-            note = f"{_words(moment)} from the start on{again if isinstance(moment, StateCondition) else ''}"
+            note = f"{moment_text(moment)} from the start on{again if isinstance(moment, StateCondition) else ''}"
             self.notes.extend([note] if note not in self.notes else [])
         return time
 
@@ -233,7 +233,7 @@ class RunNumbers:
         elif isinstance(moment, StateCondition) and moment.strikes:
             at_start = self.motion.strikes_at_start(moment.element)
         when = "at the start, and not again" if at_start else "at no time"
-        message = f"{_words(moment)} {when} before t_end of the simulation"
+        message = f"{moment_text(moment)} {when} before t_end of the simulation"
         if isinstance(moment, StateCondition) and moment.closes:
             struck = self.motion.strikes(moment.element)
             if struck is not None:
@@ -245,14 +245,6 @@ class RunNumbers:
         """Return the unit vector along a direction of any length."""
         vector = np.array([self.motion.number(x) for x in along])
         return list((vector / np.linalg.norm(vector)).tolist())
-
-
-def _words(moment: Moment) -> str:
-    """Return a moment for people."""
-    if isinstance(moment, Mapping):
-        ((coordinate, value),) = moment.items()
-        return f"{coordinate} = {text(value)}"
-    return text(moment) if isinstance(moment, Node) else str(moment)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

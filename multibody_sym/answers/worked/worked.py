@@ -59,7 +59,6 @@ from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
-from multibody_sym.model.joints import Follow
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
@@ -94,7 +93,7 @@ def _coordinate_lines(solved: SolvedInstant, symbols: Symbols, body: TreeBody) -
     mechanism, begin = solved.mechanism, solved.begin
     counted: dict[int, str] = {}
     for free in body.free_steps:
-        if isinstance(free.step, Follow):
+        if free.step.curve is not None:
             counted |= dict.fromkeys(free.q, "place on the curve of")
             continue
         turns = bool(free.q) and mechanism.coordinates[free.q[0]].unit == "rad"

@@ -41,7 +41,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import is_exactly, maximum, sqrt
 from multibody_sym.scalars.least_norm import SHORTEST, Solution, solve
-from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.rank import PIVOT, vanishes
 from multibody_sym.scalars.vectors import S
 
@@ -163,7 +162,7 @@ def _along_reactions(
         trial = FrictionTerms(exerts, friction.coupling)
         found = _with_friction(factors, free, rows, wanted, trial, solve, once=True).multipliers
         exerts = along_reactions(friction.exerts, friction.beside, found)
-        if previous and all(not isinstance(x, Node) and x == y for x, y in zip(found, previous, strict=True)):
+        if previous and all(is_exactly(x, y) for x, y in zip(found, previous, strict=True)):
             break
         previous = found
     return exerts

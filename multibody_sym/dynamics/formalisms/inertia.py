@@ -7,7 +7,7 @@ from multibody_sym.mechanics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.mechanics.points import Wrench
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import is_exactly
-from multibody_sym.scalars.node import ZERO, Node
+from multibody_sym.scalars.node import ZERO, Node, constant_of
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
@@ -175,7 +175,7 @@ def base_inertias(motion: Motion) -> list[RigidInertia]:
     for index in range(len(found) - 1, -1, -1):
         body, own = motion.mechanism.bodies[index], found[index]
         numbers = (own.mass, *own.moment, *(x for row in own.inertia for x in row))
-        if all(isinstance(x, int) or (isinstance(x, Node) and x.shadow is not None) for x in numbers):
+        if motion.state.scalar is Node and all(constant_of(x) is not None for x in numbers):
             found[index], handed = split_at_joint(body, motion.bodies[index], own)
             if body.parent >= 0:
                 found[body.parent] = found[body.parent].plus(handed)

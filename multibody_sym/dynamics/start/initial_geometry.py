@@ -49,7 +49,6 @@ from multibody_sym.mechanics.row_records import (
     PositionRow,
     RopeBend,
     RopeRow,
-    RopeSlipRow,
     RoundSurface,
     Row,
     SlidingRow,
@@ -59,7 +58,6 @@ from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.contacts_and_impacts import verify_coefficients
 from multibody_sym.model.fields import Point
-from multibody_sym.model.joints import Follow
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import tangents
@@ -229,8 +227,8 @@ class _Decider:
         """Return a row; a rope or rod with its sides and directions."""
         if row.rope_run is not None:
             return self.rope(row.rope_run)
-        if isinstance(row, RopeSlipRow):
-            return replace(row, rope=self.rope(row.rope))
+        if row.rope_slip is not None:
+            return replace(row.rope_slip, rope=self.rope(row.rope_slip.rope))
         if isinstance(row, SlidingRow):
             frictions = tuple(replace(x, rows=tuple(map(self.row, x.rows))) for x in row.frictions)
             return replace(row, normal=self.row(row.normal), frictions=frictions)
@@ -401,9 +399,9 @@ def _measure_constant(motion: Motion, measure: Measure) -> float:
         return float(inner_side(motion, next(bend for bend in bends if bend.pulley == measure.pulley)))
     row, path = next((row, path) for row, path in (*slackening, *taut) if row.name == measure.row)
     with at(*path):
-        if isinstance(row, RopeSlipRow):
-            _verify_side(motion, row.rope, row.bend)
-            return float(wrap_angle(motion, row.rope, row.bend))
+        if (slip := row.rope_slip) is not None:
+            _verify_side(motion, slip.rope, slip.bend)
+            return float(wrap_angle(motion, slip.rope, slip.bend))
         run = row.rope_run
         assert run is not None
         if isinstance(measure, TangentDirection):
@@ -477,7 +475,7 @@ class _Along:
 
 def has_curves(mechanism: Mechanism) -> bool:
     """Return whether curves guide or touch anything."""
-    return any(isinstance(step, Follow) for body in mechanism.bodies for step in body.steps)
+    return any(step.curve is not None for body in mechanism.bodies for step in body.steps)
 
 
 def with_feet(motion: Motion, q: Floats) -> Floats:
@@ -506,8 +504,8 @@ def verify_ways(mechanism: Mechanism, state: State) -> None:
     """Raise ModelError where a curve has no value, or leads nowhere: in a cusp its bead has no direction to move in."""
     for body in mechanism.bodies:
         for free in body.free_steps:
-            step = free.step
-            if not isinstance(step, Follow):
+            step = free.step.curve
+            if step is None:
                 continue
             s, (name, unit) = state.q[free.q[0]], step.leaf.data[1]
             with at("joints", body.joint_name, "curve"), require_values():
@@ -572,8 +570,8 @@ def _between_curves(motion: Motion, bent: Sequence[Bent]) -> _FootPlace | None:
 def _along(motion: Motion, foot: Marker, target: Floats) -> _Along | None:
     """Return places along the curve of a foot: once around, or as far as a target is away and more."""
     body = motion.mechanism.bodies[foot.body]
-    step = body.steps[0]
-    assert isinstance(step, Follow)
+    step = body.steps[0].curve
+    assert step is not None
     R, p = (np.array(x, dtype=float) for x in pose(motion.state, body.frame_on_parent))
     if body.parent >= 0:  # the pose of the frame that carries the curve
         R_WP, p_WP = (np.array(x, dtype=float) for x in motion.poses[body.parent])

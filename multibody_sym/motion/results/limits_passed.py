@@ -12,7 +12,7 @@ from multibody_sym.mechanics.law_elements import boxes_that_touch
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of
 from multibody_sym.mechanics.points import position
-from multibody_sym.mechanics.row_records import Face
+from multibody_sym.mechanics.row_records import BodyFace
 from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.motion.results.remarks import EDGES_CROSS
@@ -94,7 +94,7 @@ class _Box:
     halves: Floats
 
     @classmethod
-    def of(cls, motion: Motion, faces: Sequence[Face]) -> _Box:
+    def of(cls, motion: Motion, faces: Sequence[BodyFace]) -> _Box:
         """Return the box between six faces."""
         middles = np.array([position(motion, face.place) for face in faces], dtype=float)
         ways = middles - middles.mean(axis=0)

@@ -60,8 +60,6 @@ def segments_of(mark: Simple) -> Floats:
     if mark.pen is None and not dark:
         return np.zeros((0, 4))
     points = np.asarray(mark.points, dtype=float)
-    if isinstance(mark, Arc):
-        return np.hstack((points[:-1], points[1:]))
     around = np.vstack((points, points[:1])) if mark.closed else points
     return np.hstack((around[:-1], around[1:]))
 

@@ -13,7 +13,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import field, replace
 from itertools import pairwise
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 
@@ -193,6 +193,7 @@ class Arc(Mark):
     start: float = 0.0
     stop: float = 2 * np.pi
     fill: str | None = None
+    closed: ClassVar[bool] = False
 
     @property
     def full(self) -> bool:

@@ -16,7 +16,7 @@ from multibody_sym.model.constraints import Distance
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
-from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, MovingJoint
+from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.pictures.scene.items import (
     Anchor,
@@ -464,7 +464,7 @@ def stop_items(
     """
     book = letters_of(stage.system.parameters)
     for name, joint in stage.system.joints.items():
-        limits = joint.stops if isinstance(joint, MovingJoint) else None
+        limits = joint.stops
         for word, side, sign in _SIDES if limits is not None else ():
             node: Node | None = getattr(limits, word)
             value = math.nan if node is None else stage.number(node, math.nan)
