@@ -7,7 +7,6 @@ around it, contradictions by name.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Final
 
@@ -59,7 +58,7 @@ def redundancy(motion: Motion, dynamics: TreeDynamics) -> Redundancy:
     loaded = _ambiguous(motion, dynamics, idle)
     of_joints = {k for cut in motion.mechanism.cuts for k in cut.rows}
     joints = [body.joint_name for body in motion.mechanism.bodies if body.joint_name in loaded]
-    doubles = doubles_of(motion.mechanism)
+    doubles = motion.mechanism.doubles
     return Redundancy(
         found.rank - sum(doubles.values()),
         tuple(restrict.row_names[k] for k in found.left_over),
@@ -113,11 +112,6 @@ def restricting_rows(dynamics: TreeDynamics) -> TreeDynamics:
         return dynamics
     kept = [(row, name) for row, name in zip(dynamics.rows, dynamics.row_names, strict=True) if row.kinematic]
     return replace(dynamics, rows=[row for row, _ in kept], row_names=tuple(name for _, name in kept))
-
-
-def doubles_of(mechanism: Mechanism) -> dict[str, int]:
-    """Return the joints whose coordinates massless doubles keep, each with the number of its speeds and their rows."""
-    return {body.joint_name: len(body.u) for body in mechanism.bodies if body.is_double}
 
 
 @dataclass(frozen=True)
@@ -242,18 +236,6 @@ def contradiction_of(
         if found and (known_rank is not None or _lasts(rows, closest, jacobian, found)):
             return RowContradiction(tuple(rows.active[k] for k in found), missing, float(wanted[found[-1]]))
     return None
-
-
-@contextmanager
-def contradictions_named(rows: ConstraintRows, q: Floats, u: Floats) -> Iterator[None]:
-    """Raise NoSolutionError with the names of contradicting rows in place of an error that they cause."""
-    try:
-        yield
-    except NoSolutionError:
-        found = contradiction_of(rows, q, u)
-        if found is None:
-            raise
-        raise found.error(rows.mechanism, "at the start") from None
 
 
 def _lasts(rows: ConstraintRows, q: Floats, jacobian: Floats, circuit: Sequence[int]) -> bool:

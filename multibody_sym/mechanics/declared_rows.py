@@ -9,7 +9,6 @@ from functools import singledispatch
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.gears import gear_row
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
 from multibody_sym.mechanics.references import References, StartConstant, across, in_plane, rows_in_plane
@@ -47,7 +46,7 @@ from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, Node, as_node, negate, symbol
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, symbol
 
 
 def declared_rows(references: References) -> tuple[list[Row], list[LawElement]]:
@@ -114,6 +113,8 @@ def _(element: Gear, name: str, references: References) -> list[Row]:
         driving = references.coordinate(element.joints[1])
     zero = driven - element.ratio * driving - element.value
     if element.radii is not None:
+        from multibody_sym.mechanics.gears import gear_row  # which few systems need
+
         return [gear_row(name, element, zero, references)]
     return [ExpressionRow(name, zero, element.acts is None)]
 
@@ -178,6 +179,38 @@ def _(element: Rolling, name: str, references: References) -> list[Row]:
 def _(element: Rope, name: str, references: References) -> list[Row | LawElement]:
     rope = rope_elements if may_slacken(references, element) else rope_rows
     return list(rope(references, name, element))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Stops: the limits of joints that act, each a row phi >= 0 on the joint's coordinate.
+
+FREE: Final = "free"
+
+
+def stops(references: References) -> Iterator[LawElement]:
+    """Yield the stops of all joints: below, then above."""
+    for name, joint in references.system.joints.items():
+        limits = joint.stops
+        if limits is None:
+            continue
+        coordinate = references.coordinate(name)
+        gaps = {
+            "lower": None if limits.lower is None else coordinate - limits.lower,
+            "upper": None if limits.upper is None else limits.upper - coordinate,
+        }
+        for side, gap in gaps.items():
+            if gap is not None:
+                yield LawElement(
+                    f"{name}.{side}",
+                    "stop",
+                    ("joints", name),
+                    (ExpressionRow(f"{name}.{side}", gap),),
+                    restitution=limits.restitution or ZERO,
+                    collides=limits.restitution is not None,
+                    words=(side, FREE),
+                    group=name,
+                    joint=name,
+                )
 
 
 # ----------------------------------------------------------------------------------------------------------------------

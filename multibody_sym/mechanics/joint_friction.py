@@ -1,4 +1,4 @@
-"""How do joints rub: which parts of a joint's own reaction press, along which rows is there friction? And stops.
+"""How do joints rub: which parts of a joint's own reaction press, along which rows is there friction?
 
 A guide rubs with the force across its axis; with pads, so far apart on the child, each takes half of that force and its
 share of the couple. A journal rubs about its axis at a radius, or two bearings do, a sleeve along and about it. On a
@@ -8,21 +8,18 @@ N cos a + T sin a.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
-from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, spread
-from multibody_sym.mechanics.points import NO_WRENCH, Wrench, as_point, direction, generalized_forces
+from multibody_sym.mechanics.points import as_point
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
 from multibody_sym.mechanics.row_records import (
     NOWHERE,
     BrakingRow,
     ConstantMomentRow,
-    ExpressionRow,
     ReactionRow,
     Row,
     RubbingRow,
@@ -39,11 +36,9 @@ from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     Mat,
-    S,
     Vec,
     add,
     apply,
-    apply_transposed,
     cross,
     dot,
     product,
@@ -366,117 +361,3 @@ _MAKERS: Final[dict[tuple[type[Step], ...], Callable[[Rubbing], Made]]] = {
     (Translate, Translate, Rotate): plate_friction,
     (Rotate, Rotate): _two_pins,
 }
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Stops: the limits of joints that act, each a row phi >= 0 on the joint's coordinate.
-
-FREE: Final = "free"
-
-
-def stops(references: References) -> Iterator[LawElement]:
-    """Yield the stops of all joints: below, then above."""
-    for name, joint in references.system.joints.items():
-        limits = joint.stops
-        if limits is None:
-            continue
-        coordinate = references.coordinate(name)
-        gaps = {
-            "lower": None if limits.lower is None else coordinate - limits.lower,
-            "upper": None if limits.upper is None else limits.upper - coordinate,
-        }
-        for side, gap in gaps.items():
-            if gap is not None:
-                yield LawElement(
-                    f"{name}.{side}",
-                    "stop",
-                    ("joints", name),
-                    (ExpressionRow(f"{name}.{side}", gap),),
-                    restitution=limits.restitution or ZERO,
-                    collides=limits.restitution is not None,
-                    words=(side, FREE),
-                    group=name,
-                    joint=name,
-                )
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# What presses in a joint: parts of its reaction as affine functions of udot and of what acts on the bodies.
-#
-# The reaction of a tree joint on its child balances what its child and all that this carries need and are given. Its
-# part f . F + m . M, about the joint's point, is therefore the power of their inertia less that of all that acts on
-# them, in a virtual motion in which they move as one rigid body: the joint's point along f, turning with m.
-
-
-Twist = tuple[Vec, Vec]
-_NEARLY_ZERO: Final = 1e-300
-"""The square of a force that has no direction."""
-
-
-@dataclass(frozen=True)
-class PartOfReaction:
-    """A part of a joint's reaction: `columns` (nu) . udot + `rest` + sum over rows of `of_rows` lambda."""
-
-    columns: list[S]
-    rest: S
-    of_rows: list[S]
-
-
-def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
-    """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
-    child = row.frames[1]
-    index = child.body
-    turning, moving = (
-        apply_transposed(motion.rotation(index), direction(motion, row.frames[0], part))
-        for part in (row.moment, row.force)
-    )
-    # the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M
-    twist: Twist = subtract(moving, cross(turning, motion.point(child))), turning
-    if motion.mechanism.bodies[index].joint_name == row.joint:
-        return _part_in_tree(motion, index, twist, wrenches)
-    cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
-    of_rows: list[S] = [0] * len(wrenches)  # only the rows that stand for the joint exert its reaction
-    for k in cut.rows:
-        of_rows[k] = _power(twist, wrenches[k][index])
-    return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
-
-
-def _part_in_tree(motion: Motion, index: int, twist: Twist, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
-    """Return the part of the reaction of the joint that carries a body, for a virtual motion of the body."""
-    twists = {index: twist}  # all that the body carries moves with it as one
-    for k, body in enumerate(motion.mechanism.bodies):
-        if body.parent in twists and k != index:
-            twists[k] = from_parent(motion.bodies[k], twists[body.parent])
-    momenta = [NO_WRENCH] * len(motion.bodies)
-    rest: S = 0
-    acting, at_rest = applied_forces(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
-    for k, (v, w) in twists.items():
-        mass = motion.masses[k]
-        x, y, z = add(v, cross(w, mass.com))
-        linear = mass.mass * x, mass.mass * y, mass.mass * z
-        momenta[k] = linear, add(apply(mass.inertia, w), cross(mass.com, linear))
-        (a, alpha), turning = at_rest[k], motion.bodies[k].w_WB
-        x, y, z = add(a, apply(spread(alpha, turning), mass.com))
-        force = mass.mass * x, mass.mass * y, mass.mass * z
-        moment = add(apply(mass.inertia, alpha), cross(turning, apply(mass.inertia, turning)))
-        needed = force, add(moment, cross(mass.com, force))  # the rate of the body's momentum
-        rest = rest + _power((v, w), needed) - _power((v, w), acting[k])
-    of_rows = [-sum((_power(x, of_body[k]) for k, x in twists.items()), 0) for of_body in wrenches]
-    return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
-
-
-def _power(twist: Twist, wrench: Wrench) -> S:
-    return dot(twist[0], wrench[0]) + dot(twist[1], wrench[1])
-
-
-def along_reactions(
-    forces: Sequence[Sequence[S]], beside: Mapping[int, Sequence[int]], multipliers: Sequence[S]
-) -> list[list[S]]:
-    """Return the forces of rows (s x nu); those `beside` others times their part of the vectors' direction."""
-    found = [list(row) for row in forces]
-    for k, others in beside.items():
-        x = multipliers[k]
-        square = sum((multipliers[other] * multipliers[other] for other in others), x * x)
-        part = x / sqrt(square + _NEARLY_ZERO)
-        found[k] = [part * f for f in found[k]]
-    return found

@@ -424,6 +424,11 @@ class Mechanism:
         cut = next((cut.name for cut in self.cuts if row in cut.rows), None) or self._doubled(self.rows[row])
         return ("constraints", self.rows[row].name.partition(".")[0]) if cut is None else ("joints", cut)
 
+    @property
+    def doubles(self) -> dict[str, int]:
+        """The joints whose coordinates massless doubles keep, each with the number of its speeds and their rows."""
+        return {body.joint_name: len(body.u) for body in self.bodies if body.is_double}
+
     @cached_property
     def _one_way_paths(self) -> Mapping[str, tuple[str, str]]:
         """Where each row of an element with a law is declared, by the row's name."""

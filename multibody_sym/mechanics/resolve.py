@@ -12,13 +12,12 @@ from multibody_sym.mechanics.declared_rows import (
     declared_rows,
     driving_inputs,
     expression_of,
+    stops,
     with_constants,
     with_driving_inputs,
     with_named_outputs,
 )
 from multibody_sym.mechanics.forces import loads, with_own_names
-from multibody_sym.mechanics.gears import with_withheld
-from multibody_sym.mechanics.joint_friction import joint_frictions, stops
 from multibody_sym.mechanics.law_elements import LawElement, StruckImpacts
 from multibody_sym.mechanics.mechanism import (
     TIME,
@@ -55,6 +54,7 @@ from multibody_sym.mechanics.vocabulary import (
 )
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import OnCurve, Rolling
+from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
 from multibody_sym.model.state_words import StateCondition
@@ -125,7 +125,11 @@ def _law_elements(references: References, declared: Sequence[LawElement]) -> tup
         from multibody_sym.mechanics.contacts import contacts
 
         found += contacts(references)
-    found += [*declared, *stops(references), *joint_frictions(references)]
+    found += [*declared, *stops(references)]
+    if any(isinstance(force, Friction) for force in references.system.forces.values()):
+        from multibody_sym.mechanics.joint_friction import joint_frictions
+
+        found += joint_frictions(references)
     smooth = references.system.simulation.friction
     if smooth is None:
         return tuple(found)
@@ -153,14 +157,22 @@ def mechanism(system: System) -> Mechanism:
         from multibody_sym.mechanics.contacts import with_feet  # which few systems need
 
         system = with_feet(system)
-    relative = with_withheld(_resolve(system), system)
+    relative = _with_withheld(_resolve(system), system)
     verify_questions(system, relative)
     if system.simulation.coordinates == "relative":
         return relative
     from multibody_sym.mechanics.absolute import freed_bodies
 
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
-    return with_withheld(replace(_resolve(freed.system, freed), relative=relative), system)
+    return _with_withheld(replace(_resolve(freed.system, freed), relative=relative), system)
+
+
+def _with_withheld(resolved: Mechanism, system: System) -> Mechanism:
+    if all(row.expression is None for row in (resolved.relative or resolved).rows):
+        return resolved
+    from multibody_sym.mechanics.gears import with_withheld  # which expressions as constraints need
+
+    return with_withheld(resolved, system)
 
 
 def _resolve(system: System, freed: Freed | None = None) -> Mechanism:

@@ -18,11 +18,10 @@ import numpy as np
 
 from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.contact_geometry import contact_direction, rim_across, touch
-from multibody_sym.mechanics.forces import span
-from multibody_sym.mechanics.joint_friction import part_of_reaction
+from multibody_sym.mechanics.forces import applied_forces, span
 from multibody_sym.mechanics.law_elements import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, qdot_of
+from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, qdot_of, spread
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -73,7 +72,7 @@ from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.functions import absolute, is_exactly, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, nodes_among, slot
 from multibody_sym.scalars.rank import without_rounding
-from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, negate, scale, subtract
+from multibody_sym.scalars.vectors import S, Vec, add, apply, apply_transposed, cross, dot, negate, scale, subtract
 
 
 @dataclass(frozen=True)
@@ -415,6 +414,88 @@ def constraint_jacobian(rows: Sequence[RowMotion]) -> Floats:
     size = len(rows[0].jacobian) if rows else 0
     jacobian = np.array([row.jacobian for row in rows], dtype=float).reshape(len(rows), size)
     return without_rounding(jacobian, largest_wrenches(rows))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What presses in a joint: parts of its reaction as affine functions of udot and of what acts on the bodies.
+#
+# The reaction of a tree joint on its child balances what its child and all that this carries need and are given. Its
+# part f . F + m . M, about the joint's point, is therefore the power of their inertia less that of all that acts on
+# them, in a virtual motion in which they move as one rigid body: the joint's point along f, turning with m.
+
+
+Twist = tuple[Vec, Vec]
+_NEARLY_ZERO: Final = 1e-300
+"""The square of a force that has no direction."""
+
+
+@dataclass(frozen=True)
+class PartOfReaction:
+    """A part of a joint's reaction: `columns` (nu) . udot + `rest` + sum over rows of `of_rows` lambda."""
+
+    columns: list[S]
+    rest: S
+    of_rows: list[S]
+
+
+def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
+    """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
+    child = row.frames[1]
+    index = child.body
+    turning, moving = (
+        apply_transposed(motion.rotation(index), direction(motion, row.frames[0], part))
+        for part in (row.moment, row.force)
+    )
+    # the velocity of the child's origin, and its turning, at which the joint has the power f . F + m . M
+    twist: Twist = subtract(moving, cross(turning, motion.point(child))), turning
+    if motion.mechanism.bodies[index].joint_name == row.joint:
+        return _part_in_tree(motion, index, twist, wrenches)
+    cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
+    of_rows: list[S] = [0] * len(wrenches)  # only the rows that stand for the joint exert its reaction
+    for k in cut.rows:
+        of_rows[k] = _power(twist, wrenches[k][index])
+    return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
+
+
+def _part_in_tree(motion: Motion, index: int, twist: Twist, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
+    """Return the part of the reaction of the joint that carries a body, for a virtual motion of the body."""
+    twists = {index: twist}  # all that the body carries moves with it as one
+    for k, body in enumerate(motion.mechanism.bodies):
+        if body.parent in twists and k != index:
+            twists[k] = from_parent(motion.bodies[k], twists[body.parent])
+    momenta = [NO_WRENCH] * len(motion.bodies)
+    rest: S = 0
+    acting, at_rest = applied_forces(motion).of_body, accelerations(motion, [0] * len(motion.state.u))
+    for k, (v, w) in twists.items():
+        mass = motion.masses[k]
+        x, y, z = add(v, cross(w, mass.com))
+        linear = mass.mass * x, mass.mass * y, mass.mass * z
+        momenta[k] = linear, add(apply(mass.inertia, w), cross(mass.com, linear))
+        (a, alpha), turning = at_rest[k], motion.bodies[k].w_WB
+        x, y, z = add(a, apply(spread(alpha, turning), mass.com))
+        force = mass.mass * x, mass.mass * y, mass.mass * z
+        moment = add(apply(mass.inertia, alpha), cross(turning, apply(mass.inertia, turning)))
+        needed = force, add(moment, cross(mass.com, force))  # the rate of the body's momentum
+        rest = rest + _power((v, w), needed) - _power((v, w), acting[k])
+    of_rows = [-sum((_power(x, of_body[k]) for k, x in twists.items()), 0) for of_body in wrenches]
+    return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
+
+
+def _power(twist: Twist, wrench: Wrench) -> S:
+    return dot(twist[0], wrench[0]) + dot(twist[1], wrench[1])
+
+
+def along_reactions(
+    forces: Sequence[Sequence[S]], beside: Mapping[int, Sequence[int]], multipliers: Sequence[S]
+) -> list[list[S]]:
+    """Return the forces of rows (s x nu); those `beside` others times their part of the vectors' direction."""
+    found = [list(row) for row in forces]
+    for k, others in beside.items():
+        x = multipliers[k]
+        square = sum((multipliers[other] * multipliers[other] for other in others), x * x)
+        part = x / sqrt(square + _NEARLY_ZERO)
+        found[k] = [part * f for f in found[k]]
+    return found
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from windows import windows
 import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import system as derivation
-from multibody_sym.dynamics.programs.repeated_bodies import MANY_BODIES
+from multibody_sym.dynamics.programs.system import MANY_BODIES
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.resolve import mechanism

@@ -33,9 +33,8 @@ from multibody_sym.dynamics.programs.repeated_bodies import (
     pack_inertia,
     unpack_inertia,
     vectors,
-    worth_scanning,
 )
-from multibody_sym.dynamics.programs.system import friction_of
+from multibody_sym.dynamics.programs.system import friction_of, worth_scanning
 from multibody_sym.mechanics.impacts import after_impact, impact_mechanism, state_in_impact
 from multibody_sym.mechanics.law_elements import JumpRow, LawElement, MeetingRow
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce

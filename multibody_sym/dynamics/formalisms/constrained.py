@@ -34,9 +34,8 @@ from multibody_sym.dynamics.formalisms.equations import (
     massless_speeds,
 )
 from multibody_sym.errors import NoSolutionError, Where
-from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.motion import Motion, why_locked
-from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
+from multibody_sym.mechanics.row_kinematics import along_reactions, constraint_jacobian, row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import is_exactly, maximum, sqrt

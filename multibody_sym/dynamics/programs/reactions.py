@@ -13,7 +13,6 @@ from typing import Final, Literal
 from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
 from multibody_sym.mechanics.contact_geometry import gap, reach, rim_flatness, touch
 from multibody_sym.mechanics.forces import add_drive, applied_forces, force_across
-from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.law_elements import (
     ACTIVE,
     FRICTION,
@@ -34,6 +33,7 @@ from multibody_sym.mechanics.points import NO_WRENCH, Wrench, position, separati
 from multibody_sym.mechanics.ropes import segments, wheel_at
 from multibody_sym.mechanics.row_kinematics import (
     RowMotion,
+    along_reactions,
     coefficients,
     friction_factors,
     friction_on,

@@ -49,6 +49,7 @@ from multibody_sym.scalars.vectors import (
     Mat,
     Vec,
     add,
+    dot,
     negate,
     subtract,
     symmetric,
@@ -65,11 +66,6 @@ from multibody_sym.scalars.vectors import (
 # apart and save operations.
 
 
-MANY_BODIES: Final = 48
-"""From how many bodies on numbers are data (benchmarks/kinds.py): fewer compile in seconds, and are faster written out.
-
-Robots have fewer.
-"""
 _BODIES_WITH_DATA: Final = 8
 """Mean number of bodies of a kind from which on numbers are data."""
 _ROWS: Final = (PositionRow, AngleRow, DistanceRow, ExpressionRow, VelocityRow)
@@ -79,14 +75,14 @@ _FACTORS: Final = frozenset({"add", "mul", "div"})
 """Operations whose constant operands are data; others, powers above all, have other rules for each constant."""
 
 
-def with_constants(mechanism: Mechanism) -> Mechanism:
+def numbers_as_constants(mechanism: Mechanism) -> Mechanism:
     """Return the mechanism with literal numbers as constants where its bodies are many and of few kinds.
 
     The constants follow all other parameters, with their values. Numbers of closed loops become constants with those of
     the bodies that they join.
     """
     special = (mechanism.one_way, mechanism.relative, mechanism.impact, mechanism.parameters.constants)
-    if len(mechanism.bodies) < MANY_BODIES or any(special) or massless_speeds(mechanism):
+    if any(special) or massless_speeds(mechanism):
         return mechanism
     loads = places_of_loads(mechanism)
     if loads is None or not all(isinstance(row, _ROWS) for row in mechanism.rows):
@@ -329,17 +325,15 @@ class _Local:
 # expressions of parameters), and only the tree joins bodies: no rows, no loads but on a joint's own speed.
 
 
-_BODIES_OF_A_KIND: Final = 4
-"""Mean number of bodies of a kind from which on a scan is chosen (benchmarks/chains.py)."""
 _TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-def worth_scanning(mechanism: Mechanism) -> LikeBodies | None:
-    """Return the kinds of bodies of a mechanism that is scanned, None for one whose Programs are written out."""
-    if mechanism.rows or massless_speeds(mechanism) or len(mechanism.bodies) < _BODIES_OF_A_KIND:
+def scanned_bodies(mechanism: Mechanism, of_a_kind: int) -> LikeBodies | None:
+    """Return the kinds of bodies of a mechanism that is scanned: one of so many bodies `of_a_kind` in the mean."""
+    if mechanism.rows or massless_speeds(mechanism):
         return None
     like = like_bodies(mechanism)
-    return like if like is not None and len(mechanism.bodies) >= _BODIES_OF_A_KIND * len(like.kinds) else None
+    return like if like is not None and len(mechanism.bodies) >= of_a_kind * len(like.kinds) else None
 
 
 def scanned_sources(mechanism: Mechanism, like: LikeBodies) -> Sources:
@@ -527,3 +521,36 @@ def pack_inertia(inertia: Inertia) -> tuple[Node, ...]:
 def unpack_inertia(values: Sequence[Node]) -> Inertia:
     rows = vectors(values[12:])
     return Inertia(symmetric(values[:6]), (rows[0], rows[1], rows[2]), symmetric(values[6:12]))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Pivots of the mass matrix, by one pass inward: a long tree written out compiles for seconds.
+
+
+_ARTICULATED: Final = 21
+"""Numbers of an inertia that free joints are left out of."""
+
+
+def scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace, least: float) -> list[Node]:
+    """Return each pivot of the mass matrix less the part `least` of its diagonal."""
+    carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
+    result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
+    given = [tuple(trace[array.name]) for array in trace.inputs]
+    step = partial(_pivots_of_body, like.kinds, least)
+    return list(scan_tree(trace, given, like.bodies, [carried], [result], step)["pivots"])
+
+
+def _pivots_of_body(kinds: Sequence[BodyKind], least: float, number: int, read: Values) -> Values:
+    """Return the inertias that a body hands on, with free and with rigid joints, and its pivots."""
+    kind = kinds[number]
+    body, state = kind.body, kind.state
+    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
+    own = articulated_inertia(about_origin(body_mass(body, state)))
+    rigid = own.plus(unpack_inertia(read["carried"][_ARTICULATED:]))
+    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
+    found = []
+    for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
+        force, moment = rigid.wrench(linear, angular)
+        found.append(as_node(freedom.pivot) - least * (dot(linear, force) + dot(angular, moment)))
+    handed = (*pack_inertia(left.moved(moved.R_PB, moved.p_PB)), *pack_inertia(rigid.moved(moved.R_PB, moved.p_PB)))
+    return {"carried": handed, "pivots": found}

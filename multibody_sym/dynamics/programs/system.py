@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property, reduce
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -17,19 +17,15 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, correction, solve_constrained
 from multibody_sym.dynamics.formalisms.equations import Formalism, FrictionTerms, TreeDynamics, massless_speeds
 from multibody_sym.dynamics.programs.quantities import Sources, events, with_quantities
-from multibody_sym.dynamics.programs.repeated_bodies import scanned_normalize, scanned_sources, worth_scanning
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import shared_forces
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, qdot_of
 from multibody_sym.mechanics.points import NO_WRENCH, direction, position
-from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, power_terms, row_motions
+from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, along_reactions, power_terms, row_motions
 from multibody_sym.mechanics.row_records import AngleRow
 from multibody_sym.mechanics.state import arrays, slot_state
-from multibody_sym.program.derivatives import total_jacobian
-from multibody_sym.program.loops import all_rolled, with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.statements import Array, Solve
@@ -40,6 +36,9 @@ from multibody_sym.scalars.functions import absolute, maximum, sqrt, where
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, real
 from multibody_sym.scalars.rank import PIVOT, without_rounding
 from multibody_sym.scalars.vectors import S, dot, unit_quaternion
+
+if TYPE_CHECKING:
+    from multibody_sym.dynamics.programs.repeated_bodies import LikeBodies
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Programs that close loops at the start: rows and their sizes in numbers, at any state.
@@ -101,6 +100,8 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     count = len(mechanism.speeds)
     trace = Trace(CHANGE, (*arrays(mechanism), Array("x", (count,))))
     change = trace.finish({"change": ((count,), correction(factors, [], lambda _weighted: list(trace["x"])))})
+    from multibody_sym.program.loops import with_loops  # which trees do without
+
     return {program.name: with_loops(program, _LONG) for program in (closing, places, change)}
 
 
@@ -251,6 +252,8 @@ def index_2_programs(
     rows = _Rows(mechanism, dynamics, derivative)
     equations = _equations(mechanism, dynamics, rows)
     outputs = [output.name for output in equations.outputs]
+    from multibody_sym.program.derivatives import total_jacobian  # which few methods need
+
     by_state = total_jacobian(equations, outputs, ("q", "u"), inputs, name="index_2_by_state")
     by_multipliers = _by_multipliers(mechanism, dynamics, rows)
     return {program.name: program for program in (equations, by_state, by_multipliers)}
@@ -367,6 +370,33 @@ _BY_DERIVATIVE: Final = ("explicit", "multistep")
 """Forms that take the derivative alone."""
 
 
+MANY_BODIES: Final = 48
+"""From how many bodies on numbers are data (benchmarks/kinds.py): fewer compile in seconds, and are faster written out.
+
+Robots have fewer.
+"""
+_BODIES_OF_A_KIND: Final = 4
+"""Mean number of bodies of a kind from which on a scan is chosen (benchmarks/chains.py)."""
+
+
+def with_constants(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with literal numbers as constants where its bodies are many and of few kinds."""
+    if len(mechanism.bodies) < MANY_BODIES:
+        return mechanism
+    from multibody_sym.dynamics.programs.repeated_bodies import numbers_as_constants
+
+    return numbers_as_constants(mechanism)
+
+
+def worth_scanning(mechanism: Mechanism) -> LikeBodies | None:
+    """Return the kinds of bodies of a mechanism that is scanned, None for one whose Programs are written out."""
+    if len(mechanism.bodies) < _BODIES_OF_A_KIND:
+        return None
+    from multibody_sym.dynamics.programs.repeated_bodies import scanned_bodies
+
+    return scanned_bodies(mechanism, _BODIES_OF_A_KIND)
+
+
 def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
     """Return all Programs of a mechanism by one formalism, with those that a method needs for its `form`.
 
@@ -375,6 +405,8 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     """
     like = worth_scanning(mechanism) if formalism is block_ldl and form in _BY_DERIVATIVE else None
     if like is not None:
+        from multibody_sym.dynamics.programs.repeated_bodies import scanned_normalize, scanned_sources
+
         return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
     dynamics = formalism(mechanism, slot_state(mechanism))
 
@@ -384,6 +416,8 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
     sources = Sources(state_derivative(mechanism, dynamics), energy_program(mechanism), motion)
     if not mechanism.rows:
         return _programs(mechanism, sources, _normalize(mechanism), None, form)
+    from multibody_sym.program.loops import all_rolled
+
     every = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
     return replace(every, **all_rolled(every.as_mapping()))
 
@@ -408,9 +442,15 @@ def _programs(
         energy=sources.energy,
         outputs=outputs_program(mechanism, sources),
         events=events(mechanism, sources),
-        jacobian=total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs) if form == "implicit" else None,
+        jacobian=_jacobian(derivative, inputs) if form == "implicit" else None,
         **of_rows,
     )
+
+
+def _jacobian(derivative: Program, inputs: Program) -> Program:
+    from multibody_sym.program.derivatives import total_jacobian  # which few methods need
+
+    return total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs)
 
 
 def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:

@@ -20,11 +20,10 @@ from multibody_sym.errors import InputError, ModelError, NoSolutionError, at
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
-from multibody_sym.mechanics.joint_friction import along_reactions
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism, verify_without_states
 from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
 from multibody_sym.mechanics.points import joint_projection
-from multibody_sym.mechanics.row_kinematics import acting_rows, row_motions
+from multibody_sym.mechanics.row_kinematics import acting_rows, along_reactions, row_motions
 from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array

@@ -13,9 +13,9 @@ from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, 
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import Blow, friction_parts, pose, struck_rows
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions, value_at, verify_friction
+from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
 from multibody_sym.dynamics.start.number_checks import check_numbers
-from multibody_sym.dynamics.start.parameters import verify_lengths
+from multibody_sym.dynamics.start.parameters import value_at, verify_friction, verify_lengths
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at, rows_at
 from multibody_sym.errors import ModelError, NoSolutionError, Where, at

@@ -7,18 +7,18 @@ lengths of ropes, places feet on their curves, and reports ropes that slip over 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final, TypeVar
 
 import numpy as np
 
 from multibody_sym.dynamics.closing import ConstraintRows
+from multibody_sym.dynamics.start.parameters import require_values
 from multibody_sym.errors import ModelError, MultibodyError, at, gathered
 from multibody_sym.mechanics.contact_geometry import ON_POINTS, allowed_past_end, fits, flat_rims, reach, touch
 from multibody_sym.mechanics.forces import apart
-from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.load_records import Load, PointPull, PointSpring
 from multibody_sym.mechanics.mechanism import (
     Measure,
@@ -32,7 +32,6 @@ from multibody_sym.mechanics.mechanism import (
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
 from multibody_sym.mechanics.points import direction, position, tangent_angle, tangent_components
 from multibody_sym.mechanics.ropes import (
-    NoDirectionError,
     Segment,
     inner_side,
     segments,
@@ -56,7 +55,6 @@ from multibody_sym.mechanics.row_records import (
 )
 from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.bodies import IDENTITY
-from multibody_sym.model.contacts_and_impacts import verify_coefficients
 from multibody_sym.model.fields import Point
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -66,58 +64,6 @@ from multibody_sym.scalars.functions import evaluate_float, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
 from multibody_sym.scalars.rank import least_squares
 from multibody_sym.scalars.vectors import Vec, cross, dot, scale, subtract
-
-_ROLLING: Final = ".rolling"
-
-
-Value = Callable[[Node], float | None]
-"""Returns the value of an expression; None where it is not known."""
-
-
-def value_at(motion: Motion, node: Node) -> float:
-    return float(motion.state.values([node])[0])
-
-
-def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
-    """Raise ModelError for negative friction and radii, and for more friction in sliding than in sticking.
-
-    Literal numbers were checked when they were read; these are values of parameters.
-    """
-    for element in elements:
-        with at(*element.path):
-            _verify_range(value(element.restitution), "restitution", 1.0)
-            _verify_range(value(element.tangential_restitution), "tangential_restitution", 1.0)
-            for force in element.constant_forces:
-                _verify_range(value(force), "force", None)
-            for part in element.frictions:
-                verify_friction(part, value)
-            for row in element.rows if element.kind == "contact" else ():
-                for radius in map(value, row.radii):
-                    if radius is not None and not radius > 0.0:
-                        raise ModelError(
-                            f"a radius there is {radius:g} m, and what has one is round; give a positive number",
-                            number="M109",
-                        )
-
-
-def verify_friction(part: FrictionPart, value: Value) -> None:
-    """Raise ModelError, under the coefficient's name, for a negative one, and for more in sliding than in sticking."""
-    if part.name.endswith(_ROLLING):
-        _verify_range(value(part.static), "rolling_resistance", None)
-        return
-    static = _verify_range(value(part.static), "static", None)
-    kinetic = _verify_range(value(part.kinetic), "kinetic", None)
-    if not part.enough:
-        verify_coefficients(static, kinetic)
-
-
-def _verify_range(value: float | None, name: str, most: float | None) -> float | None:
-    with at(name):
-        if value is not None and value < 0.0:
-            raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all", number="M109")
-        if most is not None and value is not None and value > most:
-            raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came", number="M114")
-    return value
 
 
 def verify_outside(motion: Motion, tolerance: float) -> None:
@@ -420,20 +366,6 @@ def _verify_side(motion: Motion, rope: RopeRow, bend: int) -> None:
         raise _which_side(name, before)
 
 
-@contextmanager
-def require_values() -> Iterator[None]:
-    """Raise ModelError where an expression inside has no finite value, or a rope leads nowhere."""
-    try:
-        yield
-    except NoDirectionError:
-        raise
-    except UNDEFINED as error:
-        divides = isinstance(error, ZeroDivisionError)
-        why = "it divides by zero" if divides else "a root, power, logarithm or the like has none there"
-        cure = "correct it, or start elsewhere (initial: {q: ..})"
-        raise ModelError(f"an expression has no finite value at the start: {why}; {cure}", number="M115") from None
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Feet at the start: the parameters of curves that are touched or guide points.
 #
@@ -471,11 +403,6 @@ class _Along:
     def lowest(self, height: Floats) -> _FootPlace:
         """Return the foot at the place of the least height (n)."""
         return [self.coordinate], [float(self.parameters[int(np.nanargmin(height))])]
-
-
-def has_curves(mechanism: Mechanism) -> bool:
-    """Return whether curves guide or touch anything."""
-    return any(step.curve is not None for body in mechanism.bodies for step in body.steps)
 
 
 def with_feet(motion: Motion, q: Floats) -> Floats:
@@ -522,8 +449,6 @@ def verify_ways(mechanism: Mechanism, state: State) -> None:
 def verify_fits(motion: Motion) -> None:
     """Raise ModelError for a hollow that bends more than the ball or disc that touches it."""
     mechanism = motion.mechanism
-    if not any(body.is_foot for body in mechanism.bodies):
-        return
     bias = accelerations(motion, [0.0] * len(motion.state.u))
     paths = [(mechanism.row_path(k), row) for k, row in enumerate(mechanism.rows)]
     paths += [(element.path, row) for element in mechanism.one_way for row in element.normals]

@@ -9,19 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import partial, wraps
+from functools import wraps
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 
-from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, tree_factors
+from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated_inertia
-from multibody_sym.dynamics.programs.repeated_bodies import BodyKind, pack_inertia, unpack_inertia, worth_scanning
-from multibody_sym.dynamics.programs.system import closes_by_programs
-from multibody_sym.dynamics.start.initial_geometry import verify_contact_values
-from multibody_sym.dynamics.start.parameters import ARITHMETIC, parameter_values, undefined_text, value_or_none
+from multibody_sym.dynamics.programs.system import closes_by_programs, worth_scanning
+from multibody_sym.dynamics.start.parameters import (
+    ARITHMETIC,
+    parameter_values,
+    undefined_text,
+    value_or_none,
+    verify_contact_values,
+)
 from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify_motions
 from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at, gathered
 from multibody_sym.mechanics.forces import varies
@@ -32,19 +35,17 @@ from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.model.bodies import GROUND, Body
 from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.model.forces import SpringDamper
-from multibody_sym.model.mistakes import with_others
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import System, Written, expressions, system_from_tree, tree_from_system
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
-from multibody_sym.program.tree_passes import Pass, Result, Values, scan_tree
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.rank import TYPED, null_space
-from multibody_sym.scalars.vectors import ZERO_VECTOR, dot
+from multibody_sym.scalars.vectors import ZERO_VECTOR
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Possible masses and inertias; bodies that are welded to each other count as one.
@@ -271,6 +272,8 @@ def check_numbers(system: System) -> Mechanism:
         except InputError as error:  # the first mistake, which carries the others
             if not isinstance(system, System):
                 raise
+            from multibody_sym.model.mistakes import with_others
+
             raise with_others(error, tree_from_system(system), lambda tree: mechanism(system_from_tree(tree))) from None
         base = resolved.relative or resolved
         parameters = parameter_values(base, {})
@@ -472,8 +475,6 @@ _DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "
 """Operations that have a value for all finite numbers; the results of others are checked."""
 _MOMENT_ROUNDING: Final = 1e-7
 """Relative: so far a moment of inertia may miss a possible one; the full check allows ten times more."""
-_ARTICULATED: Final = 21
-"""Numbers of an inertia that free joints are left out of."""
 _PIVOT: Final = 1e-9
 """Beside its diagonal element, the least pivot of a mass matrix that is cleared."""
 
@@ -526,11 +527,9 @@ def quick_look(system: System, mechanism: Mechanism) -> Program:
         diagonals = zip(pivots, mass_diagonal(motion), strict=True)
         positive += [as_node(pivot) - _PIVOT * diagonal for pivot, diagonal in diagonals]
     else:  # by one pass inward: a long tree compiles for seconds
-        carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
-        result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
-        given = [tuple(trace[array.name]) for array in trace.inputs]
-        step = partial(_pivots_of_body, like.kinds)
-        positive += scan_tree(trace, given, like.bodies, [carried], [result], step)["pivots"]
+        from multibody_sym.dynamics.programs.repeated_bodies import scanned_pivots
+
+        positive += scanned_pivots(mechanism, like, trace, _PIVOT)
     positive = positive or [as_node(1)]
     outputs = {FINITE: ((len(finite),), finite), POSITIVE: ((len(positive),), positive)}
     return trace.finish(outputs)
@@ -578,19 +577,3 @@ def _inertia_minors(six: Sequence[Node]) -> Iterator[Node]:
         )
     if not m:
         yield as_node(-1)
-
-
-def _pivots_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
-    """Return the inertias that a body hands on, with free and with rigid joints, and its pivots."""
-    kind = kinds[number]
-    body, state = kind.body, kind.state
-    moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
-    own = articulated_inertia(about_origin(body_mass(body, state)))
-    rigid = own.plus(unpack_inertia(read["carried"][_ARTICULATED:]))
-    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
-    found = []
-    for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
-        force, moment = rigid.wrench(linear, angular)
-        found.append(as_node(freedom.pivot) - _PIVOT * (dot(linear, force) + dot(angular, moment)))
-    handed = (*pack_inertia(left.moved(moved.R_PB, moved.p_PB)), *pack_inertia(rigid.moved(moved.R_PB, moved.p_PB)))
-    return {"carried": handed, "pivots": found}

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Final
 
 from multibody_sym.errors import ExpressionError, ModelError, Where, at
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import Motion, accelerations
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.ropes import NoDirectionError
 from multibody_sym.mechanics.row_kinematics import row_motion
-from multibody_sym.model.contacts_and_impacts import verify_rod_length
+from multibody_sym.model.contacts_and_impacts import verify_coefficients, verify_rod_length
 from multibody_sym.model.system import System
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import leaves, postorder
@@ -205,3 +207,72 @@ def verify_direction(motion: Motion, load: Load) -> None:
             f"give them different positions (initial: {{q: ..}}){other}",
             number="M119",
         )
+
+
+@contextmanager
+def require_values() -> Iterator[None]:
+    """Raise ModelError where an expression inside has no finite value, or a rope leads nowhere."""
+    try:
+        yield
+    except NoDirectionError:
+        raise
+    except UNDEFINED as error:
+        divides = isinstance(error, ZeroDivisionError)
+        why = "it divides by zero" if divides else "a root, power, logarithm or the like has none there"
+        cure = "correct it, or start elsewhere (initial: {q: ..})"
+        raise ModelError(f"an expression has no finite value at the start: {why}; {cure}", number="M115") from None
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Values of what touches and rubs.
+
+
+_ROLLING: Final = ".rolling"
+Value = Callable[[Node], float | None]
+"""Returns the value of an expression; None where it is not known."""
+
+
+def value_at(motion: Motion, node: Node) -> float:
+    return float(motion.state.values([node])[0])
+
+
+def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
+    """Raise ModelError for negative friction and radii, and for more friction in sliding than in sticking.
+
+    Literal numbers were checked when they were read; these are values of parameters.
+    """
+    for element in elements:
+        with at(*element.path):
+            _verify_range(value(element.restitution), "restitution", 1.0)
+            _verify_range(value(element.tangential_restitution), "tangential_restitution", 1.0)
+            for force in element.constant_forces:
+                _verify_range(value(force), "force", None)
+            for part in element.frictions:
+                verify_friction(part, value)
+            for row in element.rows if element.kind == "contact" else ():
+                for radius in map(value, row.radii):
+                    if radius is not None and not radius > 0.0:
+                        raise ModelError(
+                            f"a radius there is {radius:g} m, and what has one is round; give a positive number",
+                            number="M109",
+                        )
+
+
+def verify_friction(part: FrictionPart, value: Value) -> None:
+    """Raise ModelError, under the coefficient's name, for a negative one, and for more in sliding than in sticking."""
+    if part.name.endswith(_ROLLING):
+        _verify_range(value(part.static), "rolling_resistance", None)
+        return
+    static = _verify_range(value(part.static), "static", None)
+    kinetic = _verify_range(value(part.kinetic), "kinetic", None)
+    if not part.enough:
+        verify_coefficients(static, kinetic)
+
+
+def _verify_range(value: float | None, name: str, most: float | None) -> float | None:
+    with at(name):
+        if value is not None and value < 0.0:
+            raise ModelError(f"{value:g} is negative; nothing rubs or bounces less than not at all", number="M109")
+        if most is not None and value is not None and value > most:
+            raise ModelError(f"{value:g} is above {most:g}: nothing leaves faster than it came", number="M114")
+    return value

@@ -7,7 +7,8 @@ and random states around a start, at which routes and theorems are compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Final, TypeVar
 
@@ -17,32 +18,16 @@ from multibody_sym.dynamics.closing import ConstraintRows, closed_near, displace
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, verify_inertia
 from multibody_sym.dynamics.programs.system import CompiledRows
-from multibody_sym.dynamics.redundancy import (
-    contradiction_of,
-    contradictions_named,
-    generic_rank,
-    verify_regular,
-)
 from multibody_sym.dynamics.start.assembly import absolute_state, assembled_position, assembled_speeds
-from multibody_sym.dynamics.start.initial_geometry import (
-    has_curves,
-    measured_rows,
-    require_values,
-    verify_fits,
-    verify_sides,
-    verify_ways,
-    with_constants,
-    with_feet,
-    with_sides,
-)
 from multibody_sym.dynamics.start.parameters import (
     parameter_values,
+    require_values,
     value_or_nan,
     verify_direction,
     verify_lengths,
     verify_values,
 )
-from multibody_sym.errors import ModelError, MultibodyError, Where, at
+from multibody_sym.errors import ModelError, MultibodyError, NoSolutionError, Where, at
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import INDEPENDENT, TIME, Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import Motion
@@ -108,7 +93,9 @@ def start(
             with at(*place, body.joint_name, "motion"), require_values():
                 evaluate_float(given or (), values)
     q, u = _declared_state(mechanism, declared)
-    if has_curves(mechanism):
+    if any(step.curve is not None for body in mechanism.bodies for step in body.steps):
+        from multibody_sym.dynamics.start.initial_geometry import verify_ways, with_feet
+
         verify_ways(mechanism, state_of(mechanism, float, 0.0, q.tolist(), u.tolist(), declared))
         q = with_feet(ConstraintRows(mechanism, declared, []).motion(q, u), q)
     return _close_rows(mechanism, declared, q, u, measure=True, project=project, compiled=compiled)
@@ -159,6 +146,13 @@ def _close_rows(
     compiled: CompiledRows | None = None,
 ) -> Start:
     """Return the state that satisfies all constraints, from a declared one; `measure`s constants there."""
+    if measure := measure and any(entry.measure is not None for entry in mechanism.parameters):
+        from multibody_sym.dynamics.start.initial_geometry import (  # which few systems need
+            measured_rows,
+            verify_sides,
+            with_constants,
+            with_sides,
+        )
     measured = measured_rows(mechanism) if measure else frozenset()
     active = [k for k in range(len(mechanism.rows)) if k not in measured]
     known = with_sides(mechanism, declared, q) if measure else declared
@@ -184,6 +178,8 @@ def _close_rows(
         speeds = assembled_speeds(every, position.values, u, project=project)
     rank = 0
     if mechanism.rows:
+        from multibody_sym.dynamics.redundancy import contradiction_of, generic_rank
+
         here, generic = generic_rank(every, position.values)
         if generic < every.acting:
             wrong = contradiction_of(every, position.values, speeds.values, generic)
@@ -214,6 +210,8 @@ def in_absolute_coordinates(mechanism: Mechanism, joints: Start) -> Start:
     relative = ConstraintRows(mechanism.relative, joints.parameters, [])
     motion = relative.motion(np.array(joints.q, dtype=float), np.array(joints.u, dtype=float))
     q, u = absolute_state(mechanism, motion, parameters)
+    from multibody_sym.dynamics.start.initial_geometry import with_constants
+
     parameters = with_constants(mechanism, parameters, q)
     return with_rank(
         mechanism, replace(joints, parameters=tuple(parameters), q=tuple(q.tolist()), u=tuple(u.tolist()), rank=0)
@@ -228,6 +226,8 @@ def with_rank(mechanism: Mechanism, begin: Start) -> Start:
     """
     if not mechanism.rows:
         return begin
+    from multibody_sym.dynamics.redundancy import generic_rank
+
     defining = sum(not row.restricts for row in mechanism.rows)
     q = np.array(begin.q, dtype=float)
     rank, generic = generic_rank(ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows))), q)
@@ -243,9 +243,25 @@ def with_rank(mechanism: Mechanism, begin: Start) -> Start:
 def verify_regular_start(mechanism: Mechanism, begin: Start, called: str = "the start") -> None:
     """Raise NoSolutionError, by name, where rows depend on each other that are independent beside this state."""
     if mechanism.rows:
+        from multibody_sym.dynamics.redundancy import verify_regular
+
         rows = ConstraintRows(mechanism, begin.parameters, range(len(mechanism.rows)))
         generic = mechanism.parameters.independent_rows(begin.parameters)
         verify_regular(rows, np.array(begin.q, dtype=float), begin.rank, generic, called)
+
+
+@contextmanager
+def contradictions_named(rows: ConstraintRows, q: Floats, u: Floats) -> Iterator[None]:
+    """Raise NoSolutionError with the names of contradicting rows in place of an error that they cause."""
+    try:
+        yield
+    except NoSolutionError:
+        from multibody_sym.dynamics.redundancy import contradiction_of
+
+        found = contradiction_of(rows, q, u)
+        if found is None:
+            raise
+        raise found.error(rows.mechanism, "at the start") from None
 
 
 def _verify_inertia(rows: ConstraintRows, q: Floats, u: Floats) -> None:
@@ -268,7 +284,10 @@ def _verify_loads(motion: Motion) -> None:
             verify_direction(motion, load)
             with require_values():
                 applied_forces(motion, [load])
-    verify_fits(motion)
+    if any(body.is_foot for body in motion.mechanism.bodies):
+        from multibody_sym.dynamics.start.initial_geometry import verify_fits
+
+        verify_fits(motion)
 
 
 # --- declared state ------------------------------------------------------------------------------------------------

@@ -15,11 +15,10 @@ from functools import cached_property, partial
 from itertools import chain, combinations, islice
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.dynamics.programs.repeated_bodies import with_constants
-from multibody_sym.dynamics.programs.system import CompiledRows
+from multibody_sym.dynamics.programs.system import CompiledRows, with_constants
 from multibody_sym.dynamics.start.assembly import ROUNDING
-from multibody_sym.dynamics.start.initial_geometry import value_at, verify_contact_values, verify_outside
 from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.start.parameters import value_at, verify_contact_values
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, start, with_rank
 from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
 from multibody_sym.mechanics.law_elements import LawElement, Mode
@@ -190,6 +189,8 @@ def state_at(
     base = declared.relative or declared
     if not base.one_way:
         return StartState(declared, start(base, overrides, project=project, compiled=compiled), (Mode({}),))
+    from multibody_sym.dynamics.start.initial_geometry import verify_outside  # which few systems need
+
     begin, rows = _nearly_touching(base, start(base, overrides, project=project), overrides, project)
     verify_contact_values(base.one_way, partial(value_at, rows.motion))
     wrong = gathered()

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.motion.integrator.flow import Pairing, sample_times
-from multibody_sym.motion.methods.table import Method
+from multibody_sym.motion.methods.table import COLLOCATION, Method
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import LEAST_LEFT, Status
 from multibody_sym.records import dataclass
@@ -214,11 +214,8 @@ class Problem:
         ):
             if not true:
                 raise ValueError(f"not true that {claim}")
-        if not ("jacobian" in self.compiled or self.index_2):
-            from multibody_sym.motion.methods.multistep import Collocation
-
-            if isinstance(self.method, Collocation):
-                raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")
+        if self.method.name in COLLOCATION and not ("jacobian" in self.compiled or self.index_2):
+            raise ValueError(f"{self.method.name} is implicit and needs the program jacobian, or index_2")
         values = dict(self.compiled["events"].signature.outputs)["values"] if "events" in self.compiled else (0,)
         if values != (len(self.terminal),):
             raise ValueError(f"terminal has {len(self.terminal)} entries, not {values[0]}")

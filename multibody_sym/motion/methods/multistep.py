@@ -281,9 +281,6 @@ IMPLICIT: Final[Mapping[str, Callable[[], Collocation]]] = MappingProxyType(
 )
 """Each method by name, made when it is asked for."""
 
-INDEX_2: Final = ("implicit_euler", "trapezoid", "radau_3", "radau_5")
-"""Those whose last stage is the end of the step, so that rows that hold at the stages hold there too."""
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Methods of constant step as exact data that checks itself: Adams-Bashforth-Moulton, Stoermer's, Stoermer-Verlet.

@@ -39,6 +39,12 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "ida": "SUNDIALS', order 1 to 5, adaptive, implicit, for equations of index 2; needs multibody-sym[sundials]",
 }
 """What each method is; the names are those that a model file and `--method` take."""
+COLLOCATION: Final = (
+    "implicit_euler", "implicit_midpoint", "trapezoid", "gauss_4", "gauss_6", "radau_3", "radau_5"
+)  # fmt: skip
+"""Implicit Runge-Kutta methods."""
+INDEX_2: Final = ("implicit_euler", "trapezoid", "radau_3", "radau_5")
+"""Those whose last stage is the end of the step, so that rows that hold at the stages hold there too."""
 LOOKING_BACK: Final = ("adams_bashforth_moulton", "stoermer_6", "stoermer_verlet")
 """Those that take steps before into account."""
 OF_SECOND_ORDER: Final = ("stoermer_6", "stoermer_verlet")

@@ -11,8 +11,7 @@ import numpy as np
 
 from multibody_sym.derivation.routes import formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.reactions import switchings
-from multibody_sym.dynamics.programs.repeated_bodies import with_constants
-from multibody_sym.dynamics.programs.system import CompiledRows, closes_by_programs
+from multibody_sym.dynamics.programs.system import CompiledRows, closes_by_programs, with_constants
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.parameters import ARITHMETIC
 from multibody_sym.dynamics.start.start import verify_regular_start

@@ -90,9 +90,7 @@ class RunLabels:
     @cached_property
     def doubles(self) -> dict[str, int]:
         """The joints whose coordinates massless doubles keep, with their speeds."""
-        from multibody_sym.dynamics.redundancy import doubles_of
-
-        return doubles_of(self.mechanism)
+        return self.mechanism.doubles
 
     @cached_property
     def stops(self) -> Names:
@@ -160,6 +158,8 @@ class RunLabels:
     @cached_property
     def withheld_reasons(self) -> Names:
         """Why they are not, and what to declare instead."""
+        if not self.mechanism.withheld:
+            return ()
         from multibody_sym.mechanics.gears import reasons
 
         return tuple(reasons(self.mechanism.withheld))

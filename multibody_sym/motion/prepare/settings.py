@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.settings import Baumgarte, Settings
 from multibody_sym.motion.loop.problem import SampleTimes
-from multibody_sym.motion.methods.multistep import IMPLICIT, INDEX_2
-from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, LOOKING_BACK, METHODS, LibraryMethod, Method
+from multibody_sym.motion.methods.table import (
+    BY_JACOBIAN,
+    COLLOCATION,
+    IDA,
+    INDEX_2,
+    LOOKING_BACK,
+    METHODS,
+    LibraryMethod,
+    Method,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
@@ -101,12 +109,12 @@ def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> F
     """
     if settings.method == IDA and not (settings.constraints and settings.constraints.baumgarte):
         return "index_2" if constrained else "implicit"
-    implicit = settings.method in (*IMPLICIT, *BY_JACOBIAN)
+    implicit = settings.method in (*COLLOCATION, *BY_JACOBIAN)
     if settings.constraints is None or not settings.constraints.index_2:
         return "implicit" if implicit else "multistep" if settings.method in LOOKING_BACK else "explicit"
     with at("simulation", "constraints", "index_2"):
         if settings.method not in INDEX_2:
-            losing = " (Gauss methods lose order there)" if settings.method in IMPLICIT else ""
+            losing = " (Gauss methods lose order there)" if settings.method in COLLOCATION else ""
             able = ", ".join([*INDEX_2, IDA])
             raise ModelError(
                 f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection",

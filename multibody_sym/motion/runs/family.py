@@ -15,8 +15,7 @@ import numpy as np
 
 from multibody_sym.derivation.routes import formalism_name
 from multibody_sym.dynamics.closing import normalize
-from multibody_sym.dynamics.programs.repeated_bodies import with_constants
-from multibody_sym.dynamics.programs.system import CompiledRows
+from multibody_sym.dynamics.programs.system import CompiledRows, with_constants
 from multibody_sym.dynamics.start.number_checks import (
     check_numbers,
     is_driven,

@@ -12,8 +12,13 @@ from windows import windows
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.programs.repeated_bodies import MANY_BODIES, with_constants, worth_scanning
-from multibody_sym.dynamics.programs.system import programs, state_derivative
+from multibody_sym.dynamics.programs.system import (
+    MANY_BODIES,
+    programs,
+    state_derivative,
+    with_constants,
+    worth_scanning,
+)
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.motion import motion_of

@@ -12,8 +12,8 @@ import pytest
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import system as written
-from multibody_sym.dynamics.programs.repeated_bodies import like_bodies, worth_scanning
-from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.programs.repeated_bodies import like_bodies
+from multibody_sym.dynamics.programs.system import programs, worth_scanning
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.state import state_of

@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.closing import normalize
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.programs.repeated_bodies import with_constants
+from multibody_sym.dynamics.programs.system import with_constants
 from multibody_sym.dynamics.start.number_checks import quick_look
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.mechanism import Mechanism
