@@ -15,8 +15,8 @@ from importlib.metadata import version
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import slot_state
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.bodies import Body, Frame, Turn
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.joints import Joint, Revolute, Spherical

@@ -26,7 +26,7 @@ import multibody_sym as mbs
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.mechanics.state import slot_state
+from multibody_sym.mechanics.motion import slot_state
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program, operation_count

@@ -26,8 +26,8 @@ import pinocchio as pin
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import slot_state
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.forces import Torque
 from multibody_sym.model.urdf import UrdfNotice, load_urdf
 from multibody_sym.program.backend import Native

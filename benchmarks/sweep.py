@@ -39,8 +39,8 @@ from multibody_sym.dynamics.formalisms.articulated_body import Sweep, block_ldl,
 from multibody_sym.dynamics.formalisms.composite_body import forcing
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import arrays, slot_state
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Spherical
 from multibody_sym.model.system import System

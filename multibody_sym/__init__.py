@@ -18,13 +18,15 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.check import CheckReport as CheckReport
     from multibody_sym.analysis.check import check as check
     from multibody_sym.analysis.equilibrium import Equilibrium as Equilibrium
+    from multibody_sym.analysis.equilibrium import Trim as Trim
     from multibody_sym.analysis.equilibrium import equilibrium as equilibrium
-    from multibody_sym.analysis.frequency_response import FrequencyResponse as FrequencyResponse
-    from multibody_sym.analysis.frequency_response import bode as bode
+    from multibody_sym.analysis.equilibrium import trim as trim
     from multibody_sym.analysis.inverse_kinematics import Posture as Posture
     from multibody_sym.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
+    from multibody_sym.analysis.linearize import FrequencyResponse as FrequencyResponse
     from multibody_sym.analysis.linearize import Linearization as Linearization
     from multibody_sym.analysis.linearize import Multipliers as Multipliers
+    from multibody_sym.analysis.linearize import bode as bode
     from multibody_sym.analysis.linearize import linearize as linearize
     from multibody_sym.analysis.linearize import period_multipliers as period_multipliers
     from multibody_sym.analysis.modes.modes import modes as modes
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.rest.range_of_rest import RangeOfRest as RangeOfRest
     from multibody_sym.analysis.rest.range_of_rest import least_for_motion as least_for_motion
     from multibody_sym.analysis.rest.range_of_rest import range_of_rest as range_of_rest
-    from multibody_sym.analysis.trim import Trim as Trim
-    from multibody_sym.analysis.trim import trim as trim
     from multibody_sym.answers.records import Solution as Solution
     from multibody_sym.answers.solve import solve as solve
     from multibody_sym.cli.version import __version__ as __version__
@@ -174,14 +174,12 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "analysis.check": "CheckReport check",
-    "analysis.equilibrium": "Equilibrium equilibrium",
-    "analysis.frequency_response": "FrequencyResponse bode",
+    "analysis.equilibrium": "Equilibrium equilibrium Trim trim",
     "analysis.inverse_kinematics": "Posture inverse_kinematics",
-    "analysis.linearize": "Linearization Multipliers linearize period_multipliers",
+    "analysis.linearize": "FrequencyResponse Linearization Multipliers linearize period_multipliers bode",
     "analysis.modes.modes": "modes",
     "analysis.modes.record": "Modes",
     "analysis.rest.range_of_rest": "LeastForMotion RangeOfRest least_for_motion range_of_rest",
-    "analysis.trim": "Trim trim",
     "answers.records": "Solution",
     "answers.solve": "solve",
     "cli.version": "__version__",

@@ -13,8 +13,7 @@ from mechanisms import Case
 from mpmath import mp, mpf
 
 from multibody_sym.mechanics.mechanism import TIME
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
-from multibody_sym.mechanics.state import slot_state
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, slot_state
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.functions import evaluate_float

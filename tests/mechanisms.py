@@ -17,12 +17,11 @@ from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.forces import applied_forces, span
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of, state_of
 from multibody_sym.mechanics.points import direction
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import ContactRow, PlaneSurface, Rim, RopeRow
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.bodies import Body, Frame, GroundMotion, Surface, Turn
 from multibody_sym.model.constraints import (
     CONSTRAINTS,

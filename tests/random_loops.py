@@ -13,9 +13,8 @@ from mechanisms import Case, random_case, random_state
 import multibody_sym as mbs
 from multibody_sym.analysis.independent_checks import partial_velocities
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.motion import Motion, State
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.fields import Names
 from multibody_sym.model.joints import Joint
 

@@ -7,8 +7,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 
 
 def solved_start(mechanism: Mechanism, begin: Start, formalism: str = "composite_body") -> StateQuantities:

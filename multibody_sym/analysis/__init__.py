@@ -1,14 +1,12 @@
 """What is true of a system at large?
 
-    linearize             `linearize`: A, B, eigenvalues and their order; multipliers of a period
+    linearize             `linearize`: A, B, eigenvalues and their order; multipliers of a period; `bode`
     deviations            first-order deviations of a motion; whether A is constant along it
     kinks                 states at which A has two values: kinks, contacts about to slip or to open
-    frequency_response    `bode`: gain and phase
     modes                 `modes`: frequencies and shapes of small motions; periods of large ones
-    equilibrium           `equilibrium`: positions of rest, their stability, whether they are all
+    equilibrium           `equilibrium`: positions of rest, their stability, whether they are all; `trim`
     equilibrium_search, positions    the search for them; whether two positions are one
     rest                  ranges of a parameter in which friction holds a system at rest
-    trim                  `trim`: inputs that hold a position or a speed
     inverse_kinematics    `inverse_kinematics`: coordinates that bring a frame to a place
     check                 `check`: degrees of freedom, redundant constraints, residuals, conserved quantities
     independent_checks    agreement of formalisms, d'Alembert's principle, theorems along a short run

@@ -35,9 +35,8 @@ from multibody_sym.mechanics.declared_rows import with_driving_inputs
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, normal_forces
 from multibody_sym.mechanics.modes import taut_ropes
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import State, motion_of
 from multibody_sym.mechanics.references import in_plane
-from multibody_sym.mechanics.state import State
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Rope

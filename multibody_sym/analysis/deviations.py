@@ -21,10 +21,16 @@ from multibody_sym.dynamics.programs.system import energy_program, inputs_progra
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.forces import varies_with_time
 from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.motion import carried_deviations, coordinate_rates, deviation_suffixes, motion_of
+from multibody_sym.mechanics.motion import (
+    arrays,
+    carried_deviations,
+    coordinate_rates,
+    deviation_suffixes,
+    motion_of,
+    slot_state,
+)
 from multibody_sym.mechanics.motion import displaced as step_displaced
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.program.backend import Native
 from multibody_sym.program.derivatives import jacobian
 from multibody_sym.program.loading import load

@@ -21,7 +21,7 @@ from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.mechanics.forces import AppliedForces, apart, applied_forces, span
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
+from multibody_sym.mechanics.motion import Motion, State, accelerations, motion_of, pose, state_of
 from multibody_sym.mechanics.points import NO_WRENCH, velocity
 from multibody_sym.mechanics.row_kinematics import (
     along_reactions,
@@ -30,7 +30,6 @@ from multibody_sym.mechanics.row_kinematics import (
     row_motions,
     row_terms,
 )
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.motion.methods.explicit import dormand_prince_8
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats

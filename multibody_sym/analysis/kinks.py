@@ -21,9 +21,8 @@ from multibody_sym.dynamics.programs.reactions import LawForces
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.law_elements import LawElement, Limit
 from multibody_sym.mechanics.load_records import Load
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 

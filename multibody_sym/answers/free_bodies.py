@@ -34,11 +34,10 @@ from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, LawElement, component_names
 from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load, PointPull, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, state_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
 from multibody_sym.mechanics.row_kinematics import row_motion
 from multibody_sym.mechanics.row_records import RopeRow, Row
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import GROUND, mass_of
 from multibody_sym.model.joints import Joint
 from multibody_sym.model.parameters import in_letters, letters_of

@@ -45,9 +45,8 @@ from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.mechanics.impacts import after_impact, before_leaf, state_in_impact
 from multibody_sym.mechanics.law_elements import FrictionPart, JumpRow, LawElement, jump_leaf
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of, slot_state
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
-from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits

@@ -22,7 +22,7 @@ from multibody_sym.contact_laws.problem import IN_SPACE, Flags, ModeArrays, Scal
 from multibody_sym.contact_laws.solve_mode import Reduced
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.lapack import blas
+from multibody_sym.scalars.pivoted_qr import blas
 from multibody_sym.scalars.rank import least_squares
 
 TIED: Final = 1e-10

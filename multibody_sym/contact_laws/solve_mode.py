@@ -29,9 +29,8 @@ from multibody_sym.contact_laws.problem import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats, lengths
-from multibody_sym.scalars.lapack import blas
 from multibody_sym.scalars.limits import OF_FORCES, Kind
-from multibody_sym.scalars.pivoted_qr import PivotedQr, pivoted_qr
+from multibody_sym.scalars.pivoted_qr import PivotedQr, blas, pivoted_qr
 from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, null_space
 
 # ----------------------------------------------------------------------------------------------------------------------

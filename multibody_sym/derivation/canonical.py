@@ -60,9 +60,8 @@ from multibody_sym.errors import ExpressionError, ModelError, MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism, verify_without_states
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, slot_state
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative, gradient
 from multibody_sym.scalars.elementary import leaves, postorder

@@ -65,9 +65,8 @@ from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, slot_state
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import as_node

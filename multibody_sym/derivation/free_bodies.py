@@ -20,11 +20,18 @@ from multibody_sym.derivation.lagrange import known_nodes
 from multibody_sym.derivation.notation import Equation, Label, Symbols, latex_name
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, pose, spread
+from multibody_sym.mechanics.motion import (
+    Motion,
+    accelerations,
+    motion_of,
+    partial_velocities,
+    pose,
+    slot_state,
+    spread,
+)
 from multibody_sym.mechanics.points import Wrench, generalized_forces
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, GearRow, PositionRow, RopeRow, Row, TurningRow
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.steps import is_flat
 from multibody_sym.records import dataclass

@@ -23,9 +23,16 @@ from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.energy import brakes, dissipation, kinetic_energy, potential_energy, split, stored_energy
 from multibody_sym.mechanics.forces import TINY, applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism, once
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
+from multibody_sym.mechanics.motion import (
+    Motion,
+    State,
+    coordinate_rates,
+    joint_rates,
+    motion_of,
+    slot_state,
+    turning_momenta,
+)
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State, slot_state
 from multibody_sym.model.bodies import Mass
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import length

@@ -13,7 +13,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body, dal
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics, massless_speeds
 from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.motion import State
 from multibody_sym.records import dataclass
 
 

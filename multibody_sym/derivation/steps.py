@@ -18,10 +18,9 @@ from multibody_sym.derivation.notation import Equation, Label, Notation, Step, S
 from multibody_sym.mechanics.forces import flow_wrench, mass_rates
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, slot_state
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.bodies import Pose
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, as_node

@@ -30,12 +30,11 @@ from multibody_sym.mechanics.forces import applied_forces, applied_generalized_f
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, RopeSide, Speed, TangentAngle, WrapAngle
 from multibody_sym.mechanics.modes import with_coefficients
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of, state_of
 from multibody_sym.mechanics.points import tangent_angle
 from multibody_sym.mechanics.ropes import wrap_angle
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import functions
 from multibody_sym.scalars.elementary import leaves

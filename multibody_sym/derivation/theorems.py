@@ -29,11 +29,10 @@ from multibody_sym.mechanics.energy import split
 from multibody_sym.mechanics.forces import applied_forces, carried_by_flows, carried_momentum
 from multibody_sym.mechanics.load_records import Load, MassFlow
 from multibody_sym.mechanics.mechanism import TreeBody
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, slot_state
 from multibody_sym.mechanics.points import Wrench
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import AngleRow, ContactRow, DistanceRow, PositionRow, RopeRow
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.bodies import IDENTITY, ORIGIN
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System

@@ -16,8 +16,7 @@ from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.mechanics.changes import with_overrides
-from multibody_sym.mechanics.motion import Motion, motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.model.argument_checks import callback, flag
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.run_options import ModelOptions, spelled_out

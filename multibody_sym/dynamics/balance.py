@@ -26,11 +26,20 @@ from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, spl
 from multibody_sym.mechanics.forces import applied_forces, carried_by_flows, carried_momentum
 from multibody_sym.mechanics.load_records import MassFlow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of, pose, qdot_of, rates_of_state
+from multibody_sym.mechanics.motion import (
+    Motion,
+    State,
+    arrays,
+    motion_of,
+    pose,
+    qdot_of,
+    rates_of_state,
+    slot_state,
+    state_of,
+)
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, generalized_forces, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, along_reactions, row_motions
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace

@@ -20,11 +20,10 @@ from multibody_sym.dynamics.formalisms.equations import MassFactors, completed_m
 from multibody_sym.dynamics.programs.system import ClosingRows, CompiledRows
 from multibody_sym.errors import ModelError, Where
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, constraint_jacobian, power_terms, row_motions
 from multibody_sym.mechanics.row_records import AngleRow, ExpressionRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.rank import DRAWN, SLOPES, clear_least_norm, damped_solution, least_squares, rank

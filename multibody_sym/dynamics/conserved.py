@@ -35,8 +35,7 @@ from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, spl
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import Load, PointForce, PointPull, span_leaves
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of, rates_of_state
-from multibody_sym.mechanics.state import State, slot_state
+from multibody_sym.mechanics.motion import State, coordinate_rates, motion_of, rates_of_state, slot_state
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass

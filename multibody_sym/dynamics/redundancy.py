@@ -20,10 +20,9 @@ from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.law_elements import row_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, slot_state, state_of
 from multibody_sym.mechanics.row_kinematics import constraint_jacobian, row_motions
 from multibody_sym.mechanics.row_records import DistanceRow
-from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves

@@ -9,15 +9,15 @@
     resolve                    a Mechanism from a System
     references, vocabulary     names of bodies, points and joints; names and quantities in expressions
     spanning_tree, absolute    joints that carry bodies and joints that are cut; absolute coordinates
-    declared_rows              rows of constraints and cut joints
+    declared_rows              rows of constraints and cut joints; stops of joints
     modes, units               a mechanism in a mode, and the words of its states; units of results
-    state, motion, points      slots; poses, velocities and accelerations; points and directions
+    motion, points             slots, poses, velocities and accelerations; points and directions
     row_kinematics             phi, phidot, H^T lambda and gamma of rows
     contacts                   contacts with their rows; rolling
     contact_solids             corners, faces, rims and ends that touch
     contact_geometry           gap, normal and place of two surfaces
     ropes, gears               free lengths, wheels and tensions of ropes; teeth of wheels, withheld reactions
-    joint_friction             friction and stops of joints
+    joint_friction             friction in joints
     forces, energy             loads exerted, varying masses; kinetic and potential energy, what changes it
     impacts                    `impact:` sections
     alignment                  axes of bodies in which motion takes few operations

@@ -15,10 +15,9 @@ from typing import Any, Final
 
 from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, invariant_directions, motion_of
+from multibody_sym.mechanics.motion import Motion, State, invariant_directions, motion_of
 from multibody_sym.mechanics.points import as_point
 from multibody_sym.mechanics.row_records import BodyFace, ContactSurface, Marker, RopeBend, RoughWheel, Row, Sliding
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Mass, Pose, Rotation
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import Step

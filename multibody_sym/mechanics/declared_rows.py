@@ -1,4 +1,4 @@
-"""Which rows are declared constraints and cut joints, and which expressions drive them?"""
+"""Which rows are declared constraints and cut joints, which stops joints have, and which expressions drive them?"""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from multibody_sym.mechanics.load_records import (
     span_leaves,
 )
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, pose
+from multibody_sym.mechanics.motion import Motion, State, coordinate_rates, pose
 from multibody_sym.mechanics.points import (
     Wrench,
     Wrenches,
@@ -38,7 +38,6 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.references import BARE, References, moving_centre
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import GROUND, Body, Mass, Pose, VariableMass, centre_moves, mass_of
 from multibody_sym.model.fields import AXES, Element, Point
 from multibody_sym.model.forces import (

@@ -28,7 +28,7 @@ from multibody_sym.mechanics.law_elements import (
 )
 from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.motion import Motion, State
 from multibody_sym.mechanics.points import (
     Wrenches,
     acceleration,
@@ -42,7 +42,6 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.references import References, in_plane, surface_tangents
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion
 from multibody_sym.mechanics.row_records import CutJoint, Marker, Row
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
 from multibody_sym.model.contacts_and_impacts import ENOUGH, Impact, Impacts
 from multibody_sym.model.fields import Point

@@ -21,7 +21,7 @@ from multibody_sym.mechanics.contact_geometry import contact_direction, rim_acro
 from multibody_sym.mechanics.forces import applied_forces, span
 from multibody_sym.mechanics.law_elements import GivenRow, JumpRow, MeetingRow
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, qdot_of, spread
+from multibody_sym.mechanics.motion import Motion, accelerations, from_parent, qdot_of, slot_state, spread
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -63,7 +63,6 @@ from multibody_sym.mechanics.row_records import (
     TurningRow,
     VelocityRow,
 )
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits

@@ -35,9 +35,8 @@ from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
 from multibody_sym.motion.prepare.arguments import Arguments, Values
 from multibody_sym.program.backend import Backend, Native
-from multibody_sym.program.batches import Door, run_many
 from multibody_sym.program.loading import Compiled, load
-from multibody_sym.program.native import NativeFunction
+from multibody_sym.program.native import Door, NativeFunction, run_many
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats

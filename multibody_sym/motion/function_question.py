@@ -30,7 +30,7 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import state_at, with_numbers_as_data
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, short_repr
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
 from multibody_sym.motion.prepare.settings import run_settings

@@ -11,7 +11,7 @@
     runtime_constants      numbers that C and Python share
     backend                C, native or Python: the user's choice
     loading, cache         compilers found, Programs compiled once and kept
-    native, batches        the C side seen from Python; calls for one state, or many on threads
+    native                 the C side seen from Python; calls for one state, or many on threads
 
 In: Nodes. Out: Programs, their code, and functions. Knows no text and no integrators: who runs code hands over its
 arguments. The integration loop in C is in templates/c; `runtime.c` begins with the map of its units.

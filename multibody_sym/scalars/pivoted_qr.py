@@ -2,18 +2,52 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Sequence
 from functools import cache
-from typing import Final, NamedTuple
+from importlib import import_module
+from importlib.machinery import PathFinder
+from importlib.util import module_from_spec
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.lapack import lapack
 from multibody_sym.scalars.least_norm import solve
 from multibody_sym.scalars.rank import exact, least_squares, scaled_rows
+
+
+@cache
+def lapack() -> Any:
+    """Return what `scipy.linalg.lapack` has its routines from."""
+    return _extension("_flapack", "lapack")
+
+
+@cache
+def blas() -> Any:
+    """Return what `scipy.linalg.blas` has its routines from."""
+    return _extension("_fblas", "blas")
+
+
+def _extension(name: str, public: str) -> Any:
+    """Return an extension module of `scipy.linalg`, or the `public` one where there is none of this name."""
+    whole = f"scipy.linalg.{name}"
+    if whole not in sys.modules:
+        place = os.path.join(os.path.dirname(str(import_module("scipy").__file__)), "linalg")
+        spec = PathFinder.find_spec(whole, [place])
+        if spec is None or spec.loader is None:
+            return import_module(f"scipy.linalg.{public}")
+        sys.modules[whole] = module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[whole])
+    return sys.modules[whole]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# QR with column pivoting: which columns are independent, and the factors to solve with.
+
 
 _WORK: Final = 34
 """Columns of working space for each of the matrix's: those of LAPACK's blocks, and two."""

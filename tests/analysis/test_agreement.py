@@ -26,7 +26,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.state import State, slot_state
+from multibody_sym.mechanics.motion import State, slot_state
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import interpret
 from multibody_sym.scalars.node import ZERO, slot

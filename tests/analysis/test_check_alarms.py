@@ -19,7 +19,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics
 from multibody_sym.dynamics.start.start import sampled_states, start
 from multibody_sym.dynamics.start.state import state_at
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.scalars.vectors import factorize
 
 BALL = """

@@ -16,9 +16,8 @@ from multibody_sym.analysis.deviations import DeviationFlow
 from multibody_sym.analysis.linearize import period_multipliers
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.vectors import conjugate, quaternion_product
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -14,7 +14,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.motion import State
 
 TENSOR = {"Ixx": 2, "Iyy": 3, "Izz": 4, "Ixy": 0.5}
 

@@ -21,8 +21,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol

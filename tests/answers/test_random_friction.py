@@ -13,7 +13,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 
 
 def _size(world: World, wanted: np.ndarray) -> float:

@@ -19,8 +19,8 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import state_at
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.row_records import RopeRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.parser import parse

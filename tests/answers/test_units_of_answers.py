@@ -16,7 +16,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.fields import Names
 from multibody_sym.text.units import Dimension, parse_unit

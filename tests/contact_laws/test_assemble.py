@@ -10,9 +10,8 @@ from multibody_sym.contact_laws.problem import Equality, FrictionRow, LawMode, L
 from multibody_sym.dynamics.contact.contact_problem import one_way_rows
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 
 MODEL = """\
 multibody_sym: 1

@@ -20,12 +20,11 @@ from multibody_sym.mechanics.impacts import state_in_impact
 from multibody_sym.mechanics.law_elements import LawElement, MeetingRow, StruckImpacts
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, from_parent, motion_of
+from multibody_sym.mechanics.motion import Motion, State, from_parent, motion_of
 from multibody_sym.mechanics.motion import pose as frame_of
 from multibody_sym.mechanics.points import generalized_forces, to_parent
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import Pose
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import real

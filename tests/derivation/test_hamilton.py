@@ -43,8 +43,7 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import coordinate_rates
-from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.mechanics.motion import State, coordinate_rates, state_of
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot
 

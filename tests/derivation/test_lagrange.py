@@ -31,9 +31,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.forces import applied_forces
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import State, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.forces import SpringDamper
 from multibody_sym.model.joints import Prismatic
@@ -231,7 +230,7 @@ sys.path[:0] = sys.argv[2:]
 from textbook import chain
 from multibody_sym.derivation.lagrange import lagrange
 from multibody_sym.dynamics.programs.system import state_derivative
-from multibody_sym.mechanics.state import slot_state
+from multibody_sym.mechanics.motion import slot_state
 from multibody_sym.mechanics.resolve import mechanism
 names = [f"{letter}{k}" for letter in ("mk" if sys.argv[1] == "plain" else "za") for k in range(3)]
 resolved = mechanism(chain(names[:3], names[3:]))

@@ -15,8 +15,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import State, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.joints import Prismatic, Revolute

@@ -6,10 +6,9 @@ import numpy as np
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 
 ATWOOD = """\
 multibody_sym: 1

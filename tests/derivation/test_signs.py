@@ -12,7 +12,7 @@ from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 
 COIN = Path(__file__).parents[2] / "examples" / "rolling_coin.yaml"
 

@@ -16,8 +16,8 @@ from multibody_sym.documents.derivation import derivation_data, derivation_docum
 from multibody_sym.documents.document import write_document
 from multibody_sym.documents.formulas import ABOVE
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol

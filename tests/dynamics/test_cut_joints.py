@@ -13,8 +13,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.model.joints import Joint
 from multibody_sym.model.system import System
 

@@ -30,8 +30,8 @@ from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Expression
 from multibody_sym.model.joints import Prismatic, Revolute

@@ -17,8 +17,8 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.forces import Friction
 from multibody_sym.program.program import interpret

@@ -16,8 +16,8 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.program import interpret
 
 G, M, MU, F, A = 9.81, 2.0, 0.3, 20.0, 0.3

@@ -19,8 +19,7 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.redundancy import redundancy
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, TIME
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.motion import State, motion_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.forces import Torque
 from multibody_sym.model.joints import PointJoint

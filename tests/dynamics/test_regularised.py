@@ -11,7 +11,7 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 
 G, MU, E, A = 9.81, 0.5, 0.01, 0.3
 CREEP = E * (math.tan(A) / MU) / math.sqrt(1 - (math.tan(A) / MU) ** 2)

@@ -19,10 +19,9 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import in_mode
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 
 CAPSTAN = """\
 multibody_sym: 1

@@ -15,9 +15,9 @@ from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import NOWHERE, PositionRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.program import loading
 from multibody_sym.program.backend import Native
 from multibody_sym.scalars.node import ZERO, as_node

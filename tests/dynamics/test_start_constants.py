@@ -19,9 +19,9 @@ from multibody_sym.documents.document import write_document
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.model_files import loads
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.system import System
-from multibody_sym.motion.prepare.programs import structure_key
+from multibody_sym.motion.prepare.problem import structure_key
 from multibody_sym.motion.simulate import simulate
 
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)

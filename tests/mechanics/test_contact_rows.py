@@ -16,12 +16,11 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.contact_geometry import reach
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.points import generalized_forces, position
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions, row_terms
 from multibody_sym.mechanics.row_records import Edge, Marker, PlaneSurface, Rim, TurningRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Pose
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.node import ONE, as_node

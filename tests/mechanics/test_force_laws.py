@@ -16,9 +16,8 @@ from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.model_files import dumps, loads
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, slot_state, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Body, Frame, Turn
 from multibody_sym.model.forces import Damper, Drag, Force, Motor, Pull, SpringDamper, Torque
 from multibody_sym.model.joints import Free, Initial, Planar, Prismatic, Revolute, Spherical

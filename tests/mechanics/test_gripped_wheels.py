@@ -9,10 +9,9 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 
 SWINGING = """\
 multibody_sym: 1

@@ -8,9 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import CurveJoint, Custom, Direct
 from multibody_sym.model.steps import Curve

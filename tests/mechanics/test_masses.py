@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from multibody_sym.mechanics.forces import applied_forces, carried_energy, carried_momentum, carried_weight
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, VariableMass
 from multibody_sym.model.joints import Free
 from multibody_sym.model.system import System

@@ -14,8 +14,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import State, state_of
+from multibody_sym.mechanics.motion import State, motion_of, state_of
 from multibody_sym.scalars.calculus import antiderivative, derivative
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol

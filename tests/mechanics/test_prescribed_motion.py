@@ -17,9 +17,8 @@ from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.model_files import dumps, loads
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, GroundMotion, Turn
 from multibody_sym.model.joints import Fixed, Free, Initial, Planar, Prismatic, Revolute, Spherical, Universal
 from multibody_sym.model.system import System

@@ -10,10 +10,9 @@ import pytest
 from multibody_sym.answers.solve import solve
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.model_files import loads
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 
 WHEEL = """\
 multibody_sym: 1

@@ -11,9 +11,8 @@ import pytest
 
 from multibody_sym.mechanics import motion as steps
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, unit_vector
 from multibody_sym.model.joints import Fixed
 from multibody_sym.model.steps import Ball, Curve, Follow, Rotate, ScrewStep, Step, Translate

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.state import state_of
 
 STEP = mpmath.mpf(10) ** -12
 RADIUS = mpmath.mpf("0.1")

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.motion.prepare.programs import structure_key
+from multibody_sym.motion.prepare.problem import structure_key
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
 

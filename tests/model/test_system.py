@@ -13,8 +13,8 @@ from mechanisms import random_case, random_state
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.errors import ModelError
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Initial, Revolute
 from multibody_sym.model.system import System, expressions, parameters, system_from_tree, tree_from_system, variable

@@ -6,7 +6,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact import contact_problem
-from multibody_sym.motion.prepare import programs
+from multibody_sym.motion.prepare import problem
 
 BALL = """
 multibody_sym: 1
@@ -29,7 +29,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, module: object, name: str) -> list[
 
 
 def test_a_run_looks_at_its_rows_once_and_compiles_one_set_of_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows, keys = counted(monkeypatch, contact_problem, "one_way_rows"), counted(monkeypatch, programs, "structure_key")
+    rows, keys = counted(monkeypatch, contact_problem, "one_way_rows"), counted(monkeypatch, problem, "structure_key")
     run = mbs.simulate(mbs.loads(BALL), t_end=0.9, samples=2, backend="python")
     assert len(rows) == 1
     assert len({id(key[0]) for key in keys}) == 1

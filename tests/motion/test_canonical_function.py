@@ -20,8 +20,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.tree_functions import canonical_programs
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import coordinate_rates
-from multibody_sym.mechanics.state import State
+from multibody_sym.mechanics.motion import State, coordinate_rates
 from multibody_sym.program.program import interpret, operation_count
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import slot

@@ -197,7 +197,7 @@ def test_a_trajectory_is_read_where_nothing_can_be_compiled(monkeypatch: pytest.
     def no(*_: object, **__: object) -> None:
         raise AssertionError("reading samples compiles nothing")
 
-    monkeypatch.setattr("multibody_sym.motion.prepare.programs.compile_mechanism", no)
+    monkeypatch.setattr("multibody_sym.motion.prepare.problem.compile_mechanism", no)
     monkeypatch.setattr("multibody_sym.program.loading.load_c", no)
     back = pickle.loads(written)
     assert back["theta"].shape == (11,)

@@ -10,10 +10,9 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact import contact_problem
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
-from multibody_sym.motion.prepare.programs import recall_laws
+from multibody_sym.motion.prepare.problem import recall_laws
 from multibody_sym.motion.switching.law_values import Laws
 from multibody_sym.program.backend import Native
 

@@ -14,7 +14,7 @@ from multibody_sym.dynamics.contact.impact_problem import pose, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.scalars.node import slot
 
 CHAIN = """

@@ -16,10 +16,9 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import system as derivation
 from multibody_sym.dynamics.programs.system import MANY_BODIES
 from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 
 
 def chain(seed: int) -> mbs.System:

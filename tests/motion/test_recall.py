@@ -16,7 +16,7 @@ from multibody_sym.dynamics.programs import system as derivation
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.spanning_tree import spanning_tree
-from multibody_sym.motion.prepare.programs import structure_key
+from multibody_sym.motion.prepare.problem import structure_key
 
 ROOT = Path(__file__).parents[2]
 FOUR_BAR = ROOT / "examples" / "four_bar.yaml"
@@ -173,7 +173,7 @@ def test_numbers_of_a_loop_leave_its_key_alone() -> None:
 def test_the_key_is_the_same_in_every_process(tmp_path: Path) -> None:
     program = (
         "import multibody_sym as mbs; from multibody_sym.mechanics.resolve import mechanism;"
-        "from multibody_sym.motion.prepare.programs import structure_key;"
+        "from multibody_sym.motion.prepare.problem import structure_key;"
         f"print(structure_key(mechanism(mbs.load({str(FOUR_BAR)!r})), 'block_ldl'))"
     )
     keys = set()

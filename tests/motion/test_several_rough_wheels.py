@@ -13,8 +13,8 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.text.printer import text
 
 G = 9.81

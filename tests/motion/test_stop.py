@@ -67,7 +67,7 @@ def test_adaptive_steps_that_get_nowhere_end_the_run() -> None:
 
 def test_another_stop_is_another_structure() -> None:
     from multibody_sym.mechanics.resolve import mechanism
-    from multibody_sym.motion.prepare.programs import structure_key
+    from multibody_sym.motion.prepare.problem import structure_key
 
     plain = structure_key(mechanism(mbs.loads(THROWN)), "composite_body")
     other = mbs.loads(THROWN.replace("z < floor", "z < floor - 1"))

@@ -10,7 +10,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.mechanics.resolve import mechanism as resolved
-from multibody_sym.motion.prepare.programs import recall_laws
+from multibody_sym.motion.prepare.problem import recall_laws
 from multibody_sym.motion.switching.law_values import Laws
 
 _ON_BLOCK = """

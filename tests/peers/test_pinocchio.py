@@ -11,9 +11,8 @@ import pytest
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, Frame, Turn
 from multibody_sym.model.joints import Free, Prismatic, Revolute, Spherical
 from multibody_sym.model.system import System

@@ -19,9 +19,8 @@ from multibody_sym.dynamics.programs.quantities import quantities
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import State, motion_of, slot_state, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.urdf import UrdfNotice, load_urdf
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import load

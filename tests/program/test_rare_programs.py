@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.motion.prepare import programs as recall
+from multibody_sym.motion.prepare import problem as recall
 from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load

@@ -11,7 +11,7 @@ ASK = """
 import sys
 import numpy as np
 {first}
-from multibody_sym.scalars.lapack import blas, lapack
+from multibody_sym.scalars.pivoted_qr import blas, lapack
 from multibody_sym.scalars.pivoted_qr import pivoted_qr
 
 early = "scipy.linalg" in sys.modules

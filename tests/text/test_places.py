@@ -9,9 +9,8 @@ import pytest
 from multibody_sym.errors import ExpressionError, InputError, ModelError
 from multibody_sym.mechanics import row_kinematics
 from multibody_sym.mechanics.model_files import load, loads, locate_error
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, slot_state
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import slot_state
 from multibody_sym.model.system import system_from_tree
 from multibody_sym.text.yaml_tree import read_text
 

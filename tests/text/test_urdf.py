@@ -15,9 +15,8 @@ from scipy.spatial.transform import Rotation
 from multibody_sym.answers.solve import solve
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.model_files import dumps, load, loads
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import pose_of
 from multibody_sym.model.system import System
 from multibody_sym.model.urdf import UrdfNotice, load_urdf

@@ -20,9 +20,8 @@ from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.energy import kinetic_energy, moved_by_time, potential_energy, working_names, works_unseen
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.integrate import COARSER, LEFT

@@ -38,9 +38,8 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.start.start import Start, start_beside
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, verify_without_states
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import State, coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats

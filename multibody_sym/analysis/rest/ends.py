@@ -26,9 +26,8 @@ from multibody_sym.derivation.symbolic_start import SymbolicState, declared_stat
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, MultibodyError
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterVector
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves

@@ -32,12 +32,11 @@ from multibody_sym.mechanics.forces import applied_forces, applied_generalized_f
 from multibody_sym.mechanics.law_elements import ElementKind, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row, taut_ropes
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, slot_state, state_of
 from multibody_sym.mechanics.points import direction, position
 from multibody_sym.mechanics.ropes import wrap_angle
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Marker, PlaneSurface, Row
-from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Pose
 from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass

@@ -19,7 +19,7 @@ from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.question import ROUNDING, AskedMotion, LaterQuestion, NeverError, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.mechanics.mechanism import TIME
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import Moment, condition_of, time_of

@@ -39,8 +39,7 @@ from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.mechanics.declared_rows import with_named_outputs
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
-from multibody_sym.mechanics.motion import Motion, motion_of
-from multibody_sym.mechanics.state import slot_state, state_of
+from multibody_sym.mechanics.motion import Motion, motion_of, slot_state, state_of
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats

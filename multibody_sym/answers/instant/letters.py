@@ -13,8 +13,7 @@ from multibody_sym.answers.records import Definition
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder

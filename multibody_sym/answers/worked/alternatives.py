@@ -19,9 +19,9 @@ from multibody_sym.answers.worked.equations import Equations, LinearForm, in_sym
 from multibody_sym.derivation.notation import Notation
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.modes import in_mode
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.row_kinematics import coefficients, row_motion
 from multibody_sym.mechanics.row_records import TurningRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot

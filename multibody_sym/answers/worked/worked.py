@@ -55,8 +55,8 @@ from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.mechanism import Mechanism, Source, TreeBody
 from multibody_sym.mechanics.modes import is_direction
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.references import in_plane
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
 from multibody_sym.model.parameters import letters_of

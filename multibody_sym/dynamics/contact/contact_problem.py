@@ -31,11 +31,10 @@ from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
-from multibody_sym.mechanics.motion import Motion, motion_of, qdot_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of, qdot_of, state_of
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats

@@ -23,10 +23,9 @@ from multibody_sym.mechanics.impacts import impact_mechanism, jumping_motions, s
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode, StruckImpacts
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import rows_in_mode
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row, Sliding, SlidingRow
-from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.arrays import Floats

@@ -41,6 +41,8 @@ from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import (
     Motion,
+    State,
+    arrays,
     body_mass,
     body_motion,
     body_pose,
@@ -48,11 +50,11 @@ from multibody_sym.mechanics.motion import (
     motion_of,
     moving_parent,
     pose,
+    slot_state,
 )
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, to_parent
 from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.mechanics.state import State, arrays, slot_state
 from multibody_sym.model.fields import Point
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Solve

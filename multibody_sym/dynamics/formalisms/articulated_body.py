@@ -34,10 +34,9 @@ from multibody_sym.dynamics.formalisms.inertia import Inertia, articulated_inert
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import BodyMotion, Motion, from_parent
+from multibody_sym.mechanics.motion import BodyMotion, Motion, State, from_parent
 from multibody_sym.mechanics.points import Wrench, generalized_forces, joint_projection, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO

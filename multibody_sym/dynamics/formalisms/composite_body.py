@@ -13,10 +13,9 @@ from multibody_sym.dynamics.formalisms.inertia import RigidInertia, base_inertia
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, spread
+from multibody_sym.mechanics.motion import Motion, State, accelerations, motion_of, partial_velocities, spread
 from multibody_sym.mechanics.points import Wrench, carried_wrenches, joint_projection, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.scalars.vectors import S, add, apply, cross, dot, negate, scale, subtract
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -17,15 +17,16 @@ from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody, once
 from multibody_sym.mechanics.motion import (
     Motion,
+    State,
     body_mass,
     body_motion,
     motion_of,
     moving_parent,
     partial_velocities,
     qdot_of,
+    state_of,
 )
 from multibody_sym.mechanics.row_kinematics import RowMotion
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.node import ZERO

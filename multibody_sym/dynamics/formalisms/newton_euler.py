@@ -16,10 +16,9 @@ from multibody_sym.dynamics.formalisms.equations import EquationsOfMotion, equat
 from multibody_sym.dynamics.formalisms.inertia import rigid_inertia
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import BodyMotion, Motion, motion_of, partial_velocities
+from multibody_sym.mechanics.motion import BodyMotion, Motion, State, motion_of, partial_velocities
 from multibody_sym.mechanics.points import Wrench, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.vectors import S, add, dot
 

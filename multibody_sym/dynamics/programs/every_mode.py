@@ -46,11 +46,10 @@ from multibody_sym.mechanics.modes import (
     in_every_mode,
     may_share,
 )
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, qdot_of
+from multibody_sym.mechanics.motion import Motion, arrays, coordinate_rates, motion_of, qdot_of, slot_state
 from multibody_sym.mechanics.points import STARTING
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import Row as DeclaredRow
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.program.loops import all_rolled
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array, Solve

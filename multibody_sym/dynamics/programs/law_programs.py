@@ -23,10 +23,9 @@ from multibody_sym.mechanics.forces import applied_forces, applied_generalized_f
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, arrays, motion_of, slot_state
 from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row as ConstraintRow
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.program.loops import with_loops
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array

@@ -34,12 +34,11 @@ from multibody_sym.mechanics.energy import (
 from multibody_sym.mechanics.forces import applied_forces, carried_energy, carried_momentum, place, span, span_rate
 from multibody_sym.mechanics.load_records import MassFlow, PlacePotential, PointPull
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations
+from multibody_sym.mechanics.motion import Motion, accelerations, arrays
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, generalized_forces, to_parent
 from multibody_sym.mechanics.ropes import wrap_angle, wrap_between
 from multibody_sym.mechanics.row_kinematics import RowMotion, along_reactions, row_motions
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import arrays
 from multibody_sym.model.bodies import COM, Pose
 from multibody_sym.model.contacts_and_impacts import without_number
 from multibody_sym.model.fields import AXES

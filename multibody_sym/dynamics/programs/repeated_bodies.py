@@ -23,6 +23,8 @@ from multibody_sym.mechanics.motion import (
     BodyMotion,
     Motion,
     PlacedMotion,
+    State,
+    arrays,
     body_acceleration,
     body_mass,
     body_motion,
@@ -30,11 +32,11 @@ from multibody_sym.mechanics.motion import (
     from_parent,
     joint_rates,
     moving_parent,
+    slot_state,
     spread,
 )
 from multibody_sym.mechanics.points import to_parent
 from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, ExpressionRow, Marker, PositionRow, VelocityRow
-from multibody_sym.mechanics.state import State, arrays, slot_state
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace

@@ -19,9 +19,8 @@ from multibody_sym.dynamics.programs.repeated_bodies import vectors
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import MODES, every_row, in_every_mode
-from multibody_sym.mechanics.motion import BodyMotion, Motion, PlacedMotion, accelerations
+from multibody_sym.mechanics.motion import BodyMotion, Motion, PlacedMotion, State, accelerations
 from multibody_sym.mechanics.row_records import Bent, Level, Marker, Vertex
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.bodies import ORIGIN, Pose
 from multibody_sym.program.statements import Integers
 from multibody_sym.program.trace import Trace

@@ -35,7 +35,17 @@ from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.motion import Motion, accelerations, coordinate_rates, motion_of, pose, qdot_of, spread
+from multibody_sym.mechanics.motion import (
+    Motion,
+    accelerations,
+    arrays,
+    coordinate_rates,
+    motion_of,
+    pose,
+    qdot_of,
+    slot_state,
+    spread,
+)
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -47,7 +57,6 @@ from multibody_sym.mechanics.points import (
 )
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.model.bodies import COM
 from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace
 from multibody_sym.program.program import Program

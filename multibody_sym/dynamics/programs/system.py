@@ -21,11 +21,10 @@ from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import shared_forces
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, qdot_of
+from multibody_sym.mechanics.motion import Motion, arrays, coordinate_rates, motion_of, qdot_of, slot_state
 from multibody_sym.mechanics.points import NO_WRENCH, direction, position
 from multibody_sym.mechanics.row_kinematics import RowMotion, acting_rows, along_reactions, power_terms, row_motions
 from multibody_sym.mechanics.row_records import AngleRow
-from multibody_sym.mechanics.state import arrays, slot_state
 from multibody_sym.program.program import Program
 from multibody_sym.program.programs import Form, Programs
 from multibody_sym.program.statements import Array, Solve

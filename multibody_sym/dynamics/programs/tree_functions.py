@@ -21,10 +21,19 @@ from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism, verify_without_states
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, joint_rates, motion_of, turning_momenta
+from multibody_sym.mechanics.motion import (
+    Motion,
+    State,
+    arrays,
+    coordinate_rates,
+    joint_rates,
+    motion_of,
+    slot_state,
+    state_of,
+    turning_momenta,
+)
 from multibody_sym.mechanics.points import joint_projection
 from multibody_sym.mechanics.row_kinematics import acting_rows, along_reactions, row_motions
-from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace

@@ -33,10 +33,9 @@ from multibody_sym.dynamics.closing import (
 from multibody_sym.dynamics.start.parameters import verify_values
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.motion import Motion, state_of
 from multibody_sym.mechanics.points import angular_velocity, position, velocity
 from multibody_sym.mechanics.row_records import Marker
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import GROUND, Pose
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats

@@ -23,9 +23,8 @@ from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.impacts import state_in_impact
 from multibody_sym.mechanics.law_elements import MEETING, LawElement, MeetingRow, StruckImpacts
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.points import direction, position
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON

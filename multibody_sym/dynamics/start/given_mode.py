@@ -18,7 +18,7 @@ from multibody_sym.errors import InputError, NoSolutionError, at
 from multibody_sym.mechanics.law_elements import ACTIVE, ALONG_VELOCITY, INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import possible_words
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.state_words import STRIKES, VERBS
 
 _PASSES: Final = 8

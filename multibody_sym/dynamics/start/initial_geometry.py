@@ -29,7 +29,7 @@ from multibody_sym.mechanics.mechanism import (
     TangentDirection,
     WrapAngle,
 )
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
+from multibody_sym.mechanics.motion import Motion, State, accelerations, motion_of, pose, slot_state, state_of
 from multibody_sym.mechanics.points import direction, position, tangent_angle, tangent_components
 from multibody_sym.mechanics.ropes import (
     Segment,
@@ -53,7 +53,6 @@ from multibody_sym.mechanics.row_records import (
     SlidingRow,
     is_point,
 )
-from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.records import dataclass

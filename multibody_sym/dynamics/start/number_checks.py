@@ -25,13 +25,20 @@ from multibody_sym.dynamics.start.parameters import (
     value_or_none,
     verify_contact_values,
 )
-from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify_motions
 from multibody_sym.errors import ExpressionError, InputError, ModelError, Where, at, gathered
 from multibody_sym.mechanics.forces import varies
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, Source, TreeBody
-from multibody_sym.mechanics.motion import body_mass, body_motion, motion_of, moving_parent
+from multibody_sym.mechanics.motion import (
+    State,
+    arrays,
+    body_mass,
+    body_motion,
+    motion_of,
+    moving_parent,
+    slot_state,
+    state_of,
+)
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import State, arrays, slot_state, state_of
 from multibody_sym.model.bodies import GROUND, Body
 from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.model.forces import SpringDamper
@@ -286,8 +293,13 @@ def check_numbers(system: System) -> Mechanism:
         slots = {slot("parameters", k): x for k, x in enumerate(parameters)}
         verify_contact_values(base.one_way, lambda node: value_or_none(node, slots))
         values, t_end = _start(base), end_of_run(system, base, parameters)
-        verify_motions(system, values, t_end)
-        verify_mass_laws(system, values, t_end)
+        driven = any(step.motion is not None for joint in system.joints.values() for step in joint.moves)
+        varying = any(body.varying is not None or body.motion is not None for body in system.bodies.values())
+        if driven or varying or system.constraints:
+            from multibody_sym.dynamics.start.time_functions import verify_mass_laws, verify_motions
+
+            verify_motions(system, values, t_end)
+            verify_mass_laws(system, values, t_end)
         for name, question in system.ask.items():
             with at("ask", name):
                 verify_asked(question, values)

@@ -30,9 +30,8 @@ from multibody_sym.dynamics.start.parameters import (
 from multibody_sym.errors import ModelError, MultibodyError, NoSolutionError, Where, at
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import INDEPENDENT, TIME, Coordinate, Mechanism, Speed
-from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.motion import Motion, State, state_of
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -147,15 +146,10 @@ def _close_rows(
 ) -> Start:
     """Return the state that satisfies all constraints, from a declared one; `measure`s constants there."""
     if measure := measure and any(entry.measure is not None for entry in mechanism.parameters):
-        from multibody_sym.dynamics.start.initial_geometry import (  # which few systems need
-            measured_rows,
-            verify_sides,
-            with_constants,
-            with_sides,
-        )
-    measured = measured_rows(mechanism) if measure else frozenset()
+        from multibody_sym.dynamics.start import initial_geometry as geometry  # which few systems need
+    measured = geometry.measured_rows(mechanism) if measure else frozenset()
     active = [k for k in range(len(mechanism.rows)) if k not in measured]
-    known = with_sides(mechanism, declared, q) if measure else declared
+    known = geometry.with_sides(mechanism, declared, q) if measure else declared
     rows = ConstraintRows(mechanism, known, active, compiled=compiled)
     _verify_inertia(rows, q, u)
     if any(row.declared_length is not None for row in mechanism.rows):
@@ -163,16 +157,16 @@ def _close_rows(
     with contradictions_named(rows, q, u):
         position = assembled_position(rows, q, project=project)
         # a guess may lie on the other side of a wheel
-        if measure and (there := with_sides(mechanism, declared, position.values)) != list(rows.parameters):
+        if measure and (there := geometry.with_sides(mechanism, declared, position.values)) != list(rows.parameters):
             rows = replace(rows, parameters=there)
             position = assembled_position(rows, q, project=project)
-            verify_sides(mechanism, there, position.values)
+            geometry.verify_sides(mechanism, there, position.values)
     of_all = rows.mechanism.rows
     if of_all and (rows.numbers(position.values, u) is None or any(row.line for row in of_all)):
         verify_values(rows.motion(position.values, u))
     if rows.active:
         _verify_inertia(rows, position.values, u)
-    parameters = with_constants(mechanism, declared, position.values) if measure else list(declared)
+    parameters = geometry.with_constants(mechanism, declared, position.values) if measure else list(declared)
     every = ConstraintRows(mechanism, parameters, range(len(mechanism.rows)), compiled=compiled)
     with contradictions_named(every, position.values, u):
         speeds = assembled_speeds(every, position.values, u, project=project)

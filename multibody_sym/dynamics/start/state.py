@@ -24,8 +24,7 @@ from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
 from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import in_mode, mode_words
-from multibody_sym.mechanics.motion import motion_of
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.model.system import System
 from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass

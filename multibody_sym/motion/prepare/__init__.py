@@ -1,8 +1,7 @@
 """From a System to what runs: settings, Programs, functions, exports.
 
     settings                settings of a run in numbers; default tolerances
-    problem                 the initial value problem; how constraints are kept
-    programs                Programs compiled or recalled
+    problem                 the initial value problem; how constraints are kept; Programs compiled or recalled
     records                 a system ready to run
     run_labels              names and units of results; what to look for in a run
     functions, arguments    `compile`, `mass_matrix`, `inverse_dynamics`, `impact`; their arguments

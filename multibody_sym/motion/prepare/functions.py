@@ -22,7 +22,7 @@ from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficien
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system

@@ -286,9 +286,8 @@ def reaction_program(mechanism: Mechanism, code: Native) -> Compiled:
     The joints are those of the tree, then the cut ones (`Mechanism.joint_names`).
     """
     from multibody_sym.dynamics.programs.reactions import reactions  # which few runs are asked for
-    from multibody_sym.mechanics.motion import motion_of
+    from multibody_sym.mechanics.motion import arrays, motion_of, slot_state
     from multibody_sym.mechanics.row_kinematics import row_motions
-    from multibody_sym.mechanics.state import arrays, slot_state
     from multibody_sym.program.statements import Array
     from multibody_sym.program.trace import Trace
     from multibody_sym.text.printer import COMPONENTS

@@ -17,9 +17,8 @@ from multibody_sym.dynamics.programs.quantities import angular_momentum, body_mo
 from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, arrays, motion_of, slot_state, state_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
-from multibody_sym.mechanics.state import arrays, slot_state, state_of
 from multibody_sym.motion.integrator.flow import longest_in_modes
 from multibody_sym.motion.loop.integrate import Integration, integrate
 from multibody_sym.motion.loop.problem import Problem

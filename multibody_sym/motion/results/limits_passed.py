@@ -10,10 +10,9 @@ import numpy as np
 
 from multibody_sym.mechanics.law_elements import boxes_that_touch
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_records import BodyFace
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.motion.results.remarks import EDGES_CROSS
 from multibody_sym.motion.results.samples import Samples

@@ -272,8 +272,7 @@ class Trajectory(Samples):
             return Redundancy(**freeze(self.ready.known["redundancy"]))
         from multibody_sym.dynamics.formalisms.composite_body import composite_body
         from multibody_sym.dynamics.redundancy import redundancy  # which few runs need
-        from multibody_sym.mechanics.motion import motion_of
-        from multibody_sym.mechanics.state import state_of
+        from multibody_sym.mechanics.motion import motion_of, state_of
 
         mechanism = told.mechanism
         parameters = self.parameters if self.modes is None else self.ready.parameters  # those of the first mode

@@ -19,9 +19,8 @@ from multibody_sym.errors import InputError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS, fits, flat_rims
 from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, why_locked
+from multibody_sym.mechanics.motion import Motion, state_of, why_locked
 from multibody_sym.mechanics.row_records import Marker, VelocityRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import GROUND, used_up
 from multibody_sym.motion.integrator.flow import Flow, StepError
 from multibody_sym.motion.integrator.loop import first_step, least_step

@@ -36,8 +36,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.problem import problem_of, settings_of
-from multibody_sym.motion.prepare.programs import compile_mechanism
+from multibody_sym.motion.prepare.problem import compile_mechanism, problem_of, settings_of
 from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.prepare.settings import form_of, stabilises

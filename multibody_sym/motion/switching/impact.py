@@ -14,9 +14,8 @@ import numpy as np
 from multibody_sym.contact_laws.problem import Equality, FrictionLaw
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.motion.switching.law_values import LawValues
 from multibody_sym.program.runtime_constants import INDEPENDENT, MOST_PUT_BACK, NOT_PUT_BACK, ROUNDED_GAP, SLIGHT
 from multibody_sym.records import dataclass

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.motion.loop.integrate import runge_kutta_step
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.law_values import LawValues

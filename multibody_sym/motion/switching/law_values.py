@@ -19,9 +19,8 @@ from multibody_sym.dynamics.contact.indeterminate_forces import with_shares
 from multibody_sym.mechanics.contact_geometry import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, State, motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.mechanics.state import State, state_of
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import BETWEEN_POWERS, ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass

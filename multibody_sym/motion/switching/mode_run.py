@@ -22,8 +22,7 @@ from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.model.settings import Settings
 from multibody_sym.motion.loop.integrate import NO_STEP, End, Switch, chain, shortly
 from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
-from multibody_sym.motion.prepare.problem import own_coefficient
-from multibody_sym.motion.prepare.programs import compile_mechanism, recall_laws
+from multibody_sym.motion.prepare.problem import compile_mechanism, own_coefficient, recall_laws
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of
 from multibody_sym.motion.results.integrals import (

@@ -10,9 +10,8 @@ import numpy as np
 
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism as resolved
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.joints import CurveJoint
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.model.system import System, verify_system

@@ -14,10 +14,9 @@ from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at
 from multibody_sym.errors import ModelError, NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.references import BARE, References, moves_in_plane
 from multibody_sym.mechanics.spanning_tree import body_part
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import FROM_AXIS, GROUND, Body, Surface, mass_of
 from multibody_sym.model.constraints import (
     Coupler,

@@ -22,9 +22,8 @@ from multibody_sym.dynamics.closing import ConstraintRows
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.redundancy import contradiction_of, redundancy
 from multibody_sym.mechanics.mechanism import TIME, Source
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import State, motion_of
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.fields import Names
 
 Random = np.random.Generator

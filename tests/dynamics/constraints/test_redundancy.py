@@ -8,9 +8,8 @@ from multibody_sym.analysis.check import check
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.redundancy import Redundancy, redundancy
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance, Expression
 from multibody_sym.model.joints import Initial, Planar, Prismatic, Revolute

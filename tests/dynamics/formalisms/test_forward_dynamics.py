@@ -11,8 +11,8 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, speed_without_inertia, verify_inertia
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance, Expression
 from multibody_sym.model.joints import Initial, Prismatic, Revolute, Spherical

@@ -13,8 +13,8 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import NoSolutionError
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Expression, Pulley, Rope
 from multibody_sym.model.forces import Force

@@ -12,7 +12,7 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, in_floats, least_multipliers
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ModelError
-from multibody_sym.mechanics.state import state_of
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.scalars.least_norm import solve
 
 BACKENDS = ["c", "python"]

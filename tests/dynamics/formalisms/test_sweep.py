@@ -12,9 +12,8 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.articulated_body import Sweep, hybrid_dynamics, swept_joints
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, joint_wrenches, unbalanced_wrenches
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.joints import Spherical
 from multibody_sym.model.system import System

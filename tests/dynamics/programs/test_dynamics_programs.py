@@ -13,9 +13,8 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.mechanism import ALPHA, BETA
-from multibody_sym.mechanics.motion import coordinate_rates
+from multibody_sym.mechanics.motion import arrays, coordinate_rates
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import arrays
 from multibody_sym.program.program import interpret
 from multibody_sym.program.programs import Programs
 from multibody_sym.scalars.node import slot

@@ -21,10 +21,9 @@ from multibody_sym.dynamics.programs.quantities import (
     resultant,
 )
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of
+from multibody_sym.mechanics.motion import Motion, coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.scalars.node import quantity
 
 _STEP = 1e-6

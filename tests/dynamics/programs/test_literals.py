@@ -21,9 +21,8 @@ from multibody_sym.dynamics.programs.system import (
 )
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, slot_state, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import slot_state, state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.model.forces import Force, SpringDamper, Torque

@@ -19,9 +19,8 @@ from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import TIME
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, pose
+from multibody_sym.mechanics.motion import Motion, State, accelerations, motion_of, pose
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State
 from multibody_sym.model.fields import Names
 from multibody_sym.text.printer import COMPONENTS
 

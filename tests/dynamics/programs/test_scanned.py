@@ -15,8 +15,8 @@ from multibody_sym.dynamics.programs import system as written
 from multibody_sym.dynamics.programs.repeated_bodies import like_bodies
 from multibody_sym.dynamics.programs.system import programs, worth_scanning
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.forces import Force, SpringDamper

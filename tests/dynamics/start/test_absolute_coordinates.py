@@ -27,9 +27,16 @@ from multibody_sym.dynamics.start.assembly import absolute_state
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.mechanics.changes import with_settings
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, body_acceleration, motion_of
+from multibody_sym.mechanics.motion import (
+    Motion,
+    State,
+    accelerations,
+    body_acceleration,
+    motion_of,
+    slot_state,
+    state_of,
+)
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import State, slot_state, state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.program.program import interpret
 from multibody_sym.scalars.node import symbol

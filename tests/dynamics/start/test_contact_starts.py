@@ -12,9 +12,8 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.dynamics.start.initial_geometry import contact_gaps, verify_outside
 from multibody_sym.dynamics.start.parameters import parameter_values, value_at, verify_contact_values
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 
 FILE = """\
 multibody_sym: 1

@@ -19,11 +19,10 @@ import multibody_sym as mbs
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import PositionRow
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.fields import Names
 from multibody_sym.model.joints import Fixed, Initial, Prismatic, Revolute

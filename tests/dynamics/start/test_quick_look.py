@@ -15,9 +15,8 @@ from multibody_sym.dynamics.programs.system import with_constants
 from multibody_sym.dynamics.start.number_checks import quick_look
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import motion_of
+from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.program.backend import Native
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.loading import load

@@ -20,10 +20,9 @@ from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.errors import InputError, ModelError, NoSolutionError
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.model_files import loads
-from multibody_sym.mechanics.motion import Motion, motion_of
+from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_kinematics import row_motions
-from multibody_sym.mechanics.state import state_of
 from multibody_sym.model.bodies import Body, Element
 from multibody_sym.model.constraints import Distance, Expression, PrescribedMotion, Rope, VelocityConstraint
 from multibody_sym.model.joints import Free, Initial, Prismatic, Revolute, Spherical
