@@ -437,7 +437,7 @@ def trim(
     Raises InputError for unknown names, NoSolutionError where nothing holds it.
     """
     verify_system(system)
-    names = listed_names("unknown", unknown) or tuple(system.inputs)
+    names = tuple(dict.fromkeys(listed_names("unknown", unknown))) or tuple(system.inputs)
     for name in names:
         place_of("input", name, tuple(system.inputs))
     changed = Overrides(parameters, initial, inputs).of(system)
@@ -446,8 +446,9 @@ def trim(
 
 @on_numbers
 def _trim(system: System, at: Mapping[str, Any] | None, names: tuple[str, ...]) -> Trim:
+    given = [] if at is None else list(state_by_name("at", at))
     flow, begin = flow_at(system, None, at)
-    mechanism, given = flow.mechanism, [] if at is None else list(state_by_name("at", at))
+    mechanism = flow.mechanism
     held = {
         k
         for body in mechanism.bodies
@@ -519,14 +520,15 @@ class _Search:
         raise self._failed(q)
 
     def _failed(self, q: Floats) -> NoSolutionError:
-        inputs = ", ".join(self.names) or "no input"
+        none = "no position was found in which"
+        if self.names:
+            none = f"no values of {', '.join(self.names)} were found with which"
         room, count = self._room(q, 0), len(self.flow.mechanism.speeds)
         stand = [k for k, x in zip(self.free, np.abs(room).min(axis=0), strict=True) if x <= _AT_LIMIT]
         at_limit = [deviation_names(self.flow.mechanism)[k] for k in stand if k < count]
         within = f" within the limits of {', '.join(at_limit)}" if at_limit else ""
         return NoSolutionError(
-            f"no values of {inputs} were found that hold the system there{within}; leave coordinates out of at, or "
-            "name more inputs as unknown",
+            f"{none} no speed changes there{within}; leave coordinates out of at, or name more inputs as unknown",
             where=Where(path=("at",)),
             number="N109",
         )

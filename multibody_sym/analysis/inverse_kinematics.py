@@ -25,7 +25,7 @@ from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import function
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
-from multibody_sym.scalars.numbers import vector, verify_finite
+from multibody_sym.scalars.numbers import floats, vector, verify_finite
 
 _NEAR: Final = 1e-10
 """How far (m, rad) a frame may be from where it should be."""
@@ -79,7 +79,9 @@ def inverse_kinematics(
     verify_system(system)
     place = vector("position", position, 3)
     verify_finite("position", place)
-    attitude = None if rotation is None else vector("rotation", np.ravel(np.asarray(rotation)), 9).reshape(3, 3)
+    attitude = None if rotation is None else floats("rotation", rotation)
+    if attitude is not None and attitude.shape != (3, 3):
+        raise InputError(f"rotation has the shape {attitude.shape}, not (3, 3)")
     if attitude is not None and not np.allclose(attitude @ attitude.T, np.eye(3), atol=1e-9):
         raise InputError("rotation is no rotation: its rows are not orthonormal")
     if attitude is not None and np.linalg.det(attitude) < 0.0:

@@ -24,7 +24,7 @@ from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 
 _AT: Final = 1e-9
 """How near a kink a state counts as being at it, in steps of the model's size, 1 rad, and the like a second."""
@@ -44,22 +44,28 @@ _WHY: Final = {
 }
 
 
-def verify_one_valued(flow: DeviationFlow, q: Floats, u: Floats) -> None:
-    """Raise NoSolutionError where slopes of forces or outputs are others on two sides of a state.
+def verify_no_limit(flow: DeviationFlow, q: Floats, u: Floats) -> None:
+    """Raise NoSolutionError where an element is about to act or to let go, to stick or to slip.
 
-    What begins to slip from rest has the slopes of that slip.
+    What begins to slip from rest does slip.
     """
-    if flow.mechanism.mode is not None:
-        for element, why in _Limits(flow, q, u).reached():
-            message = f"A has two values in this state: {element.name} {why}; choose one beside it"
-            raise NoSolutionError(message, where=Where(path=element.path), number="N111")
+    for element, why in _Limits(flow, q, u).reached() if flow.mechanism.mode is not None else ():
+        message = f"A has two values in this state: {element.name} {why}; choose one beside it"
+        raise NoSolutionError(message, where=Where(path=element.path), number="N111")
+
+
+def verify_one_valued(flow: DeviationFlow, q: Floats, u: Floats) -> None:
+    """Raise NoSolutionError where slopes of forces or outputs are others on two sides of a state, in its mode."""
     for kink in _kinks(flow, q, u):
+        states = [c.name for c in flow.mechanism.coordinates if c.rate is not None]
+        for name, jumps in zip(states, kink.jumps(flow, _state_rates), strict=True):
+            if jumps.any():
+                raise _at_kink("A", name, ("states", name))
         if kink.jumps(flow, _motion).any():
             load = next((x for x in flow.mechanism.loads if not kink.jumps(_without(flow, x), _motion).any()), None)
             raise _at_kink("A", *(("a force or an input", ()) if load is None else (load.name, load.path)))
-        jumping = kink.jumps(flow, _outputs)
-        for name, values in zip(flow.mechanism.outputs, jumping, strict=True):
-            if values.any():
+        for name, jumps in zip(flow.mechanism.outputs, kink.jumps(flow, _outputs), strict=True):
+            if jumps.any():
                 raise _at_kink("C", name, ("outputs", name))
 
 
@@ -81,6 +87,14 @@ Known = Sequence[npt.ArrayLike]
 def _motion(flow: DeviationFlow, known: Known) -> Floats:
     """Return the slopes and rates of a motion in a row."""
     return np.concatenate([*map(np.ravel, (*flow.derivatives(known), *flow.restrictions(known))), *flow.rates(known)])
+
+
+def _state_rates(flow: DeviationFlow, known: Known) -> Floats:
+    """Return the slopes and the value of the rate of each declared state in a row of its own."""
+    size, count = 2 * len(flow.mechanism.speeds), len(flow.mechanism.rates)
+    by_state, by_input = flow.derivatives(known)
+    values = flow.rates(known)[0]
+    return np.column_stack([by_state[size:], by_input[size:], values[len(values) - count :]])
 
 
 def _outputs(flow: DeviationFlow, known: Known) -> Floats:
@@ -131,6 +145,8 @@ def _kinks(flow: DeviationFlow, q: Floats, u: Floats) -> Iterator[_Kink]:
     if not len(values):
         return
     units = Positions(flow, ConstraintRows(flow.mechanism, flow.parameters, range(count)), q).sizes
+    least = np.where(np.arange(len(units)) < len(u), _AT, EPSILON)
+    units = np.where(units > least, units, 1.0)  # of a model at the origin sizes are rounding
     sizes, inputs = np.concatenate([units[: len(u)], units]), np.maximum(1.0, np.abs(np.asarray(known[4], dtype=float)))
     for value, slope, of_input in zip(values.tolist(), by_state, by_input, strict=True):
         dz = tangents.X @ (sizes[tangents.places] ** 2 * (slope @ tangents.X))

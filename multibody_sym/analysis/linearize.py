@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import NO_EIGENVALUES, DeviationFlow, constancy_of
-from multibody_sym.analysis.kinks import verify_one_valued
+from multibody_sym.analysis.kinks import verify_no_limit, verify_one_valued
 from multibody_sym.analysis.state_asked_about import begin_at, errors_at, number_asked
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
@@ -46,7 +46,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.numbers import complexes, floats, number
+from multibody_sym.scalars.numbers import complexes, floats, number, verify_finite
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
@@ -241,6 +241,7 @@ class Linearization:
         deviations of a quaternion, which are no expressions.
         """
         gains, size = np.atleast_2d(floats("K", K)), (len(self.inputs), len(self.states))
+        verify_finite("K", gains)
         if gains.shape != size:
             raise InputError(f"K has the shape {gains.shape}, not {size}: a gain for each of {', '.join(self.states)}")
         if self.dt is not None:
@@ -380,6 +381,7 @@ def _linearize(system: System, formalism: str | None, place: At, moving: bool) -
     flow, begin = flow_at(system, formalism, place)
     mechanism, q, u = flow.mechanism, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     with errors_at(place):
+        verify_no_limit(flow, q, u)
         found = _with_outputs(verified_linearization(flow, q, u, moving=moving), flow, q, u)
     names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     in_time = tuple(name for name, node in mechanism.inputs.items() if TIME in leaves([node], "slot"))

@@ -34,8 +34,7 @@ from multibody_sym.text.tokens import surroundings
 from multibody_sym.text.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, read_text
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Tables in files of their own, `table: {file: motor.csv}`: two columns of numbers beside the model; and the values of a
-# grid, `values: {file: map.csv}`: a line for each x with a number for each y.
+# Tables in files of their own, `table: {file: motor.csv}`: two columns of numbers beside the model.
 #
 # A model may come from a stranger: only regular files in the folder of the model, or in one below, are opened, little
 # is read of them, and only plain numbers are taken from them.
@@ -44,8 +43,6 @@ from multibody_sym.text.yaml_tree import LARGEST_FILE, Place, Tree, read_bytes, 
 LARGEST: Final = 1 << 26
 _LONGEST: Final = 40
 _KEY: Final = "file"
-_READ: Final = ("table", "values")
-"""What of an input may stand in a file."""
 _ROW: Final = re.compile(rf"[ ]*({DECIMAL.pattern})[ ]*[ ;,\t][ ]*({DECIMAL.pattern})[ ]*", re.ASCII)
 """A row that can only be read in one way, as nearly all are."""
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
@@ -65,18 +62,18 @@ def with_rows(data: Any, folder: str | None) -> tuple[Any, tuple[str, ...]]:
     inputs = data.get("inputs") if isinstance(data, Mapping) else None
     if not isinstance(inputs, Mapping):
         return data, ()
-    named = {(name, key): _table_file(name, key, x) for name, x in inputs.items() for key in _READ}
-    files = {place: _path_in_folder(place, file, folder) for place, file in named.items() if file is not None}
-    filled = {name: {**inputs[name], key: _read_table((name, key), file)} for (name, key), file in files.items()}
+    named = {name: _table_file(name, x) for name, x in inputs.items()}
+    files = {name: _path_in_folder(name, file, folder) for name, file in named.items() if file is not None}
+    filled = {name: {**inputs[name], "table": _read_table(name, file)} for name, file in files.items()}
     return ({**data, "inputs": {**inputs, **filled}} if filled else data), tuple(files.values())
 
 
-def _table_file(name: str, key: str, given: Any) -> str | None:
-    """Return the file that an input names under a key, None where it names none."""
-    table = given.get(key) if isinstance(given, Mapping) else None
+def _table_file(name: str, given: Any) -> str | None:
+    """Return the file that an input names, None where it names none."""
+    table = given.get("table") if isinstance(given, Mapping) else None
     if not isinstance(table, Mapping):
         return None
-    with at("inputs", name, key):
+    with at("inputs", name, "table"):
         verify_keys(table, (_KEY,))
         with at(_KEY):
             if table.get(_KEY) == "":
@@ -84,9 +81,9 @@ def _table_file(name: str, key: str, given: Any) -> str | None:
             return Text().accept(table.get(_KEY))
 
 
-def _path_in_folder(place: tuple[str, str], file: str, folder: str | None) -> str:
+def _path_in_folder(name: str, file: str, folder: str | None) -> str:
     """Return the name of a table file, which is in the folder of the model or below it."""
-    with at("inputs", *place, _KEY):
+    with at("inputs", name, "table", _KEY):
         if folder is None:
             raise ModelError(
                 f"a model without a file has no folder to look for {file} in; write the rows instead", number="F104"
@@ -98,8 +95,8 @@ def _path_in_folder(place: tuple[str, str], file: str, folder: str | None) -> st
         return os.path.join(folder, file)
 
 
-def _read_table(place: tuple[str, str], file: str) -> list[list[str]]:
-    path = ("inputs", *place, _KEY)
+def _read_table(name: str, file: str) -> list[list[str]]:
+    path = ("inputs", name, "table", _KEY)
     with at(*path):
         content = _regular_file_content(file)
     try:
@@ -111,7 +108,7 @@ def _read_table(place: tuple[str, str], file: str) -> list[list[str]]:
             before = _LINE_END.split(content[: error.start].decode("utf-8"))
             message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8"
             raise _TableError(len(before), len(before[-1]) + 1, message) from None
-        return _rows(text) if place[1] == "table" else _lines_of_numbers(text)
+        return _rows(text)
     except _TableError as wrong:
         where = Where(file=file, line=wrong.line, column=wrong.column, path=path)
         raise InputError(wrong.message, where=where, number="F104") from None
@@ -179,12 +176,6 @@ def _rows(text: str) -> list[list[str]]:
     return rows
 
 
-def _lines_of_numbers(text: str) -> list[list[str]]:
-    """Return the numbers of each line; `#` begins a comment. Raises _TableError."""
-    lines = enumerate(_LINE_END.split(text), 1)
-    return [_numbers(k, _cells(line)) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
-
-
 def _cells(line: str) -> list[_Cell]:
     separator = next((x for x in (";", ",", "\t") if x in line), " ")
     cells = []
@@ -200,11 +191,6 @@ def _row(line: int, cells: list[_Cell]) -> list[str]:
     if len(cells) != 2:
         column = cells[2].column if len(cells) > 2 else 1
         raise _TableError(line, column, f"a table has two columns, argument and value; this row has {len(cells)}")
-    return _numbers(line, cells)
-
-
-def _numbers(line: int, cells: list[_Cell]) -> list[str]:
-    """Return the texts of cells. Raises _TableError for what is no number."""
     for column, text in cells:
         if len(text) > _LONGEST:
             raise _TableError(line, column, f"a number has at most {_LONGEST} digits")

@@ -320,8 +320,6 @@ class GridValues:
     of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> tuple[tuple[Node, ...], ...]:
-        if isinstance(value, Mapping):
-            raise ModelError("a file of values is read with its model file; here give them (numpy.loadtxt)")
         rows = list_items(value)
         if rows is None:
             raise ModelError(f"expected a list for each x, got {describe(value)}", number="M103")
@@ -366,8 +364,7 @@ class Grid(Tabled):
     x: tuple[Node, ...] = holds(GridNumbers(), such="[0, 100 rad/s]", says="the growing first arguments")
     y: tuple[Node, ...] = holds(GridNumbers(), such="[0, 0.5, 1]", says="the growing second arguments")
     values: tuple[tuple[Node, ...], ...] = holds(
-        GridValues(), such="[[0, 1, 3], [0, 2, 5]]",
-        says="for each x a list with the value at each y, or the file that has a line for each x",
+        GridValues(), such="[[0, 1, 3], [0, 2, 5]]", says="for each x a list with the value at each y"
     )
     of: tuple[Node, ...] = holds(ListOf(Scalar(), 2, 2), such="[u_phi, throttle]", says="the two arguments")
     interpolation: str = holds(_KINDS, "linear", such="cubic", says=_INTERPOLATION_SAYS)
@@ -464,9 +461,6 @@ class Constant(Element):
     dimension: Dimension = holds(DimensionField(), says="a unit of its dimension", such="N")
 
 
-_OF_GRID: Final = frozenset({"x", "y", "values"})
-
-
 @dataclass(frozen=True)
 class InputField:
     """An input: an expression, a number with a unit, a table, or a grid."""
@@ -475,7 +469,7 @@ class InputField:
         if isinstance(value, (Tabled, Constant)):
             return value
         if isinstance(value, Mapping):
-            kind = Constant if "value" in value else Grid if _OF_GRID.intersection(value) else Table
+            kind = Constant if "value" in value else Grid if "values" in value else Table
             return from_fields(kind, value)
         dimension = parse_scalar(value)[1] if isinstance(value, str) else None
         node = scalar(value, None)

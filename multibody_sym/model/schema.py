@@ -120,9 +120,6 @@ _NAME: Final[Schema] = {"type": ["string", "number", "boolean"], "minLength": 1}
 _FLAG: Final[Schema] = {"enum": [True, False, "true", "false"]}
 _GAP: Final[Schema] = {"type": ["number", "string", "null"]}
 _VECTOR: Final = array_schema(NUMBER, 3, 3)
-_FILE: Final[Schema] = {
-    "type": "object", "properties": {"file": _NAME}, "required": ["file"], "additionalProperties": False
-}
 _REACHED: Final[Schema] = {
     "type": "object", "minProperties": 1, "maxProperties": 1, "additionalProperties": NUMBER
 }
@@ -201,12 +198,13 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
         (parameters.Table, parameters.Grid, parameters.Constant),
     ),
     parameters.GridNumbers: FieldKind("list of growing numbers", array_schema(NUMBER, 2)),
-    parameters.GridValues: FieldKind(
-        "list of lists of numbers, or `{file: map.csv}`", any_of(array_schema(array_schema(NUMBER, 2), 2), _FILE)
-    ),
+    parameters.GridValues: FieldKind("list of lists of numbers", array_schema(array_schema(NUMBER, 2), 2)),
     parameters.TableRows: FieldKind(
         "list of rows `[argument, value]`, or `{file: motor.csv}`",
-        any_of(array_schema(array_schema(NUMBER, 2, 2), 2, parameters.MOST_ROWS), _FILE),
+        any_of(
+            array_schema(array_schema(NUMBER, 2, 2), 2, parameters.MOST_ROWS),
+            {"type": "object", "properties": {"file": _NAME}, "required": ["file"], "additionalProperties": False},
+        ),
     ),
     settings.AskField: FieldKind(
         f"expression, condition, `{{coordinate: value}}`, or map: {settings.Ask.__name__}",

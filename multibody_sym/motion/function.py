@@ -378,16 +378,18 @@ class Function:
     def residual(self, t: ArrayLike, q: ArrayLike, u: ArrayLike, **options: Any) -> Floats:
         """Return phi (ns,), or (n, ns), of the constraints at states that need not satisfy them, as results are there.
 
-        Rows are those of the function in its `mode`, without phi 0; `options` as of a call. Raises InputError as that
-        does.
+        Rows are those of the function in its `mode`, without a mode those that always act; of a row without phi it is
+        0. `options` as of a call. Raises InputError as that does.
         """
         found: Floats = self._constraints(t, q, u, **options).phi
         return found
 
     @cached_property
     def _constraints(self) -> Function:
-        question, code = self._question, self._code
-        return _asked(question.system, "constraints", code, mode=question.options["mode"], formalism=question.formalism)
+        question, mode = self._question, self._question.options["mode"]
+        if mode is None and question.mechanism.one_way:  # a function without forces, whatever acts
+            mode = {}
+        return _asked(question.system, "constraints", self._code, mode=mode, formalism=question.formalism)
 
     def _at_once(self, t: float, q: Floats, u: Floats, udot: Floats | None = None) -> Any:
         """Return the results at a state whose arrays are as C reads them."""
@@ -616,7 +618,7 @@ class Function:
             raise ArgumentError(f"rates is a map from what moves to its rate: {', '.join(self._variables)}")
         sums: list[Any] = [0.0] * len(self.names)
         for by, given in rates.items():
-            slopes = self._parts(self.derivative(by)(*state, **options))
+            slopes = self._parts(self.derivative(by)(*state, **_whole_results(options)))
             rate = _array(f"rates[{by!r}]", np.atleast_1d(floats(str(by), given)), slopes[0].shape[-1])
             for k, (slope, shape) in enumerate(zip(slopes, self.shapes.values(), strict=True)):
                 along = rate.reshape(len(rate), *(1 for _ in shape), -1) if rate.ndim == 2 else rate
@@ -635,7 +637,7 @@ class Function:
         named = weights if isinstance(weights, Mapping) else {self.names[0]: weights}
         if not named or (len(self.names) > 1 and named is not weights):
             raise ArgumentError(f"weights is a map from names to arrays: {', '.join(self.names)}")
-        slopes = dict(zip(self.names, self._parts(self.derivative(by)(*state, **options)), strict=True))
+        slopes = dict(zip(self.names, self._parts(self.derivative(by)(*state, **_whole_results(options))), strict=True))
         found: Any = 0.0
         for name, given in named.items():
             if name not in slopes:
@@ -739,6 +741,13 @@ def _again(
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Arguments as arrays.
+
+
+def _whole_results(options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return options of a call; raises InputError for one that leaves elements out."""
+    if options.get("sparse"):
+        raise InputError("products with vectors are of whole results: leave out sparse")
+    return options
 
 
 def _told(name: str, shape: tuple[int, ...], units: Any) -> str:

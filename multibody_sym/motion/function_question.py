@@ -46,10 +46,14 @@ _BY_FORCES: Final = frozenset(
 """Functions that depend on what acts in contacts, stops and the like."""
 _OF_ACCELERATIONS: Final = frozenset(["inverse_dynamics", "hybrid_dynamics"])
 """Functions of given accelerations, in which a freedom may be massless."""
+_COMPILED: Final = ("impact", "canonical_equations")
+"""What a search for a mode, or momenta, belong to."""
 _EXPRESSION: Final = "expression"
 
 
 def verify_options(what: object, chosen: Mapping[str, Any]) -> None:
+    if isinstance(what, str) and what in _COMPILED:
+        raise InputError(f"{what} is more than a function of t, q and u: ask compile({what}(system))")
     if isinstance(what, str) and what not in STATE_FUNCTIONS:
         raise InputError(f"there is no function {what!r}", number="M106", word=what, known=STATE_FUNCTIONS)
     texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)

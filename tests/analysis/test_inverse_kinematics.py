@@ -98,6 +98,8 @@ def test_wrong_goals_are_told() -> None:
     wrong: list[tuple[dict[str, Any], str]] = [
         ({"frame": "lower.tap", "position": [0, 0, 0]}, "no frame 'lower.tap'; did you mean lower.tip"),
         ({"frame": "lower.tip", "position": [0, 0]}, r"position has the shape \(2,\), not \(3,\)"),
+        ({"frame": "lower.tip", "position": [0, 0, 0], "rotation": [1, 0, 0, 0]}, r"shape \(4,\), not \(3, 3\)"),
+        ({"frame": "lower.tip", "position": [0, 0, 0], "rotation": "x"}, "rotation is to be real numbers"),
         ({"frame": "lower.tip", "position": [0, 0, 0], "rotation": 2 * np.eye(3)}, "rows are not orthonormal"),
         ({"frame": "lower.tip", "position": [0, 0, 0], "rotation": -np.eye(3)}, "reflection"),
     ]

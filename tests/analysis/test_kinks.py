@@ -79,6 +79,12 @@ def test_a_state_is_linearised_where_differences_on_both_sides_agree(force: str)
     np.testing.assert_allclose(beside.A[1], slopes, atol=1e-6)
 
 
+def test_a_kink_in_a_position_that_is_found_to_rounding_is_seen() -> None:
+    for start in (0.3, -0.3):
+        with pytest.raises(mbs.NoSolutionError, match="A has two values in this state: law has a kink or a jump"):
+            mbs.linearize(block("-k*x - c*abs(x)"), initial={"x": start}, at="equilibrium")
+
+
 def test_corners_of_tables_inputs_and_outputs_are_kinks() -> None:
     table = "{table: [[-1, -2], [0, 0], [1, -1], [2, -2]], of: x}"
     with pytest.raises(mbs.NoSolutionError, match="law has a kink or a jump"):
@@ -130,3 +136,12 @@ forces: {rub: {type: friction, joint: guide, force: 2 N}, push: {type: force, on
     assert mbs.linearize(slider[1]).A.tolist() == [[0.0, 1.0], [0.0, 0.0]]
     with pytest.raises(mbs.NoSolutionError, match="rub is about to slip"):
         mbs.linearize(mbs.loads(text.replace("SPEED", "0").replace("PUSH", "2")))
+
+
+def test_rates_of_states_have_kinks_too() -> None:
+    text = BLOCK.replace("FORCE", "p - k*x").replace("W}", "0}").replace("OUTPUT", "x")
+    laws = ("-abs(p)", "-p*abs(p)")
+    bent, smooth = (mbs.loads(f"{text}states: {{p: {{rate: {law}, initial: 0}}}}\n") for law in laws)
+    with pytest.raises(mbs.NoSolutionError, match=r"states\.p: A has two values in this state: p has a kink"):
+        mbs.linearize(bent)
+    np.testing.assert_allclose(mbs.linearize(smooth).A, [[0, 1, 0], [-1.5, 0, 0.5], [0, 0, 0]], atol=1e-15)

@@ -92,7 +92,7 @@ def test_samples_are_those_of_the_motion_between_them() -> None:
     np.testing.assert_allclose(sampled.A @ x + sampled.B @ w, run.y[:, -1], rtol=1e-10)
     np.testing.assert_allclose(np.sort_complex(sampled.eigenvalues), np.sort_complex(np.exp(dt * found.eigenvalues)))
     np.testing.assert_allclose(mbs.bode(sampled, [1e-4]).gain[0, 0], 1 / 50, rtol=1e-6)
-    for wrong, match in ((0.0, "positive time"), ("soon", "dt")):
+    for wrong, match in ((0.0, "positive time"), (np.inf, "positive time"), ("soon", "dt")):
         with pytest.raises(mbs.InputError, match=match):
             found.discrete(wrong)  # type: ignore[arg-type]
     with pytest.raises(mbs.InputError, match="these are samples each"):
@@ -127,6 +127,9 @@ def test_trim_finds_the_inputs_that_hold_a_position() -> None:
         mbs.trim(mbs.loads(ARM), {"a": 0, "b": 0})
     with pytest.raises(mbs.InputError, match="no input 'tou'; did you mean tau"):
         mbs.trim(mbs.loads(ARM), {"a": 0}, unknown="tou")
+    assert mbs.trim(mbs.loads(ARM), {"a": "20 deg"}, unknown=["tau", "tau"]).inputs == held.inputs
+    with pytest.raises(mbs.NoSolutionError, match="at: no position was found in which no speed changes there"):
+        mbs.trim(mbs.loads(ARM.replace("inputs: {tau: 0}", "").replace("value: tau", "value: 0")), {"a": 0})
 
 
 def test_trim_closes_loops() -> None:
@@ -216,3 +219,12 @@ def test_feedback_is_a_law_of_the_inputs() -> None:
     text += "forces: {m: {type: torque, on: b, value: [M, 0, 0]}}\n"
     with pytest.raises(mbs.InputError, match=r"J\.rx is no coordinate"):
         mbs.linearize(mbs.loads(text)).feedback(np.zeros((1, 6)))
+
+
+def test_transfer_matrices_take_numbers_alone() -> None:
+    near = mbs.linearize(mbs.loads(MASS))
+    for wrong in ("1j", None, ["a"], [[1], [2, 3]]):
+        with pytest.raises(mbs.InputError, match="s is to be numbers"):
+            near.response(wrong)  # type: ignore[arg-type]
+    with pytest.raises(mbs.InputError, match="K is to be finite"):
+        near.feedback([[np.nan, 1]])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -134,31 +133,6 @@ def test_units_and_files() -> None:
     assert mbs.loads(mbs.dumps(system)) == system
     assert mbs.solve(system).accelerations["x"].value == pytest.approx(1.0)
     assert str(system.inputs["F"].dimension) == "N"
-
-
-def test_values_in_a_file(tmp_path: Path) -> None:
-    model, file = tmp_path / "motor.yaml", tmp_path / "map.csv"
-    given = GRID.replace("[[0, 1 N], [2 N, 3 N]]", "{file: map.csv}, dimension: N")
-    model.write_text(given)
-    file.write_text("# x down, y along\n0, 1\n2, 3\n")
-    assert mbs.solve(mbs.load(model)).accelerations["x"].value == pytest.approx(1.0)
-    for text, message in (
-        ("0, 1\n2, 3x\n", r"map\.csv:2:4: inputs\.F\.values\.file: '3x' is no number"),
-        ("0, 1\n2, 3\n4, 5\n", r"values: there are 2 numbers x, but values for 3"),
-        ("0, 1\n2\n", r"values\.1: there are 2 numbers y, but 1 values here"),
-        ("", r"values: there are 2 numbers x, but values for 0"),
-    ):
-        file.write_text(text)
-        with pytest.raises(mbs.InputError, match=message) as caught:
-            mbs.load(model)
-        assert not caught.value.others
-    model.write_text(given.replace("map.csv", "../map.csv"))
-    with pytest.raises(mbs.InputError, match="a table is in the folder of the model, or below it"):
-        mbs.load(model)
-    with pytest.raises(mbs.InputError, match="has no folder to look for"):
-        mbs.loads(given)
-    with pytest.raises(mbs.InputError, match="a file of values is read with its model file"):
-        mbs.Grid(x=[0, 1], y=[0, 1], values={"file": "map.csv"}, of=["x", "t"])
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,7 @@ def test_functions_of_one_library_are_those_of_many(cart: mbs.System, backend: A
     [
         ({}, "asked is a map from names to what function takes"),
         ({"a": "mass_matrx"}, "a: there is no function 'mass_matrx'; did you mean mass_matrix"),
+        ({"a": "impact"}, r"a: impact is more than a function of t, q and u: ask compile\(impact\(system\)\)"),
         ({"a": {"wat": "bias"}}, "a: there is no option 'wat'; did you mean what"),
         ({"a": {"what": "frame"}}, "a: which frame"),
         ({"a": {"what": "bias", "by": "s"}}, "a: bias is no function of 's'"),
@@ -97,6 +98,8 @@ def test_the_residual_is_how_far_a_loop_is_open() -> None:
     begin = mbs.solve(system).as_json()["coordinates"]
     closed = [begin[c.name] for c in mbs.mechanism(system).coordinates]
     assert np.abs(motion.residual(0.0, closed, np.zeros(3))).max() < 1e-14
+    mass = mbs.function(system, "mass_matrix", backend="python")
+    np.testing.assert_array_equal(mass.residual(0.0, q, np.zeros(3)), found)
     assert motion.residual(0.0, q[0], np.zeros(3), parameters={"a": 0.0})[:2] != pytest.approx(found[0][:2])
 
 
@@ -151,6 +154,30 @@ def test_free_inputs_keep_their_values_in_a_derivative(cart: mbs.System) -> None
         np.testing.assert_allclose(motion.derivative(by)(*STATE).udot, whole, rtol=1e-13, atol=1e-13)
         again = pickle.loads(pickle.dumps(free))
         np.testing.assert_array_equal(again(*STATE).udot, free(*STATE).udot)
+
+
+def test_what_are_no_results_is_told(cart: mbs.System) -> None:
+    motion = mbs.function(cart, "state_derivative", backend="python")
+    for wrong in (3, None, (1, 2, 3)):
+        with pytest.raises(mbs.InputError, match="these are no results of state_derivative"):
+            motion.failed(wrong)
+    with pytest.raises(mbs.InputError, match="leave out sparse"):
+        motion.jvp(*STATE, rates={"q": [1, 0]}, sparse=True)
+
+
+def test_the_residual_of_a_function_without_forces_leaves_out_contacts() -> None:
+    text = """
+multibody_sym: 1
+name: block
+bodies: {block: {mass: 1, points: {p: [0, 0, 0]}}, ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}}
+joints: {J: {type: point, parent: ground, child: block}}
+constraints: {track: {type: expression, zero: J_x - 2}}
+contacts: {c: {between: [block.p, ground.floor], static: 0.2}}
+"""
+    system, at = mbs.loads(text), (0.0, [2.5, 0.3], [0.0, 0.0])
+    assert mbs.function(system, "mass_matrix", backend="python").residual(*at).tolist() == [0.5]
+    closed = mbs.function(system, "state_derivative", mode={"c": "stick"}, backend="python").residual(*at)
+    assert closed.tolist() == [0.5, 0.3, 0.0]
 
 
 def test_the_signature_has_shapes_and_units(cart: mbs.System) -> None:

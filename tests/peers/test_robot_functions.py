@@ -6,8 +6,10 @@ S udot + r) with r = -omega x R^T u, and derivatives follow by the product rule.
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -254,3 +256,13 @@ def test_the_order_of_pinocchio(pair: Pair) -> None:
     at = states(pair)[0]
     np.testing.assert_array_equal(at.q[places_q], at.their_q)
     np.testing.assert_array_equal(np.argsort(places_u), pair.v_order)
+
+
+def test_what_the_guide_says_pinocchio_calls_things_is_there() -> None:
+    guide = (Path(__file__).parents[2] / "docs" / "guide" / "functions.md").read_text(encoding="utf-8")
+    table = guide.partition("| here | Pinocchio | Drake |")[2].partition("\n\n")[0]
+    column = " ".join(row.split("|")[2] for row in table.splitlines() if row.count("|") == 4)
+    names = re.findall(r"`([\w.]+)`", column)
+    assert len(names) > 20
+    found = {"data.f": hasattr(pin.Model().createData(), "f")}
+    assert [name for name in names if not (found.get(name) or hasattr(pin, name))] == []
