@@ -344,7 +344,6 @@ def _with_decimals(field: Field, product: _Product) -> _Product:
 
 
 def _shortest(field: Field, p: Poly, scales: Iterable[Fraction]) -> Fraction:
-    """Return the scale with which a sum is shortest."""
     first, *others = scales
     return first if not others else min((first, *others), key=lambda scale: (len(text(_sum(field, p, scale))), scale))
 

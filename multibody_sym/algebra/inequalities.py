@@ -96,7 +96,16 @@ class Breaking:
         around = np.where(self._sample == 0.0, signs, np.where(self._turns, signs, 1.0) * self._sample)
         points = dict(zip(self._symbols, (around * 10.0**scales).T, strict=True))
         with np.errstate(all="ignore"):
-            letters = _letter_values(self._field, points, len(scales))
+            # nan for letters that depend on other symbols
+            n = len(scales)
+            letters: list[Any] = []
+            for letter in self._field.letters:
+                if letter.node is None:
+                    letters.append(np.sqrt(_polynomial_value(letter.square, letters)[0]))
+                elif all(leaf in points for leaf in leaves([letter.node], "symbol")):
+                    letters.append(_node_values(letter.node, points, n))
+                else:
+                    letters.append(np.full(n, np.nan))
             margins: dict[int, Any] = dict.fromkeys(which, 1.0)
             for k in which:
                 for p in self._inequalities[k]:
@@ -114,19 +123,6 @@ def _polynomial_value(p: Poly, letters: Sequence[Any]) -> tuple[Any, Any]:
             term = term * letters[k] ** e if e else term
         value, size = value + term, size + abs(term)
     return value, size
-
-
-def _letter_values(field: Field, points: Mapping[Node, Floats], n: int) -> list[Any]:
-    """Return the values of all letters; nan for those that depend on other symbols."""
-    values: list[Any] = []
-    for letter in field.letters:
-        if letter.node is None:
-            values.append(np.sqrt(_polynomial_value(letter.square, values)[0]))
-        elif all(leaf in points for leaf in leaves([letter.node], "symbol")):
-            values.append(_node_values(letter.node, points, n))
-        else:
-            values.append(np.full(n, np.nan))
-    return values
 
 
 def _node_values(root: Node, points: Mapping[Node, Floats], n: int) -> Floats:
@@ -357,7 +353,16 @@ def reduced(conditions: Iterable[Condition], given: Iterable[Condition] = ()) ->
         field = conditions[0].value.field
         p = field.ring.gens[k] if field.letters[k].sample > 0 else -field.ring.gens[k]
         own.append(_Factored(Condition(field.whole(p), strict=True), [p]))
-    own = _without_doubles(own)
+    distinct: list[_Factored] = []
+    for each in own:
+        same = next((x for x in distinct if (x.value - each.value).is_zero), None)
+        if same is None:
+            distinct.append(each)
+        elif each.condition.pivot or (each.condition.strict and not same.condition.strict):
+            broken = (each if each.condition.pivot else same).condition.broken
+            condition = replace(same.condition, strict=True, broken=broken)
+            distinct[distinct.index(same)] = _Factored(condition, same.factors)
+    own = distinct
     if not own:
         return []
     always = [factors for c in given if (factors := _undecided_factors(c, assumed)) is not None]
@@ -468,18 +473,6 @@ def _divide_by_others(conditions: Sequence[_Factored]) -> list[_Factored]:
             divided[j] = _Factored(replace(other.condition, broken=broken), other.factors)
     same = all(a is b for a, b in zip(divided, conditions, strict=True))
     return divided if same else _divide_by_others(divided)
-
-
-def _without_doubles(conditions: Sequence[_Factored]) -> list[_Factored]:
-    kept: list[_Factored] = []
-    for each in conditions:
-        same = next((x for x in kept if (x.value - each.value).is_zero), None)
-        if same is None:
-            kept.append(each)
-        elif each.condition.pivot or (each.condition.strict and not same.condition.strict):
-            broken = (each if each.condition.pivot else same).condition.broken
-            kept[kept.index(same)] = _Factored(replace(same.condition, strict=True, broken=broken), same.factors)
-    return kept
 
 
 def _join_halves(conditions: Sequence[Condition]) -> Iterator[Condition]:

@@ -425,24 +425,20 @@ def decided_sign(a: Quotient, values: Mapping[Node, Node]) -> int | None:
     if not a.symbols <= values.keys():
         return None
     try:
-        value = _with_values(a, values)
+        # its symbols' values put in, in a field of numbers
+        there = Field(_WORK)
+        known = dict(zip(values, exact(there, values.values(), {}), strict=True))
+        letters: dict[int, Quotient] = {}
+        for k in sorted(_letters_in(a.field, a.above)):
+            node = a.field.letters[k].node
+            if node is None:
+                letters[k] = sqrt(_value(there, a.field.letters[k].square, letters))
+            else:
+                (letters[k],) = exact(there, [node], known)
+        value = _value(there, a.above, letters)
     except NoClosedFormError:
         return None
     return 0 if value.is_zero or _is_zero(value.field, value.above) else None
-
-
-def _with_values(a: Quotient, values: Mapping[Node, Node]) -> Quotient:
-    """Return a quotient with the values of its symbols put in, in a field of numbers."""
-    there = Field(_WORK)
-    known = dict(zip(values, exact(there, values.values(), {}), strict=True))
-    letters: dict[int, Quotient] = {}
-    for k in sorted(_letters_in(a.field, a.above)):
-        node = a.field.letters[k].node
-        if node is None:
-            letters[k] = sqrt(_value(there, a.field.letters[k].square, letters))
-        else:
-            (letters[k],) = exact(there, [node], known)
-    return _value(there, a.above, letters)
 
 
 def _value(field: Field, p: Poly, letters: Mapping[int, Quotient]) -> Quotient:

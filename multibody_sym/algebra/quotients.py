@@ -395,7 +395,6 @@ class Quotient:
 
     @property
     def is_zero(self) -> bool:
-        """Whether this is the constant 0."""
         return not self.above
 
     @property

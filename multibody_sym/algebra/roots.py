@@ -447,7 +447,6 @@ class _Roots:
 
 
 def _roots_in(forms: Sequence[Node], group: Sequence[Node]) -> list[Node]:
-    """Return the roots of a group that expressions have."""
     met = {n for n in postorder(forms) if n.op == "sqrt"}
     return [root for root in group if root in met]
 

@@ -500,7 +500,6 @@ class Subexpressions:
         return name
 
     def sum(self, terms: Iterable[Any]) -> Any:
-        """Return the sum of terms, named."""
         return self.name(sympy.Add(*terms))
 
     # --- derivatives -----------------------------------------------------------------------------------------------
@@ -573,11 +572,9 @@ class WrittenOut(Subexpressions):
         return _is_exact(node)
 
     def shared(self, expression: Any) -> Any:
-        """Return the expression itself."""
         return expression
 
     def name(self, expression: Any) -> Any:
-        """Return the expression, rewritten."""
         self.budget.spend(0)
         return self._readable(expression)
 

@@ -148,7 +148,6 @@ class Script(ABC):
     # --- lines -----------------------------------------------------------------------------------------------------
 
     def width(self, written: str) -> float:
-        """Return the width of a text on the page."""
         return float(len(written))
 
     def pieces(self, e: Any, room: float) -> list[str]:

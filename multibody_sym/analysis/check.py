@@ -144,7 +144,15 @@ def _check(system: System, formalism: str | None) -> CheckReport:
     resolved = check_numbers(system)
     chosen = formalism_name(formalism, resolved)
     base = resolved.relative or resolved
-    declared = _declared_hints(system, f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s")
+    until = f"t_end = {end_of_run(system, base, parameter_values(base, {})):g} s"
+    hints: list[str] = [*declared_hints(system)]
+    for name, joint in with_driving_inputs(system).joints.items():
+        switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
+        if symbol("t") in leaves(switches, "symbol"):
+            told = f"the motion of joint {name} has kinks: until {until} neither it nor its rate jumps"
+            hints.append(Hint(told, "joints", name, "motion"))
+    hints += first_at_each_place(_edge_hints(system))
+    declared = hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
     try:
         jumps = () if resolved.impact is None else [jump.joint or jump.name for jump in resolved.impact.jumps]
         if jumps:
@@ -228,18 +236,6 @@ def _contradiction(resolved: Mechanism, begin: Start, states: Sequence[State]) -
 
 
 # --- hints -----------------------------------------------------------------------------------------------------------
-
-
-def _declared_hints(system: System, end: str) -> list[str]:
-    """Return what the declaration alone suggests was forgotten."""
-    hints: list[str] = [*declared_hints(system)]
-    for name, joint in with_driving_inputs(system).joints.items():
-        switches = switching_functions([x for x in getattr(joint, "motion", None) or () if x is not None])
-        if symbol("t") in leaves(switches, "symbol"):
-            told = f"the motion of joint {name} has kinks: until {end} neither it nor its rate jumps"
-            hints.append(Hint(told, "joints", name, "motion"))
-    hints += first_at_each_place(_edge_hints(system))
-    return hints if system.outputs else [*hints, "no outputs are declared: a run tells coordinates and speeds only"]
 
 
 def _edge_hints(system: System) -> Iterator[Hint]:

@@ -65,7 +65,6 @@ _ROUNDED: Final = 1e-13
 
 
 def search_from(resolved: Mechanism, begin: Start, formalism: str | None) -> EquilibriumSearch:
-    """Return the search for positions of equilibrium from a start."""
     verify_kept(resolved)
     rows = ConstraintRows(resolved, begin.parameters, range(len(resolved.rows)))
     flow = DeviationFlow(resolved, begin.parameters, formalism)

@@ -59,7 +59,6 @@ class Hint(str):
     path: tuple[str, ...]
 
     def __new__(cls, told: str, *path: str) -> Self:
-        """Return the text with its path."""
         hint = super().__new__(cls, told)
         hint.path = path
         return hint

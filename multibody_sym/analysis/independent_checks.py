@@ -139,7 +139,6 @@ class _Run:
         return np.asarray(np.sign(found), dtype=float)
 
     def motion(self, t: float, q: Floats, u: Floats) -> Motion:
-        """Return the motion of all bodies."""
         return motion_of(self._mechanism, self._state(t, q, u))
 
     def rank(self, t: float, q: Floats, u: Floats) -> int:

@@ -86,41 +86,6 @@ class Multipliers:
         return {"states": list(self.states), "period": self.period, "multipliers": found}
 
 
-def _multipliers_of(flow: DeviationFlow, q: Floats, u: Floats, period: float) -> Multipliers:
-    """Return the multipliers over one period (s) of the motion from a state at t = 0.
-
-    Raises NoSolutionError where the motion cannot be followed, or does not repeat itself in all that A depends on.
-    """
-    from scipy.integrate import DOP853  # scipy takes longer to import than most linearizations take
-
-    here, tangents = flow.linearized(q, u), flow.tangents(q, u)
-    ends = np.cumsum([len(q), len(u)])
-
-    def rates(t: float, y: Floats) -> Floats:
-        at, speeds, Z = np.split(y, ends)
-        known = flow.known(at, speeds, t)
-        by_state, _ = flow.derivatives(known)
-        return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z.reshape(tangents.X.shape))])
-
-    begin = np.concatenate([q, u, np.ravel(tangents.X)])
-    try:
-        at, speeds, last = np.split(_follow(DOP853(rates, 0.0, begin, period, rtol=_RTOL, atol=_RTOL)), ends)
-        known = flow.known(at, speeds, period)
-        by_state, _ = flow.derivatives(known)
-        there = by_state[tangents.places] @ flow.span(known, tangents.places)
-    except UNDEFINED as error:
-        raise NoSolutionError(f"the motion cannot be followed over a period ({error})", number="N111") from None
-    missed = float(np.abs(there - here.A).max(initial=0.0))
-    if missed > _REPEATS * max(1.0, float(np.abs(here.A).max(initial=0.0))):
-        raise NoSolutionError(
-            f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first",
-            number="N111",
-        )
-    Z = last.reshape(tangents.X.shape)
-    values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
-    return Multipliers(here.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
-
-
 def _follow(solver: DOP853) -> Floats:
     """Return the state at the end of a period. Raises NoSolutionError where steps become too small, or too many."""
     count, before = 0, 0.0
@@ -430,7 +395,35 @@ def _period_multipliers(system: System, formalism: str | None, place: At) -> Mul
         if not period > 0.0:
             raise ModelError(f"a period is a positive time, got {period:g}", number="M109")
     with errors_at(place):
-        return _multipliers_of(flow, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float), period)
+        from scipy.integrate import DOP853  # scipy takes longer to import than most linearizations take
+
+        q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
+        here, tangents = flow.linearized(q, u), flow.tangents(q, u)
+        ends = np.cumsum([len(q), len(u)])
+
+        def rates(t: float, y: Floats) -> Floats:
+            at, speeds, Z = np.split(y, ends)
+            known = flow.known(at, speeds, t)
+            by_state, _ = flow.derivatives(known)
+            return np.concatenate([*flow.rates(known), np.ravel(by_state @ Z.reshape(tangents.X.shape))])
+
+        first = np.concatenate([q, u, np.ravel(tangents.X)])
+        try:
+            at, speeds, last = np.split(_follow(DOP853(rates, 0.0, first, period, rtol=_RTOL, atol=_RTOL)), ends)
+            known = flow.known(at, speeds, period)
+            by_state, _ = flow.derivatives(known)
+            there = by_state[tangents.places] @ flow.span(known, tangents.places)
+        except UNDEFINED as error:
+            raise NoSolutionError(f"the motion cannot be followed over a period ({error})", number="N111") from None
+        missed = float(np.abs(there - here.A).max(initial=0.0))
+        if missed > _REPEATS * max(1.0, float(np.abs(here.A).max(initial=0.0))):
+            raise NoSolutionError(
+                f"the motion does not repeat itself after {period:g} s: A differs by {missed:.3g} from that at first",
+                number="N111",
+            )
+        Z = last.reshape(tangents.X.shape)
+        values = np.linalg.eigvals(Z[tangents.places]).astype(complex)
+        return Multipliers(here.states, period, values[np.lexsort((values.imag, -np.abs(values)))])
 
 
 def flow_at(system: System, formalism: str | None, place: At) -> tuple[DeviationFlow, Start]:

@@ -56,7 +56,6 @@ class Positions:
         return self.rows.mechanism
 
     def motion(self, q: Floats) -> Motion:
-        """Return the motion at rest."""
         return self.rows.motion(q, np.zeros(len(self.mechanism.speeds)))
 
     @cached_property
@@ -188,7 +187,6 @@ class Positions:
         return np.block([[of_bodies, aside[0]], [aside[1], of_states]])
 
     def energy(self, q: Floats) -> float:
-        """Return the potential energy."""
         return self._placed(q)[1]
 
     def level(self, a: float, b: float) -> bool:

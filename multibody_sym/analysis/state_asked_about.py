@@ -111,7 +111,25 @@ def begin_at(system: System, resolved: Mechanism, begin: Start, place: Any, form
         if not isinstance(place, Mapping) or not all(isinstance(name, str) for name in place):
             wanted = f"the word {REST} or values by name, such as {{'phi': 0}}"
             raise ArgumentError(f"at is to be {wanted}, got {short_repr(place)}")
-        values = _values_at(system, resolved, begin, state_by_name("at", place))
+        # expressions of parameters, or text with units; of a quaternion all or none
+        declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
+        units = {each.name: each.unit for each in declared}
+        values = {}
+        for name, value in state_by_name("at", place).items():
+            with at(name):
+                if name not in units:
+                    raise unknown_coordinate(name, system, units)
+                node = start_value(value, units[name])
+                if node is None:
+                    raise ModelError("it needs a value; what is not named keeps that of the start", number="M119")
+                values[name] = number_asked(node, resolved, begin)
+        for places in (places for body in resolved.bodies for places in body.quaternions):
+            names = [resolved.coordinates[k].name for k in places]
+            given = [name for name in names if name in values]
+            if given and len(given) < len(names):
+                raise ModelError(f"{', '.join(names)} are one quaternion: give all four or none", number="M110").under(
+                    given[0]
+                )
         try:
             return start_beside(resolved, begin, values)
         except NotClosedError as error:
@@ -144,29 +162,6 @@ def _rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> li
         again = guesses(search.places, search.places.start)
         raise no_equilibrium_error(search.flow, search.rows, again, in_time=late, one_way=states if names else "")
     return [float(x) for x in found]
-
-
-def _values_at(system: System, resolved: Mechanism, begin: Start, place: Mapping[str, Any]) -> dict[str, float]:
-    """Return the values in numbers: expressions of parameters, or text with units; of a quaternion all or none."""
-    declared: list[Coordinate | Speed] = [*resolved.coordinates, *resolved.speeds]
-    units = {each.name: each.unit for each in declared}
-    values = {}
-    for name, value in place.items():
-        with at(name):
-            if name not in units:
-                raise unknown_coordinate(name, system, units)
-            node = start_value(value, units[name])
-            if node is None:
-                raise ModelError("it needs a value; what is not named keeps that of the start", number="M119")
-            values[name] = number_asked(node, resolved, begin)
-    for places in (places for body in resolved.bodies for places in body.quaternions):
-        names = [resolved.coordinates[k].name for k in places]
-        given = [name for name in names if name in values]
-        if given and len(given) < len(names):
-            raise ModelError(
-                f"{', '.join(names)} are one quaternion: give all four or none", number="M110"
-            ).under(given[0])
-    return values
 
 
 def number_asked(node: Node, resolved: Mechanism, begin: Start) -> float:

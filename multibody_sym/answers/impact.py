@@ -20,7 +20,6 @@ from multibody_sym.answers.impact_solution import (
     ImpactInstant,
     Needed,
     Order,
-    befores,
     impact_steps,
     length,
     pressing_impulse,
@@ -32,15 +31,17 @@ from multibody_sym.answers.instant.states import least_coefficient, told_conditi
 from multibody_sym.answers.records import ImpactFound
 from multibody_sym.contact_laws.impact_problem import ImpactResult
 from multibody_sym.contact_laws.impact_sequence import clusters
+from multibody_sym.derivation.symbolic_start import declared_state
 from multibody_sym.dynamics.contact.impact_problem import StruckRows, friction_parts, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
 from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
 from multibody_sym.errors import ExpressionError, RunError, Where, at
 from multibody_sym.mechanics.energy import kinetic_energy
+from multibody_sym.mechanics.impacts import before_leaf
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement, exerted_by
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
-from multibody_sym.mechanics.motion import Motion, pose
+from multibody_sym.mechanics.motion import Motion, State, pose, slot_state
 from multibody_sym.mechanics.points import velocity
 from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.row_kinematics import coefficients
@@ -366,13 +367,17 @@ class _Answer:
 
     @cached_property
     def rows(self) -> StruckRows:
-        """The rows that act."""
         return struck_rows(self.posed.blow, self.struck)
 
     @cached_property
     def given(self) -> Befores:
-        """The motion before."""
-        return befores(self.posed)
+        blow, begin = self.posed.blow, self.posed.begin
+        symbolic = declared_state(self.posed.mechanism, begin)
+        own = slot_state(blow.mechanism)
+        u = tuple(before_leaf(k) for k in range(len(own.u)))
+        slots = {leaf: u[leaf.data[1]] if leaf.data[0] == "u" else x for leaf, x in own.slots.items()}
+        in_slots = State(own.scalar, own.q, u, slots)
+        return Befores(blow.motion, blow.before(symbolic.state), blow.before(in_slots), symbolic)
 
     @cached_property
     def solved(self) -> SolvedInstant:
@@ -412,7 +417,6 @@ class _Answer:
     # --- what is told ---------------------------------------------------------------------------------------------
 
     def told(self) -> ImpactFound:
-        """Return all that is told."""
         solved, names = self.solved, [speed.name for speed in self.posed.mechanism.speeds]
         units = {speed.name: speed.unit for speed in self.posed.mechanism.speeds}
 

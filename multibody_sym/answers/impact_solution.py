@@ -22,7 +22,6 @@ from multibody_sym.derivation.symbolic_start import (
     ClosedForms,
     SymbolicState,
     closed_forms,
-    declared_state,
     linear_equations,
     unknowns,
 )
@@ -42,10 +41,10 @@ from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.start.declared_impact import PosedImpact
 from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
-from multibody_sym.mechanics.impacts import after_impact, before_leaf, state_in_impact
+from multibody_sym.mechanics.impacts import after_impact, state_in_impact
 from multibody_sym.mechanics.law_elements import FrictionPart, JumpRow, LawElement, jump_leaf
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, State, motion_of, slot_state
+from multibody_sym.mechanics.motion import Motion, State, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.records import dataclass
@@ -69,7 +68,6 @@ class ImpactInstant(StateQuantities):
 
     @property
     def after(self) -> list[S]:
-        """The speeds after the impact."""
         return [u + du for u, du in zip(self.before.state.u, self.udot, strict=True)]
 
     @cached_property
@@ -79,12 +77,10 @@ class ImpactInstant(StateQuantities):
 
     @cached_property
     def rows_before(self) -> Mapping[str, RowMotion]:
-        """All rows before, by name."""
         return _by_name(self.before)
 
     @cached_property
     def rows_after(self) -> Mapping[str, RowMotion]:
-        """All rows after, by name."""
         return _by_name(self.later)
 
 
@@ -100,17 +96,6 @@ class Befores:
     nodes: Motion
     slots: Motion
     symbolic: SymbolicState
-
-
-def befores(posed: PosedImpact) -> Befores:
-    """Return the motion before an impact over all scalars."""
-    blow, begin = posed.blow, posed.begin
-    symbolic = declared_state(posed.mechanism, begin)
-    own = slot_state(blow.mechanism)
-    u = tuple(before_leaf(k) for k in range(len(own.u)))
-    slots = {leaf: u[leaf.data[1]] if leaf.data[0] == "u" else x for leaf, x in own.slots.items()}
-    in_slots = State(own.scalar, own.q, u, slots)
-    return Befores(blow.motion, blow.before(symbolic.state), blow.before(in_slots), symbolic)
 
 
 Jumps = Callable[[Motion], Mapping[int, Node] | None]
@@ -309,7 +294,6 @@ _MOST: Final = 12
 
 
 def impact_steps(elements: Sequence[LawElement], names: Sequence[str], struck: ImpactResult) -> list[ImpactStep]:
-    """Return the impacts in their order."""
     owners = {names.index(element.normals[0].name): element.name for element in elements}
     found = []
     for number in range(1, struck.impacts + 1):
@@ -459,7 +443,6 @@ class _Work:
 
     @cached_property
     def jumps(self) -> list[Any]:
-        """The symbols of the jumps."""
         return [sympy.Symbol(f"D_{speed.name}") for speed in self.solved.mechanism.speeds]
 
     @cached_property
@@ -501,7 +484,6 @@ class _Work:
     # --- steps ----------------------------------------------------------------------------------------------------
 
     def steps(self) -> tuple[WorkedStep, ...]:
-        """Return all steps."""
         matrix, right = linear_equations(self.solved.nodes.motion)
         count = len(self.jumps)
         momentum = [self._equation(k, matrix[k], right[k], ()) for k in range(count)]

@@ -174,7 +174,6 @@ class ImpactFound:
 
     @property
     def values(self) -> list[Value]:
-        """All values, in one order."""
         every = (getattr(self, f.name) for f in fields(self))
         return [value for part in every for value in _values(part)]
 

@@ -39,7 +39,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     answer, text = _run_guarded(words)
     try:
-        _print(answer, text)
+        # the object on standard output and the text on standard error, or the text alone where it belongs
+        if text is not None:
+            _say(answer.text)
+            _write(sys.stdout, text)
+        elif "error" in answer.json:
+            _say(answer.text)
+        else:
+            _write(sys.stdout, answer.text)
+        if answer.missed:
+            _say(answer.missed)
     except BrokenPipeError:  # whoever read the output has seen enough
         _silence(sys.stdout)
     except OSError as problem:
@@ -116,19 +125,6 @@ def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, 
     """Print the toolkit's own notices as lines; a command's user can do nothing about other libraries' warnings."""
     if category.__module__.startswith("multibody_sym."):
         _say(f"note: {message}")
-
-
-def _print(answer: Reply, json_text: str | None) -> None:
-    """Print the object on standard output and the text on standard error, or the text alone where it belongs."""
-    if json_text is not None:
-        _say(answer.text)
-        _write(sys.stdout, json_text)
-    elif "error" in answer.json:
-        _say(answer.text)
-    else:
-        _write(sys.stdout, answer.text)
-    if answer.missed:
-        _say(answer.missed)
 
 
 def _write(stream: TextIO | None, text: str) -> None:

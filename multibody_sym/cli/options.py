@@ -35,13 +35,6 @@ class ShownText(SystemExit):
 # The options that change the model a command takes, or how it is solved: the same for every command.
 
 
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Declare what changes the model that a command takes, or how it is solved."""
-    group = parser.add_argument_group("what changes the model, or how it is solved")
-    for name in MODEL_OPTIONS:
-        _add_option(group, name)
-
-
 def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Declare how a run is done."""
     group = parser.add_argument_group("how the run is done")
@@ -139,25 +132,6 @@ class Brief(argparse.HelpFormatter):
         if action.choices:
             return "|".join(map(str, action.choices))
         return f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar)
-
-
-def usage(parser: argparse.ArgumentParser) -> str:
-    """Return the usage line of a command: its arguments and the options that it needs."""
-    words = [parser.prog]
-    for action in parser._actions:
-        if not action.option_strings:
-            words.append(f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar))
-        elif action.required:
-            words.append(f"{action.option_strings[0]} {action.metavar or '|'.join(map(str, action.choices or ()))}")
-    return " ".join([*words, "[options]"])
-
-
-def whole_help(purpose: str, commands: Mapping[str, str]) -> str:
-    """Return the help of the program: a line for each command."""
-    width = max(map(len, commands))
-    lines = [f"  {name:{width}}  {_short(told, WIDTH - width - 4)}" for name, told in commands.items()]
-    head = "usage: multibody-sym COMMAND [FILE] [options]   (COMMAND --help tells options)"
-    return "\n".join((head, "", purpose, "", *lines, "", _EXIT_CODES, ""))
 
 
 def _short(told: str, width: int) -> str:
@@ -306,12 +280,14 @@ class _Program(_Parser):
     """The parser of the program, whose help has a line for each command."""
 
     def format_help(self) -> str:
-        return whole_help(_PURPOSE, {name: command_module(name).HELP for name in COMMANDS})
+        commands = {name: command_module(name).HELP for name in COMMANDS}
+        width = max(map(len, commands))
+        lines = [f"  {name:{width}}  {_short(told, WIDTH - width - 4)}" for name, told in commands.items()]
+        head = "usage: multibody-sym COMMAND [FILE] [options]   (COMMAND --help tells options)"
+        return "\n".join((head, "", _PURPOSE, "", *lines, "", _EXIT_CODES, ""))
 
 
-def _parser(
-    names: Sequence[str] = COMMANDS,
-) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
+def _parser(names: Sequence[str] = COMMANDS) -> tuple[argparse.ArgumentParser, Mapping[str, argparse.ArgumentParser]]:
     parser = _Program(prog="multibody-sym", description=_PURPOSE)
     parser.add_argument("--version", action=_Version, help="show the version")
     script = "show the script with which a shell completes words (needs shtab)"
@@ -328,9 +304,18 @@ def _parser(
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         if name not in _WITHOUT_CHANGES:
-            add_model_options(one)
+            group = one.add_argument_group("what changes the model, or how it is solved")
+            for option in MODEL_OPTIONS:
+                _add_option(group, option)
         one.set_defaults(run=command.run, command=name)
-        one.usage = usage(one)
+        # the arguments of the command, and the options that it needs
+        words = [one.prog]
+        for action in one._actions:
+            if not action.option_strings:
+                words.append(f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar))
+            elif action.required:
+                words.append(f"{action.option_strings[0]} {action.metavar or '|'.join(map(str, action.choices or ()))}")
+        one.usage = " ".join([*words, "[options]"])
         made.update(dict.fromkeys(aliases, one))
     return parser, made
 
@@ -350,7 +335,22 @@ def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[st
     except ImportError:
         message = "completion needs shtab: pip install 'multibody_sym[completion]'"
         raise OutputError(message, number="O104") from None
-    words = _words()
+    # the words that fit where the command or option takes any text
+    from multibody_sym.cli.commands.new import examples
+    from multibody_sym.cli.error_pages import EXPLAINED
+    from multibody_sym.derivation.derive import IN_MOMENTA, METHODS
+    from multibody_sym.derivation.routes import FORMALISMS
+    from multibody_sym.model.settings import COORDINATES
+    from multibody_sym.motion.methods.table import SUMMARIES
+
+    words = {
+        ("new", "name"): list(examples()),
+        ("explain", "number"): list(EXPLAINED),
+        ("derive", "method"): [*METHODS, *IN_MOMENTA],
+        ("", "method"): list(SUMMARIES),
+        ("", "formalism"): list(FORMALISMS),
+        ("", "coordinates"): list(COORDINATES),
+    }
     for name, command in commands.items():
         for action in command._actions:
             found: Any = action
@@ -362,22 +362,3 @@ def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[st
                 known = words.get((name, action.dest)) or words.get(("", action.dest))
                 action.choices = known
     return str(shtab.complete(parser, shell=shell))
-
-
-def _words() -> dict[tuple[str, str], list[str]]:
-    """Return the words that fit where the command or option takes any text."""
-    from multibody_sym.cli.commands.new import examples
-    from multibody_sym.cli.error_pages import EXPLAINED
-    from multibody_sym.derivation.derive import IN_MOMENTA, METHODS
-    from multibody_sym.derivation.routes import FORMALISMS
-    from multibody_sym.model.settings import COORDINATES
-    from multibody_sym.motion.methods.table import SUMMARIES
-
-    return {
-        ("new", "name"): list(examples()),
-        ("explain", "number"): list(EXPLAINED),
-        ("derive", "method"): [*METHODS, *IN_MOMENTA],
-        ("", "method"): list(SUMMARIES),
-        ("", "formalism"): list(FORMALISMS),
-        ("", "coordinates"): list(COORDINATES),
-    }

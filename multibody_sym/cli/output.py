@@ -51,7 +51,6 @@ _DESCRIBED = "units to read, such as mm,deg,kN; --json stays SI"
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
-    """Declare `--units`."""
     parser.add_argument("--units", metavar="UNITS", help=_DESCRIBED)
 
 

@@ -482,6 +482,11 @@ def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> 
         rates.append(Equation(rate_label(notation, p), sympy.Add(x, *pulls)))
     constraints = tuple(row.phidot if row.phi is None else row.phi for row in parts.rows)
     equations = (*rates, *(Equation(x, sympy.S.Zero) for x in constraints if x != 0))
+    lines = ["in general: q' = dH/dp, p' = -dH/dq" + (" + Q" if any(x != 0 for x in parts.forces) else "")]
+    if parts.rows:
+        lines[0] += " + H^T lambda, with the constraints"
+    if any(body.quaternions for body in mechanism.bodies):
+        lines.append(_POINCARE)
     steps = (
         Step("Canonical momenta", _paired_equations(momenta, parts.by_speeds), "by definition: p = dT/du"),
         Step("Speeds by momenta", _paired_equations(symbols.speeds, parts.speeds)),
@@ -491,7 +496,7 @@ def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> 
             (Equation(Label("H", "H"), parts.function),),
             _meaning_of_function(mechanism, parts, left, symbols, dict(definitions)),
         ),
-        Step("Canonical equations", equations, _meaning_of_equations(mechanism, parts)),
+        Step("Canonical equations", equations, "\n".join(lines)),
     )
     return CanonicalEquations(
         "hamilton",
@@ -555,15 +560,6 @@ def _meaning_of_function(
     )
     rates = [word for word, there in terms if there]
     return f"{what}; {'its rate is ' + ' + '.join(rates) if rates else 'it is constant'}"
-
-
-def _meaning_of_equations(mechanism: Mechanism, parts: _HamiltonParts) -> str:
-    lines = ["in general: q' = dH/dp, p' = -dH/dq" + (" + Q" if any(x != 0 for x in parts.forces) else "")]
-    if parts.rows:
-        lines[0] += " + H^T lambda, with the constraints"
-    if any(body.quaternions for body in mechanism.bodies):
-        lines.append(_POINCARE)
-    return "\n".join(lines)
 
 
 # --- Routh's equations -----------------------------------------------------------------------------------------------
@@ -707,7 +703,6 @@ class _Unnamed(Subexpressions):
         super().__init__("", names.budget)
 
     def name(self, expression: Any) -> Any:
-        """Return the expression itself."""
         return expression
 
 

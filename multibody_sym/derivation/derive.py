@@ -18,7 +18,6 @@ from multibody_sym.derivation.lagrange import (
     Energies,
     LagrangeTerms,
     RowTerms,
-    force_factors,
     known_nodes,
     lagrange_terms,
     rows_terms,
@@ -38,13 +37,13 @@ from multibody_sym.derivation.notation import (
     with_free_letters,
 )
 from multibody_sym.derivation.prepare import (
+    SIDES,
     DerivationInput,
     budget_of,
     constants_step,
     map_expressions,
     prepare,
     shortest,
-    sides_step,
     tidy_record,
 )
 from multibody_sym.derivation.routes import FORMALISMS
@@ -69,6 +68,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of, slot_state
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
 
@@ -327,19 +327,22 @@ def _matrices(parts: EquationParts, n: int) -> tuple[Any, Any, Any, Any, Any, An
     return M, f, H, gamma, C, sympy.ImmutableMatrix(count, count, [x for row in coupling for x in row])
 
 
-def _first_steps(
-    ready: DerivationInput, names: Subexpressions, parts: EquationParts, notation: Notation
-) -> Derivation:
+def _first_steps(ready: DerivationInput, names: Subexpressions, parts: EquationParts, notation: Notation) -> Derivation:
     """Return the steps up to the equations of motion."""
     mechanism, symbols, sides = ready.mechanism, ready.symbols, ready.naming.sides
     translated = names.translated([side.length for side in sides], known_nodes(mechanism, symbols))
     lengths = [notation.text(names.name(length)) for length in translated]
+    # the sides on which ropes and springs lie, as equations hold only there
+    notes = [
+        f"{side.element}, {side.ends[0]} to {side.ends[1]}: {length} > 0"
+        for side, length in zip(sides, lengths, strict=True)
+    ]
     return (
         coordinate_step(mechanism),
         *(() if names.definitions else position_steps(mechanism, symbols, names)),
         *(() if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)),
         *(lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()),
-        *sides_step(sides, lengths),
+        *((Step(SIDES, (), "\n".join(notes)),) if notes else ()),
         *constants_step(mechanism, symbols, ready.naming.constants),
         *row_steps(mechanism, parts.rows),
         *(free_body_steps(mechanism, symbols, parts.bodies, parts.rows, notation) if parts.bodies else ()),
@@ -349,7 +352,13 @@ def _first_steps(
 def _equations(parts: EquationParts, symbols: Symbols) -> tuple[Equation, ...]:
     """Return each speed's equation: inertia, velocity terms and dV/dq on the left, forces and rows on the right."""
     found = []
-    multipliers = force_factors(parts.rows, symbols)
+    # the factor of each row's force: its multiplier, once the length of multipliers that make a vector
+    multipliers = list(symbols.multipliers)
+    for k, terms in enumerate(parts.rows):
+        if terms.beside and min(terms.beside) > k:
+            multipliers[k] = length([multipliers[k], *(multipliers[other] for other in terms.beside)])
+        elif terms.beside:
+            multipliers[k] = sympy.S.Zero
     for k, row in enumerate(parts.mass_matrix):
         inertia = [m * a for m, a in zip(row, symbols.accelerations, strict=True)]
         left = sympy.Add(*inertia, parts.velocity_terms[k], parts.potential_gradient[k])

@@ -287,7 +287,6 @@ class _Balance:
     forces: Mapping[Any, Any]
 
     def equation(self) -> Equation:
-        """Return it as it is read."""
         return Equation(
             sympy.Add(*(x * a for a, x in self.inertia.items()), self.bias),
             sympy.Add(self.load, *(x * s for s, x in self.forces.items())),

@@ -35,7 +35,6 @@ from multibody_sym.mechanics.motion import (
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.bodies import Mass
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import Node, as_node, quantity, slot
 from multibody_sym.scalars.vectors import S
 
@@ -361,14 +360,3 @@ def with_friction(terms: Sequence[RowTerms], motion: Motion, symbols: Symbols, n
             changed = replace(changed, gamma=gamma, jacobian=jacobian, coupling=coupling)
         found.append(changed)
     return found
-
-
-def force_factors(rows: Sequence[RowTerms], symbols: Symbols) -> list[Any]:
-    """Return the factor of each row's force: its multiplier, and once the length of multipliers that make a vector."""
-    factors = list(symbols.multipliers)
-    for k, row in enumerate(rows):
-        if row.beside and min(row.beside) > k:
-            factors[k] = length([factors[k], *(factors[other] for other in row.beside)])
-        elif row.beside:
-            factors[k] = sympy.S.Zero
-    return factors

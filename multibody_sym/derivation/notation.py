@@ -228,7 +228,16 @@ def notation_of(
     for s in (symbols.time, *symbols.coordinates, *symbols.parameters, *symbols.inputs, *names):
         spelling[s] = Label(s.name, latex_name(book.get(s.name, s.name)))
     spelling.update(_spell_balls(mechanism, symbols))
-    spelling.update(_spell_rates(mechanism, symbols, spelling))
+    # theta', theta'' where u is the rate of theta
+    rates = {}
+    coordinate_of = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
+    for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
+        if k in coordinate_of:
+            text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
+            rates[u], rates[a] = Label(text + "'", dotted(latex, "dot")), Label(text + "''", dotted(latex, "ddot"))
+        else:
+            rates[a] = Label(u.name + "'", dotted(spelling[u].latex, "dot"))
+    spelling.update(rates)
     for row, s in zip(mechanism.rows, symbols.multipliers, strict=True):
         spelling[s] = Label(s.name, rf"\lambda_{{{upright(row.name)}}}")
     components = [(body.joint_name, component) for body in mechanism.bodies for component in COMPONENTS]
@@ -240,19 +249,6 @@ def notation_of(
         spelling[s] = Label(digits, digits)
     places = {s: (NAME, i) for i, s in enumerate((*names, *(numbers or ())))}
     return Notation(spelling, {**places, **_places(mechanism, symbols)})
-
-
-def _spell_rates(mechanism: Mechanism, symbols: Symbols, spelling: Mapping[Any, Label]) -> dict[Any, Label]:
-    """Return the spelling of speeds and accelerations: theta', theta'' where u is the rate of theta."""
-    found = {}
-    coordinate_of = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
-    for k, (u, a) in enumerate(zip(symbols.speeds, symbols.accelerations, strict=True)):
-        if k in coordinate_of:
-            text, latex = spelling[symbols.coordinates[coordinate_of[k]]]
-            found[u], found[a] = Label(text + "'", dotted(latex, "dot")), Label(text + "''", dotted(latex, "ddot"))
-        else:
-            found[a] = Label(u.name + "'", dotted(spelling[u].latex, "dot"))
-    return found
 
 
 def _spell_balls(mechanism: Mechanism, symbols: Symbols) -> dict[Any, Label]:

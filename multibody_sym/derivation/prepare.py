@@ -6,7 +6,7 @@ and the sides on which ropes and springs lie; then the choice between expression
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import is_dataclass, replace
 from math import comb
@@ -157,15 +157,6 @@ def _is_numeric(mechanism: Mechanism, begin: Start, measure: TangentAngle) -> bo
     return True
 
 
-def sides_step(sides: Sequence[SignedLength], lengths: Sequence[str]) -> tuple[Step, ...]:
-    """Return the step with the sides on which ropes and springs lie, as equations hold only there."""
-    notes = [
-        f"{side.element}, {side.ends[0]} to {side.ends[1]}: {length} > 0"
-        for side, length in zip(sides, lengths, strict=True)
-    ]
-    return (Step(SIDES, (), "\n".join(notes)),) if notes else ()
-
-
 def constants_step(mechanism: Mechanism, symbols: Symbols, values: Mapping[Any, float]) -> tuple[Step, ...]:
     """Return the step with what is measured at the start; nothing where equations hold no such constant."""
     named: set[Node] = set()
@@ -224,20 +215,8 @@ def readable(symbols: Symbols, mechanism: Mechanism) -> Readable:
 def shortest(ready: DerivationInput, limits: Budget, derive: Callable[[Subexpressions, Energies], R]) -> R:
     """Return what `derive` makes of the energies: written out where a person can read it, else with named parts."""
     mechanism, symbols = ready.mechanism, ready.symbols
-    if written_out_size(energy_nodes(mechanism)) <= LARGEST_SUM:
-        names = WrittenOut(symbols.free_prefix, limits, readable(symbols, mechanism))
-        given = energies(mechanism, symbols, names)
-        if given.kinetic.count_ops() <= _READABLE_ENERGY:
-            short = derive(names, given)
-            if short.operations <= READABLE:
-                return short
-    named = Subexpressions(symbols.free_prefix, limits)
-    return derive(named, energies(mechanism, symbols, named))
-
-
-def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
-    """Return how many terms expressions have at most, all together, once their products are multiplied out."""
-    roots = [node for part in parts for node in part]
+    # the terms that expressions have at most once their products are multiplied out
+    roots = [node for part in energy_nodes(mechanism) for node in part]
     sizes: dict[Node, int] = {}
     for n in postorder(roots):
         operands = [sizes[a] for a in n.args]
@@ -249,7 +228,15 @@ def written_out_size(parts: Sequence[Sequence[Node]]) -> int:
             sizes[n] = comb(operands[0] + n.args[1].data - 1, n.args[1].data)
         else:
             sizes[n] = operands[0] if n.op in ("neg", "div") else 1
-    return sum(sizes[root] for root in roots)
+    if sum(sizes[root] for root in roots) <= LARGEST_SUM:
+        names = WrittenOut(symbols.free_prefix, limits, readable(symbols, mechanism))
+        given = energies(mechanism, symbols, names)
+        if given.kinetic.count_ops() <= _READABLE_ENERGY:
+            short = derive(names, given)
+            if short.operations <= READABLE:
+                return short
+    named = Subexpressions(symbols.free_prefix, limits)
+    return derive(named, energies(mechanism, symbols, named))
 
 
 def map_expressions(part: Any, change: Callable[[Any], Any]) -> Any:

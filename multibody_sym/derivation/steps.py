@@ -116,13 +116,7 @@ def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notati
     kinetic = Step("Kinetic energy", (Equation(_T, given.kinetic),))
     potential = Step("Potential energy", (Equation(_V, sympy.Add(*given.potential)),))
     note = "by virtual work of all loads that V does not hold" if equations else "V holds all loads"
-    notes = "\n".join([note, *_inputs(mechanism)])
-    lost = () if given.dissipation is None else (Step(DISSIPATION, (Equation(_D, given.dissipation),), _RAYLEIGH),)
-    return kinetic, potential, *lost, Step("Generalised forces", tuple(equations), notes)
-
-
-def _inputs(mechanism: Mechanism) -> list[str]:
-    """Return each input with its declared expression, in the model's words; of what is long the size alone."""
+    # each input with its declared expression, in the model's words; of what is long the size alone
     symbol_of = {slot: symbol for symbol, slot in mechanism.symbols.items()}
     written = evaluate(list(mechanism.inputs.values()), lambda leaf: symbol_of.get(leaf, leaf))
     lines = []
@@ -134,7 +128,9 @@ def _inputs(mechanism: Mechanism) -> list[str]:
         else:
             words = in_model_language(node)
         lines.append(f"{name} = {words if len(words) <= _LONG else f'... ({len(words)} characters)'}")
-    return lines
+    notes = "\n".join([note, *lines])
+    lost = () if given.dissipation is None else (Step(DISSIPATION, (Equation(_D, given.dissipation),), _RAYLEIGH),)
+    return kinetic, potential, *lost, Step("Generalised forces", tuple(equations), notes)
 
 
 def _by_coordinate(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> list[tuple[Any, Any]]:

@@ -314,7 +314,6 @@ class ActingForces(LawForces):
 
     @classmethod
     def at(cls, instant: StateQuantities) -> ActingForces:
-        """Return what acts at an instant."""
         return cls(instant.motion, instant.multipliers, instant.udot)
 
     @property

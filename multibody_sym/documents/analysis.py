@@ -97,26 +97,20 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
         holding = "; " + ", ".join(f"{name} {word}" for name, word in closed.items()) if closed else ""
         word = "not decided" if one_sided or open_ else _WORDS[stable] if values else "at rest"
         lines.append(f"{word}: {values or 'nothing is free to move'}{holding}{along}{past}{edge}")
-    return "\n".join([*lines, *_equilibrium_notes(found)])
-
-
-def _equilibrium_notes(found: Equilibrium) -> list[str]:
-    """Return what is not known of the answer, and what it leaves out."""
-    notes = []
     if found.cut_short:
-        notes.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
+        lines.append(f"note: cut short after {found.guesses} guesses, as its time was up: there may be others")
     elif not found.complete:
-        notes.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
+        lines.append(f"note: found from {found.guesses} guesses; it is not proved that there are no others")
     count, every = found.sets
     if count < every:
-        notes.append(f"note: {count} of {every} sets of contacts, ropes and stops that may be closed were tried")
+        lines.append(f"note: {count} of {every} sets of contacts, ropes and stops that may be closed were tried")
     if found.friction_left_out:
         names = ", ".join(found.friction_left_out)
-        notes.append(f"note: without friction ({names}), which may hold positions beside these")
+        lines.append(f"note: without friction ({names}), which may hold positions beside these")
     if found.speeds_left_out:
         names = ", ".join(found.speeds_left_out)
-        notes.append(f"note: at rest, start speeds are left out ({names}); steady motion: `linearize`")
-    return notes
+        lines.append(f"note: at rest, start speeds are left out ({names}); steady motion: `linearize`")
+    return "\n".join(lines)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -138,10 +132,13 @@ def modes_text(found: Modes, units: Units = SI) -> str:
         "roots in omega of": [found.characteristic] if found.characteristic else [],
         "motions": list(_modes(found, units)),
         "stability": _stability(found),
-        "eigenvalues, dampers included": list(_eigenvalues(found)) if _moves(found.rates) else [],
-        "motion from the declared start, of its own amplitude": [] if found.period is None else [
-            f"T = {found.period.told(units)}"
+        "eigenvalues, dampers included": [
+            f"{real} 1/s" if imaginary == "0" else f"{real} +- {imaginary} i 1/s"
+            for real, imaginary, _, _ in (_eigenvalue_pairs(found, 1.0) if _moves(found.rates) else ())
         ],
+        "motion from the declared start, of its own amplitude": (
+            [] if found.period is None else [f"T = {found.period.told(units)}"]
+        ),
         "notes": list(found.notes),
     }
     parts = [f"{title}\n" + "\n".join(f"  {line}" for line in lines) for title, lines in sections.items() if lines]
@@ -212,11 +209,6 @@ def _stability(found: Modes) -> list[str]:
     if found.stable is None and not found.oscillating:
         return ["indifferent: nothing brings it back"]
     return [f"stable{where}" if found.stable else f"oscillations are stable{where}; what moves off uniformly is not"]
-
-
-def _eigenvalues(found: Modes) -> Iterator[str]:
-    for real, imaginary, _, _ in _eigenvalue_pairs(found, 1.0):
-        yield f"{real} 1/s" if imaginary == "0" else f"{real} +- {imaginary} i 1/s"
 
 
 def _eigenvalue_pairs(found: Modes | Linearization, size: float) -> Iterator[tuple[str, str, complex, float]]:

@@ -29,8 +29,8 @@ from multibody_sym.documents.formulas import (
     fill_lines,
     html_document,
     latex_document,
+    latex_in_mathml,
     math_element,
-    mathml_script,
     shown_places,
 )
 from multibody_sym.records import dataclass
@@ -335,7 +335,9 @@ class HtmlWriter(Writer):
 
     @cached_property
     def _script(self) -> MathmlScript:
-        return mathml_script(self.notation)
+        return MathmlScript(
+            {s: latex_in_mathml(label.latex) for s, label in self.notation.spelling.items()}, self.notation.places
+        )
 
     def document(self, document: Document) -> str:
         return html_document(document.title, self.body(document))

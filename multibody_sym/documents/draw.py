@@ -81,7 +81,12 @@ def draw(
         if wanted["reactions"] and run is not None:
             shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
-            shown = replace(shown, marked={**_redundant(asked, scene), **shown.marked})
+            mechanism = scene.mechanism
+            state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
+            found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+            owners = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
+            marked = {place: "redundant" for place in _paths(asked) if place[1] in owners}
+            shown = replace(shown, marked={**marked, **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
     if path is not None:
         figure.write(path)
@@ -176,12 +181,3 @@ def _paths(system: System) -> Iterator[Path]:
     for section in _SECTIONS:
         for name in getattr(system, section):
             yield section, name
-
-
-def _redundant(system: System, scene: Scene) -> Mapping[Path, str]:
-    """Return the paths of joints and constraints that have rows left over."""
-    mechanism = scene.mechanism
-    state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
-    found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
-    names = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
-    return {path: "redundant" for path in _paths(system) if path[1] in names}

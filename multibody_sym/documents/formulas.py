@@ -38,7 +38,15 @@ def fill_lines(pieces: Iterable[tuple[float, str]], room: float, gap: float = 0.
 def equation_lines(notation: Notation, left: Any, right: Any, align: str = "") -> list[str]:
     """Return `left` = `right` in lines; `align` stands before the sign, lines that go on are to be indented."""
     if isinstance(right, sympy.MatrixBase) and latex_width(notation.latex(right)) > _WIDEST_MATRIX:
-        return [line for e in _elements(notation, left, right) for line in _break_equation(notation, *e, align)]
+        name, column = notation.latex(left), right.cols == 1
+        under = {(i, j): f"{i + 1}" if column else f"{i + 1},{j + 1}" for i, j in shown_places(right)}
+        return [
+            line
+            for e in [
+                (Label(f"{notation.text(left)}[{x}]", f"{{{name}}}_{{{x}}}"), right[ij]) for ij, x in under.items()
+            ]
+            for line in _break_equation(notation, *e, align)
+        ]
     return _break_equation(notation, left, right, align)
 
 
@@ -51,13 +59,6 @@ def _break_equation(notation: Notation, left: Any, right: Any, align: str) -> li
     if _HERE in start:
         return [start.replace(_HERE, align), *more]
     return [align + start, *(line.replace(_HERE, "") for line in more)]
-
-
-def _elements(notation: Notation, left: Any, matrix: Any) -> list[tuple[Label, Any]]:
-    """Return the shown elements of a matrix, each with its name."""
-    name, column = notation.latex(left), matrix.cols == 1
-    under = {(i, j): f"{i + 1}" if column else f"{i + 1},{j + 1}" for i, j in shown_places(matrix)}
-    return [(Label(f"{notation.text(left)}[{x}]", f"{{{name}}}_{{{x}}}"), matrix[ij]) for ij, x in under.items()]
 
 
 def shown_places(matrix: Any) -> list[tuple[int, int]]:
@@ -254,11 +255,6 @@ class MathmlScript(Script):
     def matrix(self, rows: list[list[str]]) -> str:
         lines = "".join(f"<mtr>{''.join(f'<mtd>{x}</mtd>' for x in row)}</mtr>" for row in rows)
         return f"<mrow><mo>[</mo><mtable>{lines}</mtable><mo>]</mo></mrow>"
-
-
-def mathml_script(notation: Notation) -> MathmlScript:
-    """Return the writer of expressions in the letters and the order of a notation."""
-    return MathmlScript({s: latex_in_mathml(label.latex) for s, label in notation.spelling.items()}, notation.places)
 
 
 def math_element(content: str) -> str:

@@ -110,7 +110,6 @@ def rest_html(found: Any) -> str:
 
 
 def check_html(found: Any) -> str:
-    """Return the report of a check."""
     from multibody_sym.documents.solution import check_text
 
     return _text(check_text(found))

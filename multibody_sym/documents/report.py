@@ -41,7 +41,7 @@ from multibody_sym.motion.simulate import simulate
 from multibody_sym.pictures.draw import Figure, FigureContent
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.page.vector_files import svg, tikz
-from multibody_sym.pictures.scene.scene import Scene, scene_of
+from multibody_sym.pictures.scene.scene import scene_of
 from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float
@@ -69,7 +69,16 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
     scene = scene_of(system)
     solution = solve(system)
     arrows = all_arrows(CutFree(system, scene, scene.motion(), *at_start(solution)))
-    undrawn = _undrawn_letters(scene, solution)
+    # the letters of joints' reactions, and the names of ropes and rods, that are not unique
+    seen, letters = shown_components(scene), dict[int, list[str]]()
+    bodies = {item.name: set(item.bodies) for item in scene.items if item.path[0] == "joints" and item.bodies}
+    bodies |= {strand.name: {anchor.body for anchor in strand.anchors} for strand in scene.strands}
+    for name, part in open_of(solution):
+        of_joint = part in COMPONENTS
+        if of_joint and not seen(part[0] == "m", np.eye(3)["xyz".index(part[1])]):
+            continue
+        for number in bodies.get(name, ()):
+            letters.setdefault(number, []).append(component_label(name, part).text if of_joint else name)
     figures = {}
     for k, body in enumerate(scene.mechanism.bodies):
         on_body = tuple(arrow for arrow in arrows if arrow.at.body == k)
@@ -77,24 +86,10 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
             items = tuple(item for item in scene.items if item.body == k and item.role in _ROLES)
             others: dict[str, Any] = dict.fromkeys(("strands", "dimensions", "angles", "arrows", "ropes"), ())
             alone = replace(scene, name=body.name, items=items, **others)
-            shown = FigureContent(names=False, reactions=on_body, undrawn=tuple(undrawn.get(k, ())))
+            shown = FigureContent(names=False, reactions=on_body, undrawn=tuple(sorted(letters.get(k, ()))))
             placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
             figures[body.name] = Figure(draw_scene(alone, placed, shown=shown))
     return figures
-
-
-def _undrawn_letters(scene: Scene, solution: Solution) -> Mapping[int, Sequence[str]]:
-    """Return by body the letters of joints' reactions, and the names of ropes and rods, that are not unique."""
-    seen, found = shown_components(scene), dict[int, list[str]]()
-    bodies = {item.name: set(item.bodies) for item in scene.items if item.path[0] == "joints" and item.bodies}
-    bodies |= {strand.name: {anchor.body for anchor in strand.anchors} for strand in scene.strands}
-    for name, part in open_of(solution):
-        of_joint = part in COMPONENTS
-        if of_joint and not seen(part[0] == "m", np.eye(3)["xyz".index(part[1])]):
-            continue
-        for body in bodies.get(name, ()):
-            found.setdefault(body, []).append(component_label(name, part).text if of_joint else name)
-    return {body: sorted(names) for body, names in found.items()}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -144,10 +139,28 @@ class Findings:
 
 def findings(system: System, command: str, settings: Mapping[str, Any]) -> Findings:
     """Return the answers on a system; `settings` are those of the run."""
+    # in the order of the model, with numbers of parameters that follow from others
+    known: dict[Any, float] = {}
+    pending, numbers = dict(system.parameters), {}
+    for _ in range(len(pending)):
+        for name, parameter in list(pending.items()):
+            try:
+                known[symbol(name)] = numbers[name] = float(evaluate_float([parameter.value], known)[0])
+            except (KeyError, ArithmeticError, ValueError):
+                continue
+            del pending[name]
     return Findings(
         system=system,
         command=command,
-        parameters=reported_parameters(system),
+        parameters=tuple(
+            ReportedParameter(
+                name,
+                parameter.label or name,
+                numbers.get(name),
+                "" if parameter.dimension is None else DimensionField().tree(parameter.dimension),
+            )
+            for name, parameter in system.parameters.items()
+        ),
         figure=_answer(lambda: draw(system)),
         bodies=_answer(lambda: free_bodies(system)),
         equations=_symbolic_answer(system, lambda: derive(system)),
@@ -169,26 +182,6 @@ def _answer(question: Callable[[], _T]) -> _T | Missing:
         return question()
     except MultibodyError as error:
         return Missing(str(error).splitlines()[0])
-
-
-def reported_parameters(system: System) -> tuple[ReportedParameter, ...]:
-    """Return the parameters in the order of the model, with numbers of those that follow from others."""
-    known: dict[Any, float] = {}
-    pending, numbers = dict(system.parameters), {}
-    for _ in range(len(pending)):
-        for name, parameter in list(pending.items()):
-            try:
-                known[symbol(name)] = numbers[name] = float(evaluate_float([parameter.value], known)[0])
-            except (KeyError, ArithmeticError, ValueError):
-                continue
-            del pending[name]
-    return tuple(
-        ReportedParameter(
-            name, parameter.label or name, numbers.get(name),
-            "" if parameter.dimension is None else DimensionField().tree(parameter.dimension),
-        )
-        for name, parameter in system.parameters.items()
-    )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -37,17 +37,7 @@ _SINGULAR: Final = "singular position"
 
 def run_summary(run: Trajectory, units: Units = SI) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
-    lines = [_headline(run, units), *shifts_text(run.ready.shifts, run.ready.told.state_units, units)]
-    if run.stop is not None and run.stop["t"] <= run.problem.t0:
-        lines.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
-    lines += [*_end(run, units), *_energy(run, units), *_constraints(run)]
-    lines += withheld_text(run.withheld, run.withheld_reasons)
-    untold = run.ready.told.untold
-    lines += [f"  outputs without a value for that: {', '.join(untold)}"] if untold else []
-    return "\n".join([*lines, *_events(run, units)])
-
-
-def _headline(run: Trajectory, units: Units) -> str:
+    # how the run was done and where it ended
     problem, taken, ready = run.problem, run.integration.statistics, run.ready
     accuracy = f"step {_time(problem.step, units)}" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
     if problem.step and problem.step > problem.t_end - problem.t0:
@@ -58,11 +48,21 @@ def _headline(run: Trajectory, units: Units) -> str:
         done = "interrupted" if run.interrupted else "failed"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
     ended, whole = _end_time(run, units), _time(problem.t_end, units)
-    return (
-        f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
-        f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
-        f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
-    )
+    lines = [
+        (
+            f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
+            f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
+            f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
+        ),
+        *shifts_text(run.ready.shifts, run.ready.told.state_units, units),
+    ]
+    if run.stop is not None and run.stop["t"] <= run.problem.t0:
+        lines.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
+    lines += [*_end(run, units), *_energy(run, units), *_constraints(run)]
+    lines += withheld_text(run.withheld, run.withheld_reasons)
+    untold = run.ready.told.untold
+    lines += [f"  outputs without a value for that: {', '.join(untold)}"] if untold else []
+    return "\n".join([*lines, *_events(run, units)])
 
 
 def _time(t: float, units: Units) -> str:
@@ -256,7 +256,10 @@ def progress_bar() -> Iterator[Callable[[float], None]]:
         nonlocal drawn
         elapsed = time.monotonic() - begin
         if stream is not None and elapsed > _PATIENCE and 0.0 < part < 1.0:
-            line = bar(part, elapsed)
+            full = round(part * _WIDTH)
+            line = (
+                f"[{'#' * full}{'.' * (_WIDTH - full)}] {100 * part:3.0f} %, {elapsed * (1 - part) / part:.0f} s left"
+            )
             stream.write("\r" + line.ljust(drawn))
             stream.flush()
             drawn = len(line)
@@ -267,9 +270,3 @@ def progress_bar() -> Iterator[Callable[[float], None]]:
         if drawn and stream is not None:
             stream.write("\r" + " " * drawn + "\r")
             stream.flush()
-
-
-def bar(part: float, elapsed: float) -> str:
-    """Return a bar with the part that is done and the time that is left, in s."""
-    full = round(part * _WIDTH)
-    return f"[{'#' * full}{'.' * (_WIDTH - full)}] {100 * part:3.0f} %, {elapsed * (1 - part) / part:.0f} s left"

@@ -14,7 +14,7 @@ from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.argument_checks import flag, state_by_name, values_by_name
 from multibody_sym.model.fields import Names, is_gap, scalar
 from multibody_sym.model.joints import Initial, MovingJoint
-from multibody_sym.model.parameters import InputField, StateVariable
+from multibody_sym.model.parameters import InputField
 from multibody_sym.model.run_options import MODEL_OVERRIDES, ModelOptions
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
@@ -121,7 +121,11 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
     for name, value in given.items():
         with at(name):
             if name in system.states:
-                states[name] = _begun_at(system.states[name], value)
+                state = system.states[name]
+                if is_gap(value):
+                    raise ModelError("a state needs a value at the start: its rate does not tell one", number="M102")
+                unit = None if state.dimension is None else str(state.dimension)
+                states[name] = replace(state, initial=scalar(value, unit))
                 continue
             if name not in places:
                 from multibody_sym.mechanics.absolute import unknown_coordinate
@@ -141,14 +145,6 @@ def with_initial(system: System, values: Mapping[str, Any] | None) -> System:
             changed: dict[str, Any] = {key: values for key, values in starts.items() if key in keys}
             joints[joint] = replace(moving, initial=replace(initial, **changed))
     return replace(system, joints=Names(joints), states=Names(states)) if given else system
-
-
-def _begun_at(state: StateVariable, value: Any) -> StateVariable:
-    """Return a state with another value at the start. Raises InputError for one to be found, or in another unit."""
-    if is_gap(value):
-        raise ModelError("a state needs a value at the start: its rate does not tell one", number="M102")
-    unit = None if state.dimension is None else str(state.dimension)
-    return replace(state, initial=scalar(value, unit))
 
 
 def start_value(value: Any, unit: str) -> Node | None:

@@ -230,7 +230,15 @@ def _elements(
             names = ", ".join(filter(None, (word for words, _, _ in meeting for word in words)))
             message = f"one part touches a curve in a contact, and here are {names}; give each a contact of its own"
             raise ModelError(message, number="M114")
-    _verify_fields(contact, [skins for _, skins, _ in meeting])
+    # fields that have no meaning for these surfaces
+    pairs = [skins for _, skins, _ in meeting]
+    if contact.tangent is not None and all(plane_of(skins) is None for skins in pairs):
+        raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
+            "tangent"
+        )
+    if contact.rolling_resistance is not None and not any(map(_rolls, pairs)):
+        message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
+        raise ModelError(message, number="M114").under("rolling_resistance")
     both_end = all(len(solid.skins) > 1 and "" in dict(solid.skins) for solid in solids)
     unnamed = _ALONE if both_end else ""
     for words, skins, inner in meeting:
@@ -290,17 +298,6 @@ def _facing_once(a: ContactSurface, b: ContactSurface) -> SurfacePair:
     if second_usual and not first_usual:
         return a, replace(b, facing=None)
     return replace(a, facing=None), b
-
-
-def _verify_fields(contact: Contact, meeting: Sequence[SurfacePair]) -> None:
-    """Raise ModelError for a field that has no meaning for the surfaces of a contact."""
-    if contact.tangent is not None and all(plane_of(skins) is None for skins in meeting):
-        raise ModelError("a tangent is given for planes; other surfaces have none that stays", number="M114").under(
-            "tangent"
-        )
-    if contact.rolling_resistance is not None and not any(map(_rolls, meeting)):
-        message = "discs and spheres roll; nothing here does: give them a radius, or leave rolling_resistance out"
-        raise ModelError(message, number="M114").under("rolling_resistance")
 
 
 def _rolls(skins: SurfacePair) -> bool:

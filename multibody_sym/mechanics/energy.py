@@ -27,7 +27,6 @@ def kinetic_energy(motion: Motion) -> S:
 
 
 def body_kinetic_energy(body: BodyMotion, mass: BodyMass) -> S:
-    """Return one body's kinetic energy."""
     v_com = add(body.v_WB, cross(body.w_WB, mass.com))
     return (mass.mass * dot(v_com, v_com) + dot(body.w_WB, apply(mass.inertia, body.w_WB))) / 2
 

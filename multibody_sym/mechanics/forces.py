@@ -105,40 +105,6 @@ def _centre(marker: Marker, reference: str, references: References) -> Marker:
     return replace(marker, pose=Pose(mass_of(body).com))
 
 
-def _place_potential(element: Potential, on: str, name: str, references: References) -> PlacePotential:
-    """Return the potential of a point's place: of a body's centre of mass where no point is named."""
-    _verify_names(element, "on", set(), references)
-    with at("frame"):
-        frame = references.marker(element.frame or "ground")
-    with at("on"):
-        marker = references.marker(on)
-    if element.at is None:
-        point = _centre(marker, on, references)
-    else:
-        with at("at"):
-            point = references.own_marker(on, element.at)
-    x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
-    return PlacePotential(name, point, frame, element.value, (x, y, z))
-
-
-def _joint_potentials(element: Potential, name: str, references: References) -> list[Load]:
-    names = (element.joint,) if element.joint is not None else element.joints or ()
-    freedoms = {}
-    for i, joint in enumerate(names):
-        with at(*(("joint",) if element.joint is not None else ("joints", i))):
-            freedoms[joint] = references.freedoms(joint)
-    coordinates = {x.coordinate for each in freedoms.values() for x in each.values() if x.coordinate is not None}
-    _verify_names(element, "joint", coordinates, references)
-    found: list[Load] = []
-    for joint, each in freedoms.items():
-        slopes = [
-            (x.rate, derivative(element.value, x.coordinate)) for x in each.values() if x.coordinate is not None
-        ]
-        own = tuple((rate, slope) for rate, slope in slopes if slope is not ZERO)
-        found.append(JointPotential(name, joint, ZERO if found else element.value, own))
-    return found
-
-
 def _verify_names(element: Potential, place: str, own: set[Node], references: References) -> None:
     """Raise ModelError where V names coordinates that are not its own, or speeds."""
     system = references.system
@@ -256,11 +222,34 @@ def _(element: Pull, name: str, references: References) -> Load:
 def _(element: Potential, name: str, references: References) -> list[Load]:
     """Return the loads of a potential: one, or one for each joint that it is of."""
     if element.on is not None:
-        return [_place_potential(element, element.on, name, references)]
+        _verify_names(element, "on", set(), references)
+        with at("frame"):
+            frame = references.marker(element.frame or "ground")
+        with at("on"):
+            marker = references.marker(element.on)
+        if element.at is None:
+            point = _centre(marker, element.on, references)
+        else:
+            with at("at"):
+                point = references.own_marker(element.on, element.at)
+        x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
+        return [PlacePotential(name, point, frame, element.value, (x, y, z))]
     if element.between is not None:
         _verify_names(element, "between", set(), references)
         return [_distance_potential(name, references.pair(element.between), element.value)]
-    return _joint_potentials(element, name, references)
+    names = (element.joint,) if element.joint is not None else element.joints or ()
+    freedoms = {}
+    for i, joint in enumerate(names):
+        with at(*(("joint",) if element.joint is not None else ("joints", i))):
+            freedoms[joint] = references.freedoms(joint)
+    coordinates = {x.coordinate for each in freedoms.values() for x in each.values() if x.coordinate is not None}
+    _verify_names(element, "joint", coordinates, references)
+    found: list[Load] = []
+    for joint, each in freedoms.items():
+        slopes = [(x.rate, derivative(element.value, x.coordinate)) for x in each.values() if x.coordinate is not None]
+        own = tuple((rate, slope) for rate, slope in slopes if slope is not ZERO)
+        found.append(JointPotential(name, joint, ZERO if found else element.value, own))
+    return found
 
 
 @_load.register
@@ -337,7 +326,15 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
     for name, element in system.forces.items():
         if not isinstance(element, (Pull, Potential)):
             continue
-        own = _own_leaves(name, element)
+        # the leaf of each name that the element's law has for itself
+        if isinstance(element, Pull):
+            own = dict(zip(_DISTANCE, span_leaves(name), strict=True))
+        elif element.between is not None:
+            own = {_DISTANCE[0]: span_leaves(name)[0]}
+        elif element.on is not None:
+            own = dict(zip(map(symbol, AXES), place_leaves(name), strict=True))
+        else:
+            own = {}
         placed = isinstance(element, Potential) and element.on is not None
         for leaf in leaves([element.value], "symbol"):
             if leaf in own and leaf.data in names:
@@ -349,17 +346,6 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
         value = evaluate([element.value], meant)[0]
         changed[name] = element.with_fields({"value": value})
     return replace(system, forces={**system.forces, **changed}) if changed else system
-
-
-def _own_leaves(name: str, element: Pull | Potential) -> dict[Node, Node]:
-    """Return the leaf of each name that an element's law has for itself."""
-    if isinstance(element, Pull):
-        return dict(zip(_DISTANCE, span_leaves(name), strict=True))
-    if element.between is not None:
-        return {_DISTANCE[0]: span_leaves(name)[0]}
-    if element.on is not None:
-        return dict(zip(map(symbol, AXES), place_leaves(name), strict=True))
-    return {}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -398,7 +384,6 @@ def applied_generalized_forces(motion: Motion, forces: AppliedForces) -> list[S]
 
 @singledispatch
 def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
-    """Add what one load exerts."""
     raise TypeError(f"no force law for {type(load).__name__}")
 
 

@@ -62,7 +62,16 @@ def gear_row(name: str, element: Gear, zero: Node, references: References) -> Ge
             if marker.body != references.numbers[carrier]:
                 raise ModelError(f"name a point of {carrier}, on which both axes stay", number="M116")
         near = marker.pose.position
-    place, force = _Mesh(element, wheels, _sample_values(references), near).met()
+    # parameters in numbers, as far as they follow from each other
+    values: dict[Node, float] = {}
+    declared = {slot("parameters", k): p.value for k, p in enumerate(references.system.parameters.values())}
+    for _ in declared:
+        ready = {x: v for x, v in declared.items() if x not in values and values.keys() >= set(leaves([v], "slot"))}
+        if not ready:
+            break
+        for x, value in ready.items():
+            values[x] = _number(value, values)
+    place, force = _Mesh(element, wheels, values, near).met()
     pitch = Marker(f"pitch point of {name}", references.numbers[carrier], Pose(as_point(place)))
     beside = {joint: side * wheel.side for joint, side, wheel in zip(element.joints, (1, -1), wheels, strict=True)}
     in_tree = all(joint in references.carrying for joint in element.joints)
@@ -132,18 +141,6 @@ def _wheels(element: Gear, references: References) -> tuple[str, tuple[_Wheel, _
         along = apply(on_carrier.pose.rotation, unit_vector(system.joints[name].moves[0].turns[0]))
         wheels.append(_Wheel(on_carrier.pose.position, scale(side, along), on_wheel.body, side))
     return carrier, (wheels[0], wheels[1])
-
-
-def _sample_values(references: References) -> dict[Node, float]:
-    values: dict[Node, float] = {}
-    declared = {slot("parameters", k): p.value for k, p in enumerate(references.system.parameters.values())}
-    for _ in declared:
-        ready = {x: v for x, v in declared.items() if x not in values and values.keys() >= set(leaves([v], "slot"))}
-        if not ready:
-            break
-        for x, value in ready.items():
-            values[x] = _number(value, values)
-    return values
 
 
 def _number(value: Node, sample: dict[Node, float]) -> float:

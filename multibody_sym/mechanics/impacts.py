@@ -314,7 +314,6 @@ def jumping_motions(mechanism: Mechanism, drives: Mapping[str, Node]) -> Mechani
 
 
 def after_impact(before: State, u: Sequence[S]) -> State:
-    """Return the state after an impact with the speeds u."""
     speeds = {slot("u", k): x for k, x in enumerate(u)}
     return replace(before, u=tuple(u), slots={**before.slots, **speeds, JUMPED: 1})
 

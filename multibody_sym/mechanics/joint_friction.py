@@ -218,7 +218,6 @@ SIDE_WORDS: Final = ("pressed", "0")
 
 
 def joint_frictions(references: References) -> Iterator[LawElement]:
-    """Yield the friction of joints that is declared."""
     flat = references.plane or in_plane(references.system)
     for name, element in references.system.forces.items():
         if isinstance(element, Friction):

@@ -58,7 +58,6 @@ class FrictionPart:
 
     @property
     def rubs(self) -> bool:
-        """Whether there is friction at all."""
         return self.enough or not (self.static is self.kinetic is ZERO)
 
 

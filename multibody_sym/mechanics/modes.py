@@ -194,7 +194,6 @@ def every_row(mechanism: Mechanism) -> tuple[Row, ...]:
 
 @once
 def friction_parts(mechanism: Mechanism) -> tuple[tuple[LawElement, FrictionPart], ...]:
-    """Return the friction parts that rub, with their elements."""
     pairs = ((element, part) for element in mechanism.one_way for part in element.frictions)
     return tuple((x, part) for x, part in pairs if part.rubs)
 
@@ -320,7 +319,9 @@ class ModeNodes:
         rows = self.mechanism.rows
         found: list[list[tuple[int, Node]]] = [[] for _ in rows]
         places = {row.name: k for k, row in enumerate(rows)}
-        own = replace(self.mechanism, rows=rows[: _declared_count(self.mechanism)])
+        # the rows that act in every mode come first
+        always = len(rows) - sum(1 for element in self.mechanism.one_way for _ in element.rows)
+        own = replace(self.mechanism, rows=rows[:always])
         for row, other in (pair for group in _groups(own) for pair in _pairs(group)):
             found[places[row.name]].append((places[other.name], self._node(way_name(row.name, other.name))))
         return found
@@ -396,11 +397,6 @@ def usual_numbers(mechanism: Mechanism) -> dict[int, float]:
 @once
 def _parts_by_rows(mechanism: Mechanism) -> dict[tuple[str, ...], FrictionPart]:
     return {tuple(row.name for row in part.rows): part for _, part in friction_parts(mechanism)}
-
-
-def _declared_count(mechanism: Mechanism) -> int:
-    """Return how many rows of a mechanism `in_every_mode` act in all modes, which come first."""
-    return len(mechanism.rows) - sum(1 for element in mechanism.one_way for _ in element.rows)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

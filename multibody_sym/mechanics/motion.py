@@ -522,7 +522,6 @@ def moving_parent(w_WB: Vec, v_WB: Vec, gravity: Vec) -> BodyMotion:
 
 
 def body_motion(body: TreeBody, parent: BodyMotion, state: State) -> BodyMotion:
-    """Return the motion of one body, given that of its parent."""
     u = [state.u[k] for k in body.u]
     R_PF, p_PF = pose(state, body.frame_on_parent)
     R_BM, p_BM = pose(state, body.frame_on_body)
@@ -645,7 +644,6 @@ def body_pose(moved: BodyMotion, parent: tuple[Mat, Vec]) -> tuple[Mat, Vec]:
 
 
 def body_mass(body: TreeBody, state: State) -> BodyMass:
-    """Return the mass of one body."""
     xx, yy, zz, xy, xz, yz = state.values(body.mass.inertia)
     inertia: Mat = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     return BodyMass(state.values([body.mass.mass])[0], state.vector(body.mass.com), inertia)

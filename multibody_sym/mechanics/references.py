@@ -169,7 +169,6 @@ class References:
         return marker.body, (x, y, z)
 
     def coordinate(self, joint: str) -> Node:
-        """Return the coordinate of a joint with one freedom."""
         (freedom,) = self._one_freedom(joint).values()
         assert freedom.coordinate is not None
         return freedom.coordinate

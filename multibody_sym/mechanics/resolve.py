@@ -212,7 +212,10 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         gravity=resolved.gravity,
         bodies=_in_slots(told, bodies),
         markers=references.markers(),
-        coordinates=tuple(_resolved_coordinate(c, slots, resolved) for c in coordinates),
+        coordinates=tuple(
+            replace(c, initial=_in(slots, c.initial), rate=None if c.rate is None else resolved.states[c.name].rate)
+            for c in coordinates
+        ),
         speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
@@ -365,12 +368,6 @@ def _states(system: System) -> Iterator[Coordinate]:
         dimension = dimensions.of_state(name)
         unit = "" if dimension is None or str(dimension) == "1" else str(dimension)
         yield Coordinate(name, "", unit, state.initial, given=True, known=True, rate=state.rate)
-
-
-def _resolved_coordinate(coordinate: Coordinate, slots: Mapping[Node, Node], resolved: System) -> Coordinate:
-    """Return a coordinate with its start in slots, and its rate if it is a state."""
-    rate = None if coordinate.rate is None else resolved.states[coordinate.name].rate
-    return replace(coordinate, initial=_in(slots, coordinate.initial), rate=rate)
 
 
 def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:

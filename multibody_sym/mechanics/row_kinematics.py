@@ -643,7 +643,19 @@ def _stretch_terms(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marke
 def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
     if all(isinstance(skin, Edge) for skin in row.skins):
-        return _crossing_terms(row, motion, first, second)
+        # the place of contact goes along both lines as fast as they are parallel
+        apart = hypot(*subtract(*(position(motion, skin.place) for skin in row.skins)))
+        courses = []
+        for skin in row.skins:
+            assert isinstance(skin, Edge)
+            whole = subtract(position(motion, skin.tip), position(motion, skin.place))
+            courses.append(scale(1.0 / hypot(*whole), whole))
+        steep = max(hypot(*cross(*courses)), _PARALLEL)  # the sine of the angle between the lines
+        turning, way = first.W + second.W, 2.0 * apart / steep**2
+        passing = 8.0 * (first.V + second.V + turning * (apart + way)) / steep**4
+        slip = first.V + second.V + turning * way
+        carried = first.A + second.A + (first.turning + second.turning) * (way + apart)
+        return carried + turning * passing + 4.0 * turning / steep * (slip + passing)
     radii = [skin.radius if isinstance(skin, (RoundSurface, Rim)) else ZERO for skin in row.skins]
     sizes = [abs(float(radius)) for radius in motion.state.values(radii)]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
@@ -654,22 +666,6 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     slip = speeds + first.W * arms[0] + second.W * arms[1]
     carried = first.A + second.A + first.L * arms[0] + second.L * arms[1]
     return carried + (first.W + second.W) * sum(sizes) * turning + tilting * slip + (first.W + second.W) * speeds
-
-
-def _crossing_terms(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> float:
-    """Return the same of two lines that cross: the place of contact goes along them as fast as they are parallel."""
-    apart = hypot(*subtract(*(position(motion, skin.place) for skin in row.skins)))
-    courses = []
-    for skin in row.skins:
-        assert isinstance(skin, Edge)
-        whole = subtract(position(motion, skin.tip), position(motion, skin.place))
-        courses.append(scale(1.0 / hypot(*whole), whole))
-    steep = max(hypot(*cross(*courses)), _PARALLEL)  # the sine of the angle between the lines
-    turning, way = first.W + second.W, 2.0 * apart / steep**2
-    passing = 8.0 * (first.V + second.V + turning * (apart + way)) / steep**4
-    slip = first.V + second.V + turning * way
-    carried = first.A + second.A + (first.turning + second.turning) * (way + apart)
-    return carried + turning * passing + 4.0 * turning / steep * (slip + passing)
 
 
 def _normal_rates(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:

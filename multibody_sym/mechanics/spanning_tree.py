@@ -69,7 +69,16 @@ def spanning_tree(system: System) -> SpanningTree:
     if len(carrying) < len({edge.child for edge in kept}):
         carrying = _grow(kept)
     _verify_all_joined(system, kept, carrying)
-    order = _depth_first(carrying)
+    # the carrying joints from ground outward, branch by branch, in the order of the file
+    leaving: dict[str, list[_Edge]] = {}
+    for edge in sorted(carrying.values(), key=lambda edge: -edge.place):
+        leaving.setdefault(edge.parent, []).append(edge)
+    order: list[str] = []
+    stack = list(leaving.get(GROUND, []))
+    while stack:
+        edge = stack.pop()
+        order.append(edge.name)
+        stack.extend(leaving.get(edge.child, []))
     return SpanningTree(tuple(order), tuple(edge.name for edge in edges if edge.name not in set(order)))
 
 
@@ -97,7 +106,6 @@ def _unknown_body(reference: str, bodies: Mapping[str, Body]) -> ModelError:
 
 
 def coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:
-    """Return the names of a joint's coordinates."""
     given = joint.q if isinstance(joint, MovingJoint) else None
     return given or tuple(name + suffix for suffix in joint.coordinate_suffixes)
 
@@ -162,20 +170,6 @@ def _grow(edges: Iterable[_Edge]) -> dict[str, _Edge]:
             for further in leaving.get(edge.child, []):
                 heapq.heappush(frontier, (depth + 1, further.preference, further.place, further))
     return carrying
-
-
-def _depth_first(carrying: Mapping[str, _Edge]) -> list[str]:
-    """Return the carrying joints from ground outward, branch by branch, in the order of the file."""
-    leaving: dict[str, list[_Edge]] = {}
-    for edge in sorted(carrying.values(), key=lambda edge: -edge.place):
-        leaving.setdefault(edge.parent, []).append(edge)
-    order: list[str] = []
-    stack = list(leaving.get(GROUND, []))
-    while stack:
-        edge = stack.pop()
-        order.append(edge.name)
-        stack.extend(leaving.get(edge.child, []))
-    return order
 
 
 def _verify_all_joined(system: System, edges: Sequence[_Edge], carrying: Mapping[str, _Edge]) -> None:

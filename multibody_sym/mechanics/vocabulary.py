@@ -327,7 +327,7 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
     taken = {"t": "the time"}
     declared: list[tuple[str, str, tuple[str, ...]]] = [
         *((name, "a parameter", ("parameters", name)) for name in system.parameters),
-        *((c.name, _kind(c), _coordinate_path(c, system)) for c in coordinates),
+        *((c.name, "a coordinate" if c.rate is None else _STATE, _coordinate_path(c, system)) for c in coordinates),
         *((s.name, "a speed", ("joints", s.joint)) for s in speeds),
         *((name, "an input", ("inputs", name)) for name in system.inputs),
         *((name, _OUTPUT, ("outputs", name)) for name in system.outputs if name in system.parameters),
@@ -343,16 +343,10 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
             if name in taken or name in RESERVED:
                 other = "one already" if taken.get(name) == what else taken.get(name, "reserved")
                 raise ModelError(
-                    f"{name!r} cannot be {what}: it is {other}; choose another name",
-                    number="M108",
-                    word=name,
+                    f"{name!r} cannot be {what}: it is {other}; choose another name", number="M108", word=name
                 )
         taken[name] = what
     return taken
-
-
-def _kind(coordinate: Coordinate) -> str:
-    return "a coordinate" if coordinate.rate is None else _STATE
 
 
 def _coordinate_path(coordinate: Coordinate, system: System) -> tuple[str, ...]:
@@ -406,7 +400,16 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
             own = path[1] if path[0] in ("parameters", "inputs", "outputs", "ask") else None
             _verify_leaves(node, allowed, known, own, _MASS_HINT if _is_of_mass(path) else "")
             if path[0] == "constraints" or _is_driven(path):
-                _verify_driving(system, node, allowed, names)
+                # an input may name what the motion or constraint that it drives may name
+                for driving in leaves([node], "symbol"):
+                    if driving.data not in system.inputs:
+                        continue
+                    nodes = [written.node for written in expressions(system.inputs[driving.data])]
+                    for leaf in leaves(nodes, "symbol"):
+                        if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
+                            what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
+                            others = _plurals(tuple(word for word in allowed if word != "an input"))
+                            raise ModelError(f"{what}; here an input follows {others} only", number="M113")
             for leaf in _asked_quantities(node):
                 _verify_quantity(leaf, path[0], vocabulary)
             _verify_adding(system, path, node, adds_up)
@@ -507,19 +510,6 @@ def _verify_leaves(
             may = f"here an expression names {_plurals(allowed)} only"
             varies = hint if allowed == _ONLY_PARAMETERS and names[leaf.data] in _VARIES_WITH else ""
             raise ModelError(f"{leaf.data!r} is {names[leaf.data]}; {may}{varies}", number="M113")
-
-
-def _verify_driving(system: System, node: Node, allowed: tuple[str, ...], names: Mapping[str, str]) -> None:
-    """Raise ModelError where an input names something that the motion or constraint it drives may not name."""
-    for driving in leaves([node], "symbol"):
-        if driving.data not in system.inputs:
-            continue
-        nodes = [written.node for written in expressions(system.inputs[driving.data])]
-        for leaf in leaves(nodes, "symbol"):
-            if leaf.data in names and names[leaf.data] not in (*allowed, "an input"):
-                what = f"{driving.data!r} names {leaf.data!r}, {names[leaf.data]}"
-                others = _plurals(tuple(word for word in allowed if word != "an input"))
-                raise ModelError(f"{what}; here an input follows {others} only", number="M113")
 
 
 def _vocabulary(system: System) -> dict[str, list[str]]:
@@ -626,7 +616,20 @@ def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[
 
     `cut`: the names of the rows that stand for cut joints, which have multipliers as those of constraints have.
     """
-    known = _components(system, elements)
+    # the elements that exert forces, by the names in expressions: their kind in words, and their components
+    one_way = {
+        name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))
+        for x in elements
+        for name, rows in exerted_by(x).items()
+    }
+    ground = [GROUND] if ground_moves(system.bodies) else []
+    pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
+    joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
+    wires = dict.fromkeys(
+        (name for name, joint in system.joints.items() if guides(joint)),
+        ("a joint that guides along a curve", (*COMPONENTS, NORMAL)),
+    )
+    known = {**one_way, **joints, **wires}
     of_constraints = [
         row
         for name, element in system.constraints.items()
@@ -643,23 +646,6 @@ def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[
 
 
 _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
-
-
-def _components(system: System, elements: Iterable[LawElement]) -> dict[str, tuple[str, Sequence[str]]]:
-    """Return the elements that exert forces, by the names in expressions: their kind in words, and their components."""
-    one_way = {
-        name: (_EXERTING[x.kind], (*rows, *(AT if x.kind == "contact" else ())))
-        for x in elements
-        for name, rows in exerted_by(x).items()
-    }
-    ground = [GROUND] if ground_moves(system.bodies) else []
-    pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
-    joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
-    wires = dict.fromkeys(
-        (name for name, joint in system.joints.items() if guides(joint)),
-        ("a joint that guides along a curve", (*COMPONENTS, NORMAL)),
-    )
-    return {**one_way, **joints, **wires}
 
 
 def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]) -> None:

@@ -528,7 +528,6 @@ def unit_vector(v: Point) -> Point:
 
 
 def pose_of(frame: Frame) -> Pose:
-    """Return a declared frame as a pose."""
     rotation = IDENTITY
     for turn in frame.rotate:
         rotation = product(rotation, rotation_about(unit_vector(turn.axis), turn.angle))

@@ -355,7 +355,6 @@ class Impacts(Element):
             yield self.path(name)[1:], impact, None
 
     def path(self, name: str) -> tuple[str, ...]:
-        """Return the path of an impact in a file."""
         return (ONLY,) if name == ONLY and len(self.strikes) == 1 else (ONLY, name)
 
 

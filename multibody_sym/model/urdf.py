@@ -52,7 +52,6 @@ class XmlElement:
     children: list[XmlElement] = field(default_factory=list)
 
     def named(self, tag: str) -> list[XmlElement]:
-        """Return the children with a tag."""
         return [child for child in self.children if child.tag == tag]
 
 

@@ -206,18 +206,15 @@ def scene_marks(
     placed: Placed,
     projection: Projection,
     *,
-    frames: bool = False,
     names: bool = True,
     marked: Mapping[Path, str] | None = None,
 ) -> list[Mark]:
     """Return the marks of a scene at a state, in points of a page whose origin is that of space; labels are wishes.
 
-    `frames` shows the axes of frames; `names` letters of bodies, joints, lengths and angles; `marked` paths are drawn
-    in another colour.
+    `names` shows letters of bodies, joints, lengths and angles; `marked` paths are drawn in another colour.
     """
     sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
-    items = (item for item in scene.items if frames or item.role != "frame")
-    found = [mark for item in items for mark in item_marks(sheet, item)]
+    found = [mark for item in scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
     lines = [np.asarray(mark.points) for mark in found if isinstance(mark, (Stroke, Arc, Hatch))]
     found += free_axes(sheet, np.min([*(points.min(axis=0) for points in lines), sheet.span[0]], axis=0))
@@ -268,14 +265,32 @@ def draw(
     otherwise. Raises InputError for another one.
     """
     wanted = shown or FigureContent()
-    scene, placed = _with_arrows(scene, placed, wanted)
+    # gravity, declared loads and given motions always; the speeds of the start there alone
+    kept = [k for k, arrow in enumerate(scene.arrows) if wanted.forces or arrow.role not in _UNSEEN]
+    kept = [k for k in kept if scene.arrows[k].role != "velocity" or placed.time == 0.0]
+    arrows = (*(scene.arrows[k] for k in kept), *wanted.reactions)
+    vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in wanted.reactions)])
+    scene, placed = replace(scene, arrows=arrows), replace(placed, vectors=vectors)
     usual, up = Projection(scene.view.right, scene.view.up, 1.0, scene.plane), np.asarray(scene.view.up)
-    upward = scene.view.up if scene.plane else _nearest_axis(up)
+    upward: Sequence[float] = scene.view.up
+    if not scene.plane:  # along the nearest axis
+        axis = int(np.argmax(np.abs(up)))
+        upward = [float(x) for x in np.sign(up[axis]) * np.eye(3)[axis]]
     projection = view_of(view, usual, upward, scene.view.towards if scene.plane else None)
     named = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
     count = len(named) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
     room = float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if wanted.names else 1.0
-    projection = projection.scaled(points_of_bodies(scene, placed), room, _largest_scale(scene))
+    # what has a size: bodies, places of joints, strands
+    found = [np.zeros((0, 3))]
+    for item in scene.items:
+        if not item.form.endless:
+            found.append(placed.world(item.body, item.form.bounds))
+    for strand in placed.strands:
+        found.append(np.asarray(strand.pieces).reshape(-1, 3))
+        found.extend(bow.points() for bow in strand.bows)
+    points = np.vstack(found)
+    bounds: Floats = points[np.isfinite(points).all(1)]
+    projection = projection.scaled(bounds, room, _largest_scale(scene))
     title, words = scene.name, description(scene, placed, wanted)
     picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     for _ in range(_TRIES):
@@ -285,23 +300,6 @@ def draw(
         projection = replace(projection, scale=projection.scale * max(0.4, 0.97 * room))
         picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     return picture
-
-
-def _nearest_axis(direction: Floats) -> list[float]:
-    axis = int(np.argmax(np.abs(direction)))
-    return [float(x) for x in np.sign(direction[axis]) * np.eye(3)[axis]]
-
-
-def _with_arrows(scene: Scene, placed: Placed, shown: FigureContent) -> tuple[Scene, Placed]:
-    """Return the scene with those arrows that are to be seen: gravity, declared loads and given motions always.
-
-    The speeds of the start are seen there alone.
-    """
-    kept = [k for k, arrow in enumerate(scene.arrows) if shown.forces or arrow.role not in _UNSEEN]
-    kept = [k for k in kept if scene.arrows[k].role != "velocity" or placed.time == 0.0]
-    arrows = (*(scene.arrows[k] for k in kept), *shown.reactions)
-    vectors = np.vstack([placed.vectors[kept].reshape(-1, 3), *(arrow.vector for arrow in shown.reactions)])
-    return replace(scene, arrows=arrows), replace(placed, vectors=vectors)
 
 
 def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureContent) -> list[Mark]:
@@ -322,20 +320,6 @@ def _largest_scale(scene: Scene) -> float:
             heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
     loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
-
-
-def points_of_bodies(scene: Scene, placed: Placed) -> Floats:
-    """Return points (n, 3) in the world that bound what has a size: bodies, places of joints, strands."""
-    found = [np.zeros((0, 3))]
-    for item in scene.items:
-        if not item.form.endless:
-            found.append(placed.world(item.body, item.form.bounds))
-    for strand in placed.strands:
-        found.append(np.asarray(strand.pieces).reshape(-1, 3))
-        found.extend(bow.points() for bow in strand.bows)
-    points = np.vstack(found)
-    kept: Floats = points[np.isfinite(points).all(1)]
-    return kept
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -150,7 +150,16 @@ def settle(temporary: str, target: str, begin: FileState | None) -> str:
     """Rename a finished file to `target`, or beside it if that has changed since the `begin`; return the name."""
     with _folder_locked(os.path.dirname(target) or "."):
         if begin is None or file_state(target) == begin:
-            put_in_place(temporary, target)
+            # with the permissions of the replaced file
+            with suppress(OSError):
+                os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
+            os.replace(temporary, target)
+            with suppress(OSError):
+                folder = os.open(os.path.dirname(target) or ".", os.O_RDONLY)
+                try:
+                    os.fsync(folder)
+                finally:
+                    os.close(folder)
             return target
         for number in itertools.count(2):  # the first numbered name that is free
             name = _with_number(target, number)
@@ -252,19 +261,6 @@ def output_errors(name: str) -> Iterator[None]:
 def open_new(path: str) -> BinaryIO:
     """Open a file that must not exist yet, with the permissions the user's umask leaves."""
     return os.fdopen(os.open(path, _NEW, 0o666), "wb")
-
-
-def put_in_place(temporary: str, target: str) -> None:
-    """Rename a finished file to its final name, with the permissions of the replaced file."""
-    with suppress(OSError):
-        os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
-    os.replace(temporary, target)
-    with suppress(OSError):
-        folder = os.open(os.path.dirname(target) or ".", os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 def _sync(file: BinaryIO) -> None:

@@ -213,20 +213,18 @@ _PLACE_IN_PRODUCT: Final = {"number": 0, "real": 0, "pi": 1, "symbol": 1, "slot"
 
 def _mul(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
     if n.args[0].op == "number":
-        return _multiple(n.args[0].data, n.args[1], pieces)
+        # `m*r^2/12`, `2*x/3`, `0.1*x`, `3*x/256`
+        factor = n.args[0].data
+        n = n.args[1]
+        above, below = factor.numerator, factor.denominator
+        small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
+        small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
+        if not small and below != 1 and _decimal(Fraction(factor)):
+            return _Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
+        product = f"{_exact(above).text}*{_behind_number(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
+        return _Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
     a, b = _order_operands(n, pieces)
     return _Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
-
-
-def _multiple(factor: int | Fraction, n: Node, pieces: dict[Node, _Piece]) -> _Piece:
-    """Return factor * n, where factor > 0: `m*r^2/12`, `2*x/3`, `0.1*x`, `3*x/256`."""
-    above, below = factor.numerator, factor.denominator
-    small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
-    small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
-    if not small and below != 1 and _decimal(Fraction(factor)):
-        return _Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
-    product = f"{_exact(above).text}*{_behind_number(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
-    return _Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
 
 
 def is_halved(value: int | Fraction) -> bool:

@@ -276,7 +276,12 @@ class _Unit:
         else:
             power = _POWER_WITHOUT_SIGN.fullmatch(token.text)
             word, raised = (power[1], f"^{power[2]}") if power else (token.text, "")
-            split = _product_without_sign(word)
+            # a product such as `Ns`, `kgm` or `Pas`; `kgs` is a plural, and none, nor is `kgg`
+            splits = [(word[:k], word[k:]) for k in range(1, len(word))]
+            units = [pair for pair in splits if all(unit in UNITS for unit in pair)]
+            products = [(a, b) for a, b in units if UNITS[a][1].mass and UNITS[a][1] != UNITS[b][1]]
+            plain = [(first, second) for first, second in products if second != "s" or not first.islower()]
+            split = "*".join(next((pair for pair in plain if pair[1] == "s"), plain[0])) if plain else None
             if power and word in UNITS:
                 guess = f"{word}{raised}"
             elif self.rest[self.place].kind != "(":  # with one it is a call
@@ -287,15 +292,6 @@ class _Unit:
                 guess = guess or nearest(token.text, UNITS, cutoff=0.75)
             message = f"'{token.text}' is not a unit" + (f"; did you mean {guess}?" if guess else "")
         return failure(self.text, token.column, message, "E103", token.text, guess)
-
-
-def _product_without_sign(word: str) -> str | None:
-    """Return the product that a word such as `Ns`, `kgm` or `Pas` spells; `kgs` is a plural, and none, nor is `kgg`."""
-    splits = [(word[:k], word[k:]) for k in range(1, len(word))]
-    units = [pair for pair in splits if all(unit in UNITS for unit in pair)]
-    products = [(a, b) for a, b in units if UNITS[a][1].mass and UNITS[a][1] != UNITS[b][1]]
-    plain = [(first, second) for first, second in products if second != "s" or not first.islower()]
-    return "*".join(next((pair for pair in plain if pair[1] == "s"), plain[0])) if plain else None
 
 
 # --- dimensions of expressions ----------------------------------------------------------------------------------

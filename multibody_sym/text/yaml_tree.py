@@ -73,7 +73,6 @@ class _Ready:
         self._events = iter(events)
 
     def get_event(self) -> Any:
-        """Return the next event."""
         return next(self._events)
 
 
@@ -163,7 +162,6 @@ class Tree:
         return _LINE_END.split(self.text)[number - 1]
 
     def at(self, path: Path) -> Any:
-        """Return the content at a path."""
         part = self.data
         for step in path:
             part = part[int(step)] if isinstance(part, list) else part[step]

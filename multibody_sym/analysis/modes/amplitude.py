@@ -192,7 +192,6 @@ class Period:
 
     @property
     def value(self) -> Value:
-        """The period with its error."""
         return Value(self.seconds, unit="s", error=self.missed * self.seconds)
 
 

@@ -572,7 +572,6 @@ class _Balance:
         return given
 
     def _put(self, given: SymbolicState, coordinate: Node, formula: Node) -> SymbolicState:
-        """Return a state with a formula in the place of a coordinate."""
         names = [symbol(c.name) for c in self.mechanism.coordinates]
         q = [formula if x is coordinate else y for x, y in zip(names, given.state.q, strict=True)]
         parameters = [given.state.slots[slot("parameters", j)] for j in range(len(self.mechanism.parameters))]

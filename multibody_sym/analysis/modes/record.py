@@ -432,7 +432,6 @@ def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
 
 
 def root_of(x: Quotient) -> Root:
-    """Return a quotient as a root."""
     return Root(x.sample, _root_node(x), x, 1)
 
 

@@ -79,7 +79,6 @@ class Formulas:
         return {x.node: float(x.sample) for x in self.given.field.letters if x.node is not None and not x.node.args}
 
     def value(self, a: Quotient, unit: str = "") -> Value:
-        """Return a quotient as a value."""
         return self.shortest(float(a.sample), [lambda: book_form(with_whole_angles(a))], unit)
 
     def shortest(self, number: float, forms: Sequence[Callable[[], Node]], unit: str) -> Value:
@@ -600,7 +599,6 @@ class SmallMotion:
         return [] if self.matrices is None else [Condition(x, strict=True) for x in self.matrices.field.positive]
 
     def as_modes(self) -> Modes:
-        """Return the record of the small motions."""
         given, place = self.matrices, self.place
         conditions = self.conditions()
         names = self.names or [name for name in deviation_names(self.mechanism) if name in place.linear.states]

@@ -378,7 +378,6 @@ class ExactEnd:
 
     @cached_property
     def at_end(self) -> Mechanism:
-        """The mechanism with the value of the end."""
         return with_value(self.mechanism, self.name, self.end.value)
 
     def symbolic(self) -> Node | None:
@@ -406,7 +405,6 @@ class ExactEnd:
 
     @property
     def letters(self) -> Mapping[Node, Letter]:
-        """The letters of symbols at the end."""
         return self._balance[0].letters
 
     def equations(self, *, numbers: bool, kept: Node | None = None, expands: bool = False) -> Iterator[Quotient]:

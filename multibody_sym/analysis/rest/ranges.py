@@ -273,7 +273,6 @@ class RestSearch:
         return replace(low, value=within[0]), replace(high, value=within[0])
 
     def gaps(self, value: float) -> Floats | None:
-        """Return the gaps at a value of the parameter."""
         found = self.position.ways({**self.others, self.name: value}, self.moves)
         return None if found is None else found[0]
 

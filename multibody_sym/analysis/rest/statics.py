@@ -48,10 +48,11 @@ from multibody_sym.scalars.node import ONE, Node, as_node, negate, slot
 from multibody_sym.scalars.sign_changes import switching_functions
 from multibody_sym.scalars.vectors import S, dot, subtract
 
-DIRECTIONS: Final = 8
-"""In how many directions the circle of friction in space is first cut; and those of a reaction first tried."""
-
 Direction = tuple[float, float]
+_DIRECTIONS: Final[tuple[Direction, ...]] = tuple(
+    (round(cos(2 * pi * k / 8), 15), round(sin(2 * pi * k / 8), 15)) for k in range(8)
+)
+"""Along which the circle of friction in space is first cut, and those of a reaction first tried."""
 Cuts = Mapping[str, tuple[Direction, ...]]
 """By friction part in space, the directions in which its circle is cut."""
 _AT_END: Final = 1e-2
@@ -192,7 +193,7 @@ class Statics:
                     circles.append(places[0])
                 else:
                     signs += [place for place in places if place not in signs]
-        ways = product(directions_around(DIRECTIONS), repeat=len(circles))
+        ways = product(_DIRECTIONS, repeat=len(circles))
         chosen = product(product((1, -1), repeat=len(signs)), ways)
         return [
             PressingSides(dict(zip(signs, sides, strict=True)), dict(zip(circles, directions, strict=True)))
@@ -228,12 +229,6 @@ class Statics:
         return {row.wrap: wrap_angle(motion, row.rope, row.bend) for row in slips}
 
 
-def directions_around(count: int) -> tuple[Direction, ...]:
-    """Return directions evenly around a circle, those along axes exactly."""
-    angles = [2 * pi * k / count for k in range(count)]
-    return tuple((round(cos(angle), 15), round(sin(angle), 15)) for angle in angles)
-
-
 def statics(mechanism: Mechanism) -> Statics:
     """Return the conditions of rest of a mechanism, which is in no mode.
 
@@ -250,7 +245,7 @@ def statics(mechanism: Mechanism) -> Statics:
                 )
     rows = every_row(mechanism)
     cuts = {
-        part.name: directions_around(DIRECTIONS)
+        part.name: _DIRECTIONS
         for element in mechanism.one_way
         for part in element.frictions
         if len(part.rows) == 2 and not part.enough

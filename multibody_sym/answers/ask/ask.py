@@ -15,7 +15,6 @@ from multibody_sym.answers.ask.linear_systems import modes_named, shortest_cours
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
-from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.instant.reactions import is_lettered
 from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
@@ -56,7 +55,7 @@ class FormulaQuestion(Question):
         notes.extend(found.conditions())
         if mechanism.one_way:
             notes.append(_held_until(motion.simulated))
-        return Value(None, shortest_course(found.formula, motion.solved.symbolic.letters, TIME), unit=unit)
+        return Value(None, shortest_course(found.formula, motion.solved.symbolic.letters), unit=unit)
 
     def _why_none(self, motion: AskedMotion) -> str:
         mechanism, courses = motion.solved.mechanism, motion.courses
@@ -175,7 +174,6 @@ class _Reasons:
         self._names: dict[str, list[str]] = {}
 
     def set_aside(self) -> None:
-        """Set aside the reasons so far."""
         self._before.update(self._shared)
         self._shared.clear()
 
@@ -186,6 +184,5 @@ class _Reasons:
         self._shared.clear()
 
     def put_back(self) -> None:
-        """Put all reasons back."""
         self._shared.update(self._before)
         self._shared.update({f"{', '.join(names)}: {reason}": None for reason, names in self._names.items()})

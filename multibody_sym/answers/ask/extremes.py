@@ -425,7 +425,6 @@ class _Legs:
         return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
 
     def sample(self, k: int) -> _Place:
-        """Return the place of a sample."""
         return _Place(float(self.t[k]), float(self.y[k]))
 
     def _unsure(self, near: Floats, k: int, change: float) -> float:
@@ -554,11 +553,8 @@ def zeros(
     found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
     if found and bounds is None and found[-1].through is not None:  # the other end of the range too
         found += islice(met, 1)
-    return _apart(sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample)))
-
-
-def _apart(found: list[Zero]) -> list[Zero]:
-    """Return zeros without those that lie in a range in which all are, of whose two ends the upper is kept."""
+    # of a range in which all are zeros the upper end is kept
+    found = sorted({zero.at: zero for zero in found}.values(), key=lambda zero: abs(zero.at - sample))
     ranges: list[Zero] = []
     for zero in (each for each in found if each.through is not None):
         same = next((k for k, other in enumerate(ranges) if _overlap(other, zero)), None)

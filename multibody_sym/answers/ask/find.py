@@ -102,7 +102,6 @@ class FindQuestion(Question):
 
     @property
     def extremes(self) -> dict[str, Ask]:
-        """The extremes that the equation asks for, as questions of their own."""
         found = self.equation.extremes.items()
         return {name: Ask(max=x.of) if x.kind == "max" else Ask(min=x.of) for name, x in found}
 
@@ -116,7 +115,6 @@ class ValueSearch:
     known: Mapping[str, Value]
 
     def found(self) -> tuple[Value, list[str]]:
-        """Return the value, and what is to be said of it."""
         self._verify_units()
         little = _FOUND_VALUES_NOTHING * max((abs(x.value or 0.0) for x in self.known.values()), default=0.0)
         if vanishes_about(self.residual, self.sample, self.bounds, little):
@@ -188,7 +186,6 @@ class ValueSearch:
 
     @cached_property
     def sample(self) -> float:
-        """The value that the model has."""
         starts = dict(zip(self._start_names, (*self.solved.begin.q, *self.solved.begin.u), strict=True))
         if self.name in starts:
             return float(starts[self.name])

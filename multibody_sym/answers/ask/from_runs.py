@@ -113,7 +113,6 @@ class Simulated:
         return None
 
     def starts_at(self, coordinate: str, value: float) -> bool:
-        """Return whether a coordinate has a value at the start."""
         start = float(self._as_far_as_known()[0][coordinate][0])
         return abs(start - value) <= _least_distance(value)
 
@@ -227,7 +226,6 @@ class Simulated:
         return struck
 
     def strikes_at_start(self, element: str) -> bool:
-        """Return whether an element strikes at the start."""
         return 0.0 in self._impacts(element)
 
     def _impacts(self, element: str) -> list[float]:
@@ -246,7 +244,6 @@ class Simulated:
         return next((float(each["t"]) for each in run.changes if each["t"] < time), None) if run is not None else None
 
     def speed(self, point: str, time: float) -> float:
-        """Return the speed of a point at a time."""
         if time == 0.0:
             run = self._run(point, 1.0)
             return float(np.linalg.norm(_vectors(run, "velocity")[0]))

@@ -181,7 +181,6 @@ def in_book_form(there: Anywhere, node: Node, values: Mapping[Node, float]) -> N
 
 
 def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quotient:
-    """Return the same as a quotient."""
     letters = {**there.solved.symbolic.letters, **{x: Letter(x, PRECISE.mpf(y)) for x, y in values.items()}}
     field = Field(WORK)
     return exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0]

@@ -237,7 +237,6 @@ def part_of(matrix: Matrix, value: Quotient, values: Vector, vector: Vector) -> 
 
 
 def matrix_product(matrix: Matrix, vector: Vector) -> Vector:
-    """Return the product of a matrix and a vector."""
     return [
         reduce(lambda s, pair: s + pair[0] * pair[1], zip(row, vector, strict=True), vector[0] * 0) for row in matrix
     ]
@@ -269,7 +268,6 @@ class Courses:
 
     @cached_property
     def shown(self) -> ShownMotion:
-        """What the motion shows."""
         return ShownMotion.of(self.solved, self.motion)
 
     @cached_property
@@ -326,11 +324,8 @@ def _coupled_course(there: Anywhere, granted: Granted, coordinate: str) -> Node:
     group.sort()
     if len(group) > _MOST:
         raise NoClosedFormError(f"{len(group)} equations hang together")
-    return _linear(there, granted, [q[k] for k in group], [u[k] for k in group], group).course(group.index(place))
-
-
-def _linear(there: Anywhere, granted: Granted, q: Sequence[Node], u: Sequence[Node], group: Sequence[int]) -> Coupled:
-    """Return the equations of a group. Raises NoClosedFormError where they are not linear, or change with time."""
+    q = [q[k] for k in group]
+    u = [u[k] for k in group]
     there.forms.field.work = max(there.forms.field.work, WORK)
     stiffness, losses, forces = [], [], []
     for k in group:
@@ -346,7 +341,7 @@ def _linear(there: Anywhere, granted: Granted, q: Sequence[Node], u: Sequence[No
         forces.append(left)
     state = there.solved.nodes.motion.state
     starts = [there.forms.of([as_node(values[k]) for k in group]) for values in (state.q, state.u)]
-    return Coupled(there, granted, stiffness, losses, forces, *starts)
+    return Coupled(there, granted, stiffness, losses, forces, *starts).course(group.index(place))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -420,12 +415,12 @@ _WORK: Final = 20_000
 _PLAIN: Final = frozenset(("number", "pi", "symbol", "neg", "add", "mul", "div", "pow", "sqrt"))
 
 
-def shortest_course(course: Node, letters: Mapping[Node, Letter], time: Node) -> Node:
+def shortest_course(course: Node, letters: Mapping[Node, Letter]) -> Node:
     """Return a formula of time in the shortest of the ways to put its terms together; `letters`: its other symbols.
 
     The particular solution is one quotient, and so is what each exponential stands before.
     """
-    shortest = _Shortest({**letters, time: Letter(time, PRECISE.mpf(1), True)})
+    shortest = _Shortest({**letters, TIME: Letter(TIME, PRECISE.mpf(1), True)})
     terms = flatten("add", course)
     fading = [term for term in terms if any(part.op == "exp" for part in postorder([term]))]
     lasting = reduce(add, (term for term in terms if term not in fading), ZERO)

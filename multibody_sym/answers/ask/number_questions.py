@@ -286,7 +286,7 @@ class ValueAfterQuestion(_LaterValueQuestion):
             return found
         solved = course.there.solved
         number = evaluate_float([found], solved.sample)[0]
-        written = put_in(shortest_course(course.along(self.value), solved.symbolic.letters, TIME), {TIME: self.after})
+        written = put_in(shortest_course(course.along(self.value), solved.symbolic.letters), {TIME: self.after})
         near = abs(evaluate_float([written], solved.sample)[0] - number) <= AGREEMENT * abs(number)
         return written if near and len(text(written)) < len(text(found)) else found
 

@@ -280,7 +280,6 @@ class AskedMotion:
 
     @cached_property
     def simulated(self) -> Simulated:
-        """The motion in numbers."""
         return Simulated(self.solved.system)
 
     @cached_property
@@ -351,7 +350,6 @@ class AskedMotion:
         return shortest[0]
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:
-        """Yield the courses that are known, at a time."""
         mechanism, run = self.solved.mechanism, self.simulated.until(time)
         q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
         there = anywhere(self.solved, q, u)

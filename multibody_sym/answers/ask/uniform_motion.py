@@ -54,7 +54,23 @@ class UniformMotion:
         ((coordinate, value),) = moment.items()
         k = self.place(coordinate)
         (u,) = self.forms.of([as_node(self.solved.nodes.motion.state.u[k])])
-        return _first_time(self.way(coordinate, value), u, self.forms.udot[k])
+        # the smallest t > 0 with u t + a t^2/2 = way; 0 where that holds all the time
+        way = self.way(coordinate, value)
+        a = self.forms.udot[k]
+        if way.is_zero:
+            if a.is_zero:
+                return way if u.is_zero else None
+            return -2 * u / a if (u / a).sample < 0 else None
+        if a.is_zero:
+            return None if u.is_zero or (way / u).sample < 0 else way / u
+        square = u * u + 2 * (a * way)
+        if u.is_zero:
+            return sqrt(2 * way / a) if square.sample > 0 else None
+        if square.sample < 0 and not square.vanishes:
+            return None
+        root = sqrt(square) * (1 if a.sample > 0 else -1)
+        times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
+        return min(times, key=lambda t: t.sample, default=None)
 
     def way(self, coordinate: str, value: Node) -> Quotient:
         """Return how far a value is from that of a coordinate at the start."""
@@ -179,24 +195,6 @@ def _accelerations(solved: SolvedInstant, t: float, q: Floats, u: Floats) -> tup
     free = max((abs(x) for x in dynamics.bias_acceleration), default=0.0)
     udot = forward_dynamics(dynamics).udot
     return udot, max(free, float(np.abs(udot).max(initial=0.0)))
-
-
-def _first_time(way: Quotient, u: Quotient, a: Quotient) -> Quotient | None:
-    """Return the smallest t > 0 with u t + a t^2/2 = way; 0 where that holds all the time."""
-    if way.is_zero:
-        if a.is_zero:
-            return way if u.is_zero else None
-        return -2 * u / a if (u / a).sample < 0 else None
-    if a.is_zero:
-        return None if u.is_zero or (way / u).sample < 0 else way / u
-    square = u * u + 2 * (a * way)
-    if u.is_zero:
-        return sqrt(2 * way / a) if square.sample > 0 else None
-    if square.sample < 0 and not square.vanishes:
-        return None
-    root = sqrt(square) * (1 if a.sample > 0 else -1)
-    times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
-    return min(times, key=lambda t: t.sample, default=None)
 
 
 def _length(vector: Sequence[Quotient]) -> Quotient:

@@ -241,29 +241,6 @@ Found = tuple[Node | None, tuple[Node, Node] | None]
 _NEAR: Final = 1e-10
 
 
-def places_of(letters: Letters, wanted: Sequence[Absolute], zeros: Sequence[Node]) -> dict[Node, Found]:
-    """Return what gives each of the coordinates, by its name; `zeros` are the equations of closure."""
-    equations = letters.of(zeros)
-    found: dict[Node, Found] = {}
-    waiting, left = list(wanted), list(equations)
-    while (next_one := next(_alone(letters, waiting, left), None)) is not None:
-        x, equation, root = next_one
-        (value,) = letters.of([x.sense * (root - x.before[0])])
-        found[x.own[0]] = letters.written(value), None
-        waiting.remove(x)
-        left.remove(equation)
-    for x in waiting:
-        its_own = next((e for e in left if x.letters[0] in e.symbols), None)
-        if its_own is not None:
-            left.remove(its_own)
-            zero = letters.written(its_own)
-            terms = flatten("add", zero.args[0] if zero.op == "neg" else zero)
-            plus, minus = [t for t in terms if t.op != "neg"], [t.args[0] for t in terms if t.op == "neg"]
-            sides = (plus, minus) if plus else (minus, plus)
-            found[x.own[0]] = None, (sum(sides[0], ZERO), sum(sides[1], ZERO))
-    return found
-
-
 def _alone(
     letters: Letters, waiting: Sequence[Absolute], left: Sequence[Quotient]
 ) -> Iterator[tuple[Absolute, Quotient, Node]]:
@@ -445,9 +422,26 @@ class InLetters:
         wanted = [self.coordinates.all[k] for k in self.loops.dependent]
         wanted = [x for x in wanted if x.own[0] in self.definitions]
         zeros = [x.zero for x in self.loops.closings if x.holonomic]
-        for node, (expression, equation) in places_of(self.letters, wanted, zeros).items():
+        places: dict[Node, Found] = {}
+        waiting, left = list(wanted), list(self.letters.of(zeros))
+        while (next_one := next(_alone(self.letters, waiting, left), None)) is not None:
+            x, equation, root = next_one
+            (value,) = self.letters.of([x.sense * (root - x.before[0])])
+            places[x.own[0]] = self.letters.written(value), None
+            waiting.remove(x)
+            left.remove(equation)
+        for x in waiting:
+            its_own = next((e for e in left if x.letters[0] in e.symbols), None)
+            if its_own is not None:
+                left.remove(its_own)
+                zero = self.letters.written(its_own)
+                terms = flatten("add", zero.args[0] if zero.op == "neg" else zero)
+                plus, minus = [t for t in terms if t.op != "neg"], [t.args[0] for t in terms if t.op == "neg"]
+                sides = (plus, minus) if plus else (minus, plus)
+                places[x.own[0]] = None, (sum(sides[0], ZERO), sum(sides[1], ZERO))
+        for node, (expression, sides_of_closure) in places.items():
             known = self.definitions[node]
-            self._keep(node, Definition(known.value, expression, equation, known.unit))
+            self._keep(node, Definition(known.value, expression, sides_of_closure, known.unit))
 
     def _of_speeds(self) -> None:
         known, every = self.letters.known, self.coordinates.all

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -23,7 +23,6 @@ from multibody_sym.derivation.notation import Symbols
 from multibody_sym.mechanics.forces import AppliedForces, applied_forces, exert, span, span_rate
 from multibody_sym.mechanics.law_elements import FrictionPart
 from multibody_sym.mechanics.load_records import Load, MassFlow, PointPull, PointSpring, span_leaves
-from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, accelerations, pose
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench, Wrenches, add_pair
 from multibody_sym.mechanics.ropes import pull, segments, wheel_at
@@ -60,12 +59,6 @@ class RoughWheelTensions:
     before: Any
     behind: Any
     slides: bool
-
-
-def rubbing_ropes(mechanism: Mechanism) -> Collection[str]:
-    """Return the ropes that rub on wheels; their runs have a tension each, and one more for each rough wheel."""
-    runs = (row.plain.rope_run for row in mechanism.rows)
-    return {run.told[0] for run in runs if run is not None and run.rubs}
 
 
 def tension_wrenches(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Iterator[list[Wrench]]:
@@ -161,7 +154,9 @@ class Actions:
         self.contacts: list[tuple[str, Sequence[Wrench]]] = []
         self.grips: list[RoughWheelTensions] = []
         self.tensions: dict[Any, str] = {}
-        self._rubbing_ropes = rubbing_ropes(motion.mechanism)
+        # ropes that rub on wheels: their runs have a tension each, and one more for each rough wheel
+        runs = (row.plain.rope_run for row in motion.mechanism.rows)
+        self._rubbing_ropes = {run.told[0] for run in runs if run is not None and run.rubs}
         one_way = motion.mechanism.one_way
         self._elements = row_elements(motion.mechanism)
         self._touching = {row.name for each in one_way if each.kind == "contact" for row in each.normals}
@@ -351,7 +346,6 @@ class Actions:
         return self._defined(row, symbol)
 
     def _defined(self, row: Row, symbol: Any) -> ForceLaw:
-        """Return what a row that defines a force says, from all other forces."""
         k = [other.name for other in self.motion.mechanism.rows].index(row.name)
         found = self.rows[k]
         right = [(self.symbols.multipliers[j], x) for j, x in found.coupling.items() if j != k]

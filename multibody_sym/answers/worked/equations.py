@@ -511,7 +511,6 @@ class LinearForm:
         return LinearForm(terms, self.rest + other.rest * factor)
 
     def times(self, factor: Quotient | int) -> LinearForm:
-        """Return a multiple."""
         return LinearForm({x: a * factor for x, a in self.terms.items()}, self.rest * factor)
 
     def with_known(self, x: Any, value: LinearForm) -> LinearForm:
@@ -534,7 +533,6 @@ class LinearForm:
 
     @property
     def vanishes(self) -> bool:
-        """Whether nothing is in it."""
         return not self.terms and self.rest.is_zero
 
 
@@ -548,7 +546,6 @@ def linear(terms: Iterable[tuple[Any, Quotient]], rest: Quotient) -> LinearForm:
 
 
 def in_sympy(exactly: Exactly, form: LinearForm) -> Any:
-    """Return a linear form in sympy."""
     parts = [exactly.written(a) * x for x, a in form.terms.items()]
     return sympy.Add(exactly.written(form.rest), *parts)
 
@@ -573,11 +570,9 @@ class NumberedEquation:
         return self.left.plus(self.right, -1)
 
     def sides(self, exactly: Exactly) -> tuple[Any, Any]:
-        """Return both sides in sympy."""
         return in_sympy(exactly, self.left), in_sympy(exactly, self.right)
 
     def changed(self, change: Any) -> NumberedEquation:
-        """Return it with both sides changed."""
         return replace(self, left=change(self.left), right=change(self.right))
 
 

@@ -305,7 +305,6 @@ class _Work:
     # --- steps -----------------------------------------------------------------------------------------------------
 
     def written(self) -> Worked:
-        """Return all steps."""
         self.exactly.renew()
         steps = [
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),

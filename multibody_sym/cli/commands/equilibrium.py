@@ -24,40 +24,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> Reply:
     """Find positions of equilibrium, from the start and from positions around it, or a range of rest."""
-    from multibody_sym.analysis.equilibrium import equilibrium
     from multibody_sym.cli.model import model
-    from multibody_sym.documents.analysis import equilibrium_text
 
-    if options.least is not None:
-        return _least_for_motion(options)
-    if options.vary is not None:
-        return _range_of_rest(options)
-    units = asked_units(options)
-    with model(options) as system:
-        found = equilibrium(system, **model_options(options))
-    return Reply(found.as_json(), equilibrium_text(found, units))
-
-
-def _range_of_rest(options: argparse.Namespace) -> Reply:
-    from multibody_sym.analysis.rest.range_of_rest import range_of_rest
-    from multibody_sym.cli.model import model
-    from multibody_sym.documents.analysis import rest_text
-
-    units = asked_units(options)
-    with model(options) as system:
-        found = range_of_rest(system, options.vary, **model_options(options))
-    return Reply(found.as_json(), rest_text(found, units))
-
-
-def _least_for_motion(options: argparse.Namespace) -> Reply:
-    from multibody_sym.analysis.rest.range_of_rest import least_for_motion
-    from multibody_sym.cli.model import model
-    from multibody_sym.documents.analysis import least_text
-
-    if options.vary is None:
+    if options.least is not None and options.vary is None:
         message = f"--least {options.least}: name the parameter over whose values it is least, such as --vary beta"
         raise UsageError(message, where=Where(path=("--least",)))
-    units = asked_units(options)
+    units, asked = asked_units(options), model_options(options)
+    if options.least is not None:
+        from multibody_sym.analysis.rest.range_of_rest import least_for_motion
+        from multibody_sym.documents.analysis import least_text
+
+        with model(options) as system:
+            least = least_for_motion(system, options.least, options.vary, **asked)
+        return Reply(least.as_json(), least_text(least, units))
+    if options.vary is not None:
+        from multibody_sym.analysis.rest.range_of_rest import range_of_rest
+        from multibody_sym.documents.analysis import rest_text
+
+        with model(options) as system:
+            rest = range_of_rest(system, options.vary, **asked)
+        return Reply(rest.as_json(), rest_text(rest, units))
+    from multibody_sym.analysis.equilibrium import equilibrium
+    from multibody_sym.documents.analysis import equilibrium_text
+
     with model(options) as system:
-        found = least_for_motion(system, options.least, options.vary, **model_options(options))
-    return Reply(found.as_json(), least_text(found, units))
+        found = equilibrium(system, **asked)
+    return Reply(found.as_json(), equilibrium_text(found, units))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.documents.animation.frames import MOST, Frames, frames_of
-from multibody_sym.documents.animation.page import packed_columns, plane_stage, script_json, short, space_stage, three
+from multibody_sym.documents.animation.page import packed_columns, plane_stage, short, space_stage, three
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.model.argument_checks import door
@@ -56,7 +57,15 @@ class Animation:
         if ending == ".html":
             write_whole(path, self.html.encode("utf-8"))
             return
-        write_whole(path, film(self.frames, ending, self.frames.projection(self.view)))
+        # a GIF or an MP4, in real time
+        projection = self.frames.projection(self.view)
+        span = float(self.frames.times[-1] - self.frames.times[0])
+        count = min(_MOST, max(2, round(span * _RATE)))
+        even = np.linspace(self.frames.times[0], self.frames.times[-1], count)
+        at = np.searchsorted(self.frames.times, even).clip(0, len(self.frames.times) - 1)
+        images = [_image(self.frames, projection, int(k)) for k in at]
+        rate = count / span if span else _RATE
+        write_whole(path, _gif(images, span / count) if ending == ".gif" else _mp4(images, rate))
 
 
 def animation_name(path: str | os.PathLike[str]) -> str:
@@ -125,7 +134,10 @@ def player(
     stage = plane_stage if projection.flat else space_stage
     drawn, motion = stage(frames, projection, traces)
     times = [short(float(t)) for t in frames.times]
-    data = script_json({"times": times, **motion, "plot": plot_data(plot_of({"": run}, units, show))})
+    content = {"times": times, **motion, "plot": plot_data(plot_of({"": run}, units, show))}
+    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    # a script of a page may hold no <, and no line end that a script knows
+    data = text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
     kind = "plane" if projection.flat else "space"
     parts = ["animation", "plots", *(["names"] if motion.get("names") else []), kind]
     scripts = "".join(template_text(f"html/{name}.js") for name in parts)
@@ -185,16 +197,6 @@ _RATE: Final = 25
 _MOST: Final = 750
 _MARGIN: Final = 30.0
 _DOTS: Final = 110
-
-
-def film(frames: Frames, ending: str, projection: Projection) -> bytes:
-    """Return a GIF or an MP4 of a motion in real time. Raises OutputError where a library or ffmpeg is missing."""
-    span = float(frames.times[-1] - frames.times[0])
-    count = min(_MOST, max(2, round(span * _RATE)))
-    even = np.linspace(frames.times[0], frames.times[-1], count)
-    at = np.searchsorted(frames.times, even).clip(0, len(frames.times) - 1)
-    images = [_image(frames, projection, int(k)) for k in at]
-    return _gif(images, span / count) if ending == ".gif" else _mp4(images, count / span if span else _RATE)
 
 
 def _image(frames: Frames, projection: Projection, k: int) -> Any:

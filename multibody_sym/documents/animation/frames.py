@@ -63,7 +63,6 @@ class Frames:
 
     @property
     def faces(self) -> list[Face]:
-        """The faces of ground."""
         return [item.form for item in self.scene.items if item.body < 0 and isinstance(item.form, Face)]
 
     @property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from itertools import groupby
@@ -35,7 +34,17 @@ from multibody_sym.pictures.page.picture import (
     simple,
 )
 from multibody_sym.pictures.page.vector_files import escaped_xml, number, svg_elements
-from multibody_sym.pictures.scene.items import Anchor, Axes, Disc, Item, PlacedStrand, Polyline, TurnStop, across
+from multibody_sym.pictures.scene.items import (
+    Anchor,
+    Axes,
+    Disc,
+    Item,
+    PlacedStrand,
+    Polyline,
+    TurnStop,
+    across,
+    unit,
+)
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
 
@@ -66,12 +75,6 @@ def packed_columns(rows: Floats) -> dict[str, Any]:
 def short(value: float) -> float:
     """Return a number as one of nine digits, which is shorter to write."""
     return float(f"{value:.9g}")
-
-
-def script_json(value: Any) -> str:
-    """Return JSON that may stand in a script of a page: it holds no < and no line end that a script knows."""
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -126,16 +129,6 @@ def names_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, A
         if isinstance(mark, Wish) and body is not None:
             x, y = np.asarray(mark.about, dtype=float).mean(axis=0)
             found.append({"body": body, "at": [short(float(x)), short(float(height - y))], "runs": mark.runs})
-    return found
-
-
-def lines_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, Any]]:
-    """Return the lines of what is drawn at the start (pt), on which names stand where there is no other room."""
-    found = []
-    for item in scene.items:
-        for points in _lines(sheet, item) if item.role not in ("frame", "contact") else ():
-            line = [[short(float(x)), short(float(height - y))] for x, y in points]
-            found.append({"body": item.body, "points": line})
     return found
 
 
@@ -208,7 +201,13 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
         data["names"] = names_on_page(frames.scene, sheet, height)
-        data |= {"lines": lines_on_page(frames.scene, sheet, height), "rule": rule()}
+        # the lines of what is drawn at the start (pt), on which names stand where there is no other room
+        found = []
+        for item in frames.scene.items:
+            for points in _lines(sheet, item) if item.role not in ("frame", "contact") else ():
+                line = [[short(float(x)), short(float(height - y))] for x, y in points]
+                found.append({"body": item.body, "points": line})
+        data |= {"lines": found, "rule": rule()}
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(view[0])} {number(view[1])}" '
         f'aria-label="{escaped_xml(frames.scene.name)}"><title>{escaped_xml(frames.scene.name)}</title>'
@@ -315,22 +314,18 @@ def _simple(mark: Mark) -> list[Simple]:
     """Return a mark as lines and letters; labels that still want a place are left out."""
     placed: Placed | Wanted = mark  # type: ignore[assignment]
     if isinstance(placed, Hatch) and len(placed.points) == 2 and _length(placed.points) > _TICKS * placed.gap:
-        return _dashed_hatch(placed)
+        # the hatching as a second line beside it, wide and dashed
+        start, end = np.asarray(placed.points, dtype=float)
+        along, deep = (end - start) / _length(placed.points), placed.tick * np.sqrt(0.5)
+        away = placed.side * np.array([-along[1], along[0]]) * deep / 2
+        named: dict[str, Any] = {"role": placed.role, "name": placed.name, "layer": placed.layer, "depth": placed.depth}
+        ticks = Pen(deep, placed.pen.colour, (_TICK, placed.gap - _TICK))
+        return [Stroke(placed.points, placed.pen, **named), Stroke(placed.points + away, ticks, **named)]
     return [] if isinstance(placed, Wanted) else simple(placed)
 
 
 def _length(points: Floats) -> float:
     return float(np.hypot(*(np.asarray(points[1]) - points[0])))
-
-
-def _dashed_hatch(hatch: Hatch) -> list[Simple]:
-    """Return a long line with its hatching as a second one beside it, wide and dashed."""
-    start, end = np.asarray(hatch.points, dtype=float)
-    along, deep = (end - start) / _length(hatch.points), hatch.tick * np.sqrt(0.5)
-    away = hatch.side * np.array([-along[1], along[0]]) * deep / 2
-    named: dict[str, Any] = {"role": hatch.role, "name": hatch.name, "layer": hatch.layer, "depth": hatch.depth}
-    ticks = Pen(deep, hatch.pen.colour, (_TICK, hatch.gap - _TICK))
-    return [Stroke(hatch.points, hatch.pen, **named), Stroke(hatch.points + away, ticks, **named)]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -351,9 +346,14 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     poses = [_poses(np.array([placed.poses[k] for placed in frames.placed])) for k in range(len(scene.bodies))]
     lines = [strand_points(along) for along in zip(*(placed.strands for placed in frames.placed), strict=True)]
     low, high = frames.extent.min(axis=0), frames.extent.max(axis=0)
-    up = np.array(scene.up if scene.plane else _upward(frames))
+    up = np.array(scene.up if scene.plane else unit(-np.array(scene.gravity)))
     reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
     firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
+    # a level grid below everything, a little wider than the motion; the axes stand at its corner to the left in front
+    half = (high - low) / 2
+    width = float(np.linalg.norm(half))
+    floor = _shorts((low + high) / 2 - (float(np.abs(up) @ half) + _BELOW * width) * up)
+    corner = low - float(low @ up) * up + float(np.array(floor) @ up) * up
     data = {
         "poses": packed_columns(side_by_side(poses, rows)),
         "ropes": packed_columns(side_by_side(lines, rows)),
@@ -363,8 +363,8 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "items": [_item(item) for item in scene.items if item.role != "frame"],
         "size": short(scene.size),
         "middle": _shorts((low + high) / 2),
-        "low": _shorts(_corner(low, high, up)),
-        "floor": _floor(low, high, up),
+        "low": _shorts(corner),
+        "floor": {"middle": floor, "width": short(1.8 * width or 1.0)},
         "names": names_in_space(scene),
         "rule": rule(),
         "reach": short(reach),
@@ -378,21 +378,6 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
     return '<canvas width="640" height="400"></canvas>', data
 
 
-def _floor(low: Floats, high: Floats, up: Floats) -> dict[str, Any]:
-    """Return the level grid below everything: its middle and its width, a little more than the motion is wide."""
-    middle, half = (low + high) / 2, (high - low) / 2
-    below = middle - (float(np.abs(up) @ half) + _BELOW * float(np.linalg.norm(half))) * up
-    return {"middle": _shorts(below), "width": short(1.8 * float(np.linalg.norm(half)) or 1.0)}
-
-
-def _corner(low: Floats, high: Floats, up: Floats) -> Floats:
-    """Return where the axes of space stand: the low corner of the grid to the left and in front."""
-    floor = _floor(low, high, up)
-    level = low - float(low @ up) * up
-    found: Floats = level + float(np.array(floor["middle"]) @ up) * up
-    return found
-
-
 def three() -> str:
     """Return three.js as meshcat's wheel carries it. Raises OutputError where that is not installed."""
     from importlib.util import find_spec
@@ -403,13 +388,6 @@ def three() -> str:
         raise OutputError("animations in space need meshcat: pip install 'multibody_sym[animate]'", number="O104")
     script = Path(found.origin).parent / "viewer" / "dist" / "main.min.js"
     return script.read_text(encoding="utf-8").replace("</script", "<\\/script")
-
-
-def _upward(frames: Frames) -> Floats:
-    """Return the direction against gravity, z without any."""
-    gravity = np.array(frames.scene.gravity)
-    size = float(np.linalg.norm(gravity))
-    return np.array([0.0, 0.0, 1.0]) if size == 0.0 else -gravity / size
 
 
 def _poses(poses: Floats) -> Floats:

@@ -38,7 +38,7 @@ _SAME: Final = 3.0
 _NEAR_BLOCK: Final = 22.0
 """How far from its block (pt) the name of a slider stands on what it slides along."""
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
-_SILENT: Final = ("tie", "point", "used_point", "frame")
+_SILENT: Final = ("tie", "point", "used_point")
 """Symbols without a name on the figure."""
 _SECOND: Final = ("weld", "torsion_damper", "torsion_spring", "motor", "friction")
 _MANY: Final = 20

@@ -94,7 +94,23 @@ def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) 
     for _ in range(3):  # a block on a block on a block
         for item in scene.items:
             _stand(made, item)
-    _bear(made)
+    # rods, whose width is the page's affair, lie on what they touch in a plane, not half in it
+    touching: dict[int, list[Floats]] = {}
+    for item in made.scene.items if made.scene.plane else ():
+        if item.role != "contact" or len(item.bodies) != 2:
+            continue
+        forms = [i.form for i in made.scene.items if i.body == item.body and i.role in ("body", "surface")]
+        signs = (i for i in made.scene.items if i.role == "joint" and i.symbol is not None)
+        alone = len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed
+        if alone and not any(item.body in sign.bodies for sign in signs):  # a rod that no joint holds
+            other = next((b for b in item.bodies if b != item.body), item.body)
+            at = made.page(item.body, item.form.bounds[0])
+            touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
+    for body, normals in touching.items():
+        if normals:
+            way = least_squares(np.array(normals), np.full(len(normals), ROD / 2))
+            if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
+                made.bodies[body] = way
     for strand in home.strands:
         _beside(made, strand)
     return Settled(made.bodies, made.pulleys, made.leans, made.folds)
@@ -115,7 +131,14 @@ def _stand(made: _Settling, item: Item) -> None:
     elif item.role == "joint" and item.on_ground and item.symbol is not None and item.symbol.kind == "weld":
         up = made.way(-1, made.scene.view.up)
         if len(item.bodies) == 2 and made.mass(item.bodies[1]) is not None and float(np.linalg.norm(up)) > 0.9:
-            drawn = _is_on_ground(made, made.page(item.body, item.symbol.at))
+            at = made.page(item.body, item.symbol.at)
+            lines = [
+                np.array([made.page(item.body, point) for point in item.form.points])
+                for item in made.scene.items
+                if item.body < 0 and item.role == "surface" and isinstance(item.form, Polyline)
+            ]
+            on_segment = any(distances(at[None, :], np.hstack((x[:-1], x[1:]))).min() < _SAME for x in lines)
+            drawn = on_segment or next(_normals(made, -1, at), None) is not None
             _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2 if drawn else 0.0)
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies
@@ -131,26 +154,6 @@ def _stand(made: _Settling, item: Item) -> None:
         _lift(made, child, parent, normal, half_size(mass) + (MASS[1] / 2 if level else 0.0))
 
 
-def _bear(made: _Settling) -> None:
-    """Let rods, whose width is the page's affair, lie on what they touch in a plane, not half in it."""
-    touching: dict[int, list[Floats]] = {}
-    for item in made.scene.items if made.scene.plane else ():
-        if item.role != "contact" or len(item.bodies) != 2:
-            continue
-        forms = [i.form for i in made.scene.items if i.body == item.body and i.role in ("body", "surface")]
-        signs = (i for i in made.scene.items if i.role == "joint" and i.symbol is not None)
-        alone = len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed
-        if alone and not any(item.body in sign.bodies for sign in signs):  # a rod that no joint holds
-            other = next((b for b in item.bodies if b != item.body), item.body)
-            at = made.page(item.body, item.form.bounds[0])
-            touching.setdefault(item.body, []).extend([*_normals(made, other, at)][:1])
-    for body, normals in touching.items():
-        if normals:
-            way = least_squares(np.array(normals), np.full(len(normals), ROD / 2))
-            if float(np.linalg.norm(way)) < ROD:  # between faces that leave it no room it stays where it is
-                made.bodies[body] = way
-
-
 def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
     """Yield the directions away from the faces and rims of a body on which a place of the page lies."""
     for item in made.scene.items:
@@ -163,17 +166,6 @@ def _normals(made: _Settling, body: int, at: Floats) -> Iterator[Floats]:
             apart = float(np.linalg.norm(way))
             if abs(apart - made.scale * item.form.radius) < _SAME < apart:
                 yield (-way if item.form.hollow else way) / apart
-
-
-def _is_on_ground(made: _Settling, at: Floats) -> bool:
-    """Return whether a place of the page lies on a segment or face of ground that is drawn."""
-    lines = [
-        np.array([made.page(item.body, point) for point in item.form.points])
-        for item in made.scene.items
-        if item.body < 0 and item.role == "surface" and isinstance(item.form, Polyline)
-    ]
-    on_segment = any(distances(at[None, :], np.hstack((x[:-1], x[1:]))).min() < _SAME for x in lines)
-    return on_segment or next(_normals(made, -1, at), None) is not None
 
 
 def _lift(made: _Settling, body: int, carrier: int, normal: Floats, height: float) -> None:

@@ -205,21 +205,16 @@ def face_ends(sheet: Sheet, item: Item) -> Floats | None:
         return sheet.page(item.body, form.ends)
     normal = unit2(sheet.way(item.body, form.normal))
     through, along = sheet.at(item.body, form.through), left(normal)
-    low, high = _reach(sheet, item, through, along)
-    return np.array([through + low * along, through + high * along])
-
-
-def _reach(sheet: Sheet, item: Item, through: Floats, along: Floats) -> tuple[float, float]:
-    """Return from where to where (pt from a place of it) a face of ground is drawn: along what stands near it."""
+    # along what stands near it
     ways = (_near(sheet, item) - through) @ along
     start, stop = float(ways.min()), float(ways.max())
-    first, last = start - _MARGIN, stop + _MARGIN
+    low, high = start - _MARGIN, stop + _MARGIN
     for centre in wheels_on(sheet, item):
         way = float((centre - through) @ along)
         if way > (start + stop) / 2:
-            last = way - WHEEL - 3.0
+            high = way - WHEEL - 3.0
         else:
-            first = way + WHEEL + 3.0
+            low = way + WHEEL + 3.0
     room = 0.05 * (stop - start) + 1.0
     for other in sheet.scene.items:
         if not isinstance(other.form, Face) or other is item or other.body != item.body:
@@ -229,11 +224,11 @@ def _reach(sheet: Sheet, item: Item, through: Floats, along: Floats) -> tuple[fl
         if abs(lean) < 0.05:
             continue
         crossing = float((sheet.at(other.body, other.form.through) - through) @ across) / lean
-        if stop - room <= crossing < last:
-            last = crossing
-        elif first < crossing <= start + room:
-            first = crossing
-    return first, last
+        if stop - room <= crossing < high:
+            high = crossing
+        elif low < crossing <= start + room:
+            low = crossing
+    return np.array([through + low * along, through + high * along])
 
 
 def _near(sheet: Sheet, item: Item, *, rest: bool = True) -> Floats:

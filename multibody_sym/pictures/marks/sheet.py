@@ -17,7 +17,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
 Values = Sequence[float] | Floats
-UNSEEN: Final = ("tie", "free", "contact", "point", "used_point", "frame", "drive_about", "drive_along", "friction")
+UNSEEN: Final = ("tie", "free", "contact", "point", "used_point", "drive_about", "drive_along", "friction")
 """Symbols whose place does not say how far a figure reaches."""
 
 
@@ -113,7 +113,6 @@ class Sheet:
 
     @cached_property
     def touched(self) -> Mapping[int, list[Item]]:
-        """The items of each body."""
         found: dict[int, list[Item]] = {}
         for item in self.scene.items:
             found.setdefault(item.body, []).append(item)

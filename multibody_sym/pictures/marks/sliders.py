@@ -173,7 +173,14 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
     if not places or not (taken or _is_sprung(sheet, item, along)):
         places += list(ends @ along)
     base = ends[0] - float(ends[0] @ along) * along + shift
-    back, ahead = _reach(sheet, item, along)
+    # how far the slider reaches beyond half a block, back and ahead (pt)
+    here = next(iter(_block_places(sheet, item)), None)
+    back, ahead = 0.0, 0.0
+    for other in sheet.touched.get(_child(item), ()):
+        if here is None or other.role != "body" or isinstance(other.form, (Sphere, Polyline)):
+            continue
+        ways = (_corners_of(sheet, other) - here) @ along
+        back, ahead = min([back, *(ways + _HALF)]), max([ahead, *(ways - _HALF)])
     low, high = min(places) + back - _BEYOND, max(places) + ahead + _BEYOND
     for centre in wheels_on(sheet, item):
         way = float(centre @ along)
@@ -182,18 +189,6 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
         else:
             low = way + WHEEL + 3.0
     return np.array([base + low * along, base + high * along])
-
-
-def _reach(sheet: Sheet, item: Item, along: Floats) -> tuple[float, float]:
-    """Return how far what slides reaches along its rail beyond half a block, back and ahead (pt)."""
-    here = next(iter(_block_places(sheet, item)), None)
-    low, high = 0.0, 0.0
-    for other in sheet.touched.get(_child(item), ()):
-        if here is None or other.role != "body" or isinstance(other.form, (Sphere, Polyline)):
-            continue
-        ways = (_corners_of(sheet, other) - here) @ along
-        low, high = min([low, *(ways + _HALF)]), max([high, *(ways - _HALF)])
-    return low, high
 
 
 def _is_sprung(sheet: Sheet, item: Item, along: Floats) -> bool:
@@ -308,7 +303,11 @@ def _across(sheet: Sheet, item: Item, form: Stop) -> Floats:
     if not sheet.flat:
         foot = base + _stops_reach(sheet, form) * sheet.way(item.body, form.axis)
         return foot + np.outer([-_STOPS_SLEEVE[1], _STOPS_SLEEVE[1]], left(along))
-    corners = _corners(sheet, item, form)
+    at, found = sheet.at(item.bodies[1], form.point), []
+    for other in _bodies_with_a_size(sheet, item.bodies[1]):
+        outline = _corners_of(sheet, other)
+        found.append(outline - at if len(outline) else _block(sheet, item, form, other))
+    corners = np.vstack(found or [_block(sheet, item, form, None)])
     heights = corners @ left(along)
     foot = base + float((corners @ along).max()) * along
     return foot + np.outer([heights.min() - _STOPS_BEYOND, heights.max() + _STOPS_BEYOND], left(along))
@@ -317,15 +316,6 @@ def _across(sheet: Sheet, item: Item, form: Stop) -> Floats:
 def _stops_reach(sheet: Sheet, form: Stop) -> float:
     """Return how far what is stopped in space reaches ahead of its place (pt)."""
     return sheet.projection.scale * form.front or _STOPS_SLEEVE[0]
-
-
-def _corners(sheet: Sheet, item: Item, form: Stop) -> Floats:
-    """Return what bounds the body that is stopped, from its place in the joint (n, 2); of a rod the slider's block."""
-    at, found = sheet.at(item.bodies[1], form.point), []
-    for other in _bodies_with_a_size(sheet, item.bodies[1]):
-        corners = _corners_of(sheet, other)
-        found.append(corners - at if len(corners) else _block(sheet, item, form, other))
-    return np.vstack(found or [_block(sheet, item, form, None)])
 
 
 def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:

@@ -173,7 +173,16 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     if not any(np.any(shift) for shift in shifts) or not len(pieces):
         return _round_wheels(sheet, pieces, pieces.copy()) if placed.strand.kind == "rope" else pieces
     if len(pieces) > 1 and not placed.turns and sheet.flat:
-        _shift_along(pieces, shifts)
+        # Shift the pieces at both ends of a rope with these ends, and bend it where they meet the next ones.
+        for k, shift in ((0, shifts[0]), (-1, shifts[-1])):
+            pieces[k] += shift
+        for first, second in pairwise(pieces):
+            a, b = first[1] - first[0], second[1] - second[0]
+            turn = float(a[0] * b[1] - a[1] * b[0])
+            if abs(turn) > 0.05 * float(np.linalg.norm(a) * np.linalg.norm(b)):
+                apart = second[0] - first[0]
+                corner = first[0] + a * float(apart[0] * b[1] - apart[1] * b[0]) / turn
+                first[1], second[0] = corner, corner
     elif not placed.turns:
         if len(pieces) == 1 and placed.strand.kind != "rod":  # a rod ends at its pins
             across = left(unit2(pieces[0][1] - pieces[0][0]))
@@ -200,19 +209,6 @@ def _round_wheels(sheet: Sheet, plain: Floats, drawn: Floats) -> Floats:
                 if lies is not None:
                     drawn[k][1] = drawn[k + 1][0] = drawn[k][1] + centre - lies
     return drawn
-
-
-def _shift_along(pieces: Floats, shifts: list[Floats]) -> None:
-    """Shift the pieces at both ends of a rope with these ends, and bend it where they meet the next ones."""
-    for k, shift in ((0, shifts[0]), (-1, shifts[-1])):
-        pieces[k] += shift
-    for first, second in pairwise(pieces):
-        a, b = first[1] - first[0], second[1] - second[0]
-        turn = float(a[0] * b[1] - a[1] * b[0])
-        if abs(turn) > 0.05 * float(np.linalg.norm(a) * np.linalg.norm(b)):
-            apart = second[0] - first[0]
-            corner = first[0] + a * float(apart[0] * b[1] - apart[1] * b[0]) / turn
-            first[1], second[0] = corner, corner
 
 
 def axle_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:

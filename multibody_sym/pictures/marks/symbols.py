@@ -196,18 +196,6 @@ def _radii(sheet: Sheet, item: Item, symbol: Symbol, body: int) -> Iterator[floa
                 yield other.form.radius
 
 
-def ring_marks(sheet: Sheet, item: Item, symbol: Symbol, pins: Floats) -> Iterator[Mark]:
-    """Yield the shaft of a hinge on both sides, with a bearing where it ends, on a stem where that is ground."""
-    for side in (1.0, -1.0):
-        ends = np.array(symbol.at) + side * (pins - np.array(symbol.at))
-        page, middle = sheet.page(item.body, ends), ends.mean(axis=0)
-        if any(body in sheet.ground for body in item.bodies):
-            yield from stand(sheet, item, page[1], unit2(page[1] - page[0], (0.0, -1.0)), 6.0)
-        yield Stroke(page, sheet.pen(item, BOLD), **sheet.named(item, LAYER_BODY, middle))
-        form = Barrel(vector(ends[1]), unit(symbol.axis), *map(sheet.metres, _BUSH))
-        yield from barrel(sheet, item.body, form, sheet.pen(item), sheet.named(item, LAYER_JOINT, ends[1]), fill=PAPER)
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -223,7 +211,17 @@ def _pin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         return
     pins = ring_pins(sheet, item, symbol)
     if pins is not None:
-        yield from ring_marks(sheet, item, symbol, pins)
+        # the shaft of a hinge on both sides, with a bearing where it ends, on a stem where that is ground
+        for side in (1.0, -1.0):
+            ends = np.array(symbol.at) + side * (pins - np.array(symbol.at))
+            page, middle = sheet.page(item.body, ends), ends.mean(axis=0)
+            if any(body in sheet.ground for body in item.bodies):
+                yield from stand(sheet, item, page[1], unit2(page[1] - page[0], (0.0, -1.0)), 6.0)
+            yield Stroke(page, sheet.pen(item, BOLD), **sheet.named(item, LAYER_BODY, middle))
+            bearing = Barrel(vector(ends[1]), unit(symbol.axis), *map(sheet.metres, _BUSH))
+            yield from barrel(
+                sheet, item.body, bearing, sheet.pen(item), sheet.named(item, LAYER_JOINT, ends[1]), fill=PAPER
+            )
         return
     form = Barrel(symbol.at, unit(symbol.axis), sheet.metres(3.2), sheet.metres(11.0))
     yield from barrel(sheet, item.body, form, sheet.pen(item), named, fill=PAPER)
@@ -260,7 +258,6 @@ def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
 
 
 def _ball(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield a ball in a socket."""
     named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
     yield Arc(at, PIN + 3.0, sheet.pen(item), 0.75 * np.pi, 2.25 * np.pi, **named)
     yield Arc(at, PIN + 1.0, sheet.pen(item), fill=DARK, **named)
@@ -402,16 +399,6 @@ def _com(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
         yield Stroke(np.vstack([at, rim]), None, closed=True, fill=BLACK, **named)
 
 
-def _frame(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield the axes of a frame that lie in the page, small."""
-    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT + 0.1, symbol.at)
-    x = np.array(symbol.along)
-    for axis in (x, np.cross(symbol.axis, x), np.array(symbol.axis)):
-        way = 18.0 * sheet.way(item.body, axis)
-        if float(np.linalg.norm(way)) > 5.0:
-            yield Arrow(np.array([at, at + way]), THIN, head=4.0, **named)
-
-
 def _point(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a dot where nothing else is, a step up to an edge of ground that something touches."""
     at = sheet.at(item.body, symbol.at)
@@ -513,7 +500,6 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "com": _com,
     "pulley": pulley_marks,
     "axle": axle_marks,
-    "frame": _frame,
     "point": _point,
     "place": _point,
     "used_point": _edge,

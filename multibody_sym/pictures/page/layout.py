@@ -152,7 +152,12 @@ class Room:
         """Return in how many filled areas each of the points (m, 2) lies: (m,)."""
         total = np.zeros(len(points))
         for area in self._areas:
-            total += _inside(area, points)
+            x, y = points[:, 0][:, None], points[:, 1][:, None]
+            (ax, ay), (bx, by) = area.T, np.roll(area, -1, axis=0).T
+            straddles = (ay[None] > y) != (by[None] > y)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                cut = ax + (y - ay) * (bx - ax) / (by - ay)
+            total += (straddles & (x < cut)).sum(1) % 2
         return total
 
     def crowded(self, start: Floats, stop: Floats) -> float:
@@ -186,17 +191,6 @@ def distances(points: Floats, lines: Floats) -> Floats:
     offset = points[:, None] - start[None]
     part = np.clip((offset * along[None]).sum(-1) / size, 0.0, 1.0)
     found: Floats = np.linalg.norm(offset - part[..., None] * along[None], axis=-1)
-    return found
-
-
-def _inside(area: Floats, points: Floats) -> Floats:
-    """Return 1 for each of the points (m, 2) that lies in a polygon (n, 2), else 0."""
-    x, y = points[:, 0][:, None], points[:, 1][:, None]
-    (ax, ay), (bx, by) = area.T, np.roll(area, -1, axis=0).T
-    straddles = (ay[None] > y) != (by[None] > y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cut = ax + (y - ay) * (bx - ax) / (by - ay)
-    found: Floats = ((straddles & (x < cut)).sum(1) % 2).astype(float)
     return found
 
 
@@ -250,7 +244,7 @@ class Candidates:
         self.wish = wish
         self.wide = width_of(wish.runs, wish.size)
         self.high = (HEIGHT + DESCENT) * wish.size
-        rows = list(_starts(np.asarray(wish.about, dtype=float), wish, steps))
+        rows = list(_starts(np.asarray(wish.about, dtype=float), steps))
         base, way, step, extra = (np.array(column) for column in zip(*rows, strict=True))
         half = np.array([self.wide, self.high]) / 2
         self.base = base
@@ -270,7 +264,7 @@ class Candidates:
         self.boxes = box_at(self.centres, self.wide, self.high)
 
 
-def _starts(about: Floats, wish: Wish, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
+def _starts(about: Floats, steps: Sequence[float]) -> Iterator[tuple[Floats, Floats, float, float]]:
     """Yield places to start from, directions, distances and costs of their own."""
     short = len(about) == 1 or float(np.hypot(*np.diff(about, axis=0).T).sum()) < _SHORT
     if short or steps[0] > 0.0:
@@ -340,13 +334,24 @@ def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> lis
     free = np.flatnonzero(room.touched(one.boxes, lines) == 0)
     if not len(free):
         return []
-    cost = one.cost[free] + _doubt(room, one, others, free)
+    # places that seem to belong to something else cost more
+    centres = one.centres[free]
+    foreign = FOREIGN * np.minimum(1.0, room.covered(centres))
+    own = _apart(centres, np.asarray(one.wish.about, dtype=float))
+    for other in others:
+        foreign += np.where(_apart(centres, other) < own, _MISLEADING / 2, 0.0)
+    cost = one.cost[free] + foreign
     best: tuple[float, int, Floats | None] | None = None
     for k in np.argsort(cost, kind="stable"):
         i = int(free[k])
         if best is not None and cost[k] >= best[0]:
             break
-        leader = _leader(one, i)
+        leader = None  # a line to a label that is far
+        if one.distance[i] >= LEADER:
+            base, box = one.base[i], one.boxes[i]
+            end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)
+            way = (end - base) / (np.hypot(*(end - base)) or 1.0)
+            leader = np.array([base + min(one.wish.clear, 2.0) * way, end])
         if leader is None:
             dear = cost[k]
         elif crossings(room.letters, leader.reshape(1, 4)).any():  # over letters it never goes
@@ -365,31 +370,11 @@ def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> lis
     return marks
 
 
-def _doubt(room: Room, one: Candidates, others: Sequence[Floats], free: Any) -> Floats:
-    """Return costs of places that seem to belong to something else."""
-    centres = one.centres[free]
-    doubt = FOREIGN * np.minimum(1.0, room.covered(centres))
-    own = _apart(centres, np.asarray(one.wish.about, dtype=float))
-    for other in others:
-        doubt += np.where(_apart(centres, other) < own, _MISLEADING / 2, 0.0)
-    return doubt
-
-
 def _apart(points: Floats, about: Floats) -> Floats:
     """Return the distances (m,) of points (m, 2) from a point or polyline (n, 2)."""
     line = np.vstack((about, about)) if len(about) == 1 else about
     found: Floats = distances(points, np.hstack((line[:-1], line[1:]))).min(1)
     return found
-
-
-def _leader(one: Candidates, i: int) -> Floats | None:
-    """Return the line (2, 2) that leads to a far label."""
-    if one.distance[i] < LEADER:
-        return None
-    base, box = one.base[i], one.boxes[i]
-    end = np.clip(base, box[:2] - 1.5, box[2:] + 1.5)
-    way = (end - base) / (np.hypot(*(end - base)) or 1.0)
-    return np.array([base + min(one.wish.clear, 2.0) * way, end])
 
 
 def _text_fields(wish: Wish) -> dict[str, Any]:
@@ -438,7 +423,14 @@ def place_measures(room: Room, measures: Sequence[Measure]) -> tuple[list[Placed
         if float(np.hypot(*(np.asarray(one.b) - one.a))) < _NONE:
             told.append(Wish(np.array([one.a]), one.runs, size=one.size, role=one.role, name=one.name))
             continue
-        best = _cheapest(room, one)
+        # none costs less than its distance, so that those further out need no look
+        best = _Line(room, one, _OFFSETS[0], _PARTS[0])
+        for part in _PARTS:
+            for offset in _OFFSETS:
+                if offset + _OFF_MIDDLE * abs(part - 0.5) > best.cost:
+                    break
+                for side in (1, -1):
+                    best = min(best, _Line(room, one, offset * side, part, best.cost), key=lambda line: line.cost)
         best.take(room)
         lines.append(best)
     found: list[Placed] = []
@@ -450,18 +442,6 @@ def place_measures(room: Room, measures: Sequence[Measure]) -> tuple[list[Placed
         else:
             found.extend([*line.marks(gap=True), line.letters])
     return found, told
-
-
-def _cheapest(room: Room, one: Measure) -> _Line:
-    """Return the cheapest line; none costs less than its distance, so that those further out need no look."""
-    best = _Line(room, one, _OFFSETS[0], _PARTS[0])
-    for part in _PARTS:
-        for offset in _OFFSETS:
-            if offset + _OFF_MIDDLE * abs(part - 0.5) > best.cost:
-                break
-            for side in (1, -1):
-                best = min(best, _Line(room, one, offset * side, part, best.cost), key=lambda line: line.cost)
-    return best
 
 
 def _mark_fields(one: Measure | AngleArc, layer: int = LAYER_ARROW) -> dict[str, Any]:
@@ -535,7 +515,6 @@ class _Line:
 
     @property
     def letters(self) -> TextMark:
-        """The letters in their place."""
         at = np.array([self.box[0, 0], self.box[0, 1] + DESCENT * self.one.size])
         return TextMark(at, self.one.runs, self.one.size, **_mark_fields(self.one, LAYER_TEXT))
 
@@ -546,7 +525,6 @@ class _Line:
         return Wish(self.ends, one.runs, clear=2.0, size=one.size, role=one.role, name=one.name)
 
     def take(self, room: Room) -> None:
-        """Take the place."""
         for mark in (*self.marks(gap=True), self.letters):
             room.take(mark)
 

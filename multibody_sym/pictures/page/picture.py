@@ -357,53 +357,45 @@ def box_of(mark: Simple) -> Box:
 def simple(mark: Placed) -> list[Simple]:
     """Return a mark as strokes, arcs and texts."""
     if isinstance(mark, Hatch):
-        return _hatch_lines(mark)
+        # ticks lean back at 45 degrees and stay within the length of the line
+        named, found = _mark_fields(mark), list[Simple]()
+        points = np.asarray(mark.points, float)
+        if mark.line:
+            found.append(Stroke(points, mark.pen, **named))
+        fine = Pen(min(mark.pen.width, 0.5), mark.pen.colour)
+        left_over = mark.gap
+        for start, end in pairwise(points):
+            length = float(np.hypot(*(end - start)))
+            if length == 0.0:
+                continue
+            along = (end - start) / length
+            away = mark.side * np.array([-along[1], along[0]])
+            for at in np.arange(left_over, length + 1e-9, mark.gap):
+                foot = start + at * along
+                found.append(Stroke(np.array([foot, foot + mark.tick * (away - along) / np.sqrt(2)]), fine, **named))
+            left_over = max(0.0, (mark.gap - (length - left_over)) % mark.gap) or mark.gap
+        return found
     if isinstance(mark, Arrow):
-        return _with_heads(mark)
+        # the shaft ends inside the heads
+        named, points = _mark_fields(mark), np.asarray(mark.points, float).copy()
+        length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+        size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
+        heads: list[Simple] = []
+        for end in (-1, 0) if mark.both else (-1,):
+            tip = points[end].copy()
+            away = tip - _shorten_end(points, end, size)[end]
+            away = away / (np.hypot(*away) or 1.0)
+            across = np.array([-away[1], away[0]]) * size * 0.32
+            foot = tip - size * away
+            head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
+            heads.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
+            points = _shorten_end(points, end, size * 0.7)
+        return [Stroke(points, mark.pen, **named), *heads]
     return [mark]
 
 
 def _mark_fields(mark: Mark) -> dict[str, Any]:
     return {"role": mark.role, "name": mark.name, "layer": mark.layer, "depth": mark.depth}
-
-
-def _hatch_lines(mark: Hatch) -> list[Simple]:
-    """Return the line and its ticks, which lean back at 45 degrees and stay within the length of the line."""
-    named, found = _mark_fields(mark), list[Simple]()
-    points = np.asarray(mark.points, float)
-    if mark.line:
-        found.append(Stroke(points, mark.pen, **named))
-    fine = Pen(min(mark.pen.width, 0.5), mark.pen.colour)
-    left_over = mark.gap
-    for start, end in pairwise(points):
-        length = float(np.hypot(*(end - start)))
-        if length == 0.0:
-            continue
-        along = (end - start) / length
-        away = mark.side * np.array([-along[1], along[0]])
-        for at in np.arange(left_over, length + 1e-9, mark.gap):
-            foot = start + at * along
-            found.append(Stroke(np.array([foot, foot + mark.tick * (away - along) / np.sqrt(2)]), fine, **named))
-        left_over = max(0.0, (mark.gap - (length - left_over)) % mark.gap) or mark.gap
-    return found
-
-
-def _with_heads(mark: Arrow) -> list[Simple]:
-    """Return the shaft, ended inside the heads, and the heads."""
-    named, points = _mark_fields(mark), np.asarray(mark.points, float).copy()
-    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
-    size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
-    found: list[Simple] = []
-    for end in (-1, 0) if mark.both else (-1,):
-        tip = points[end].copy()
-        away = tip - _shorten_end(points, end, size)[end]
-        away = away / (np.hypot(*away) or 1.0)
-        across = np.array([-away[1], away[0]]) * size * 0.32
-        foot = tip - size * away
-        head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
-        found.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
-        points = _shorten_end(points, end, size * 0.7)
-    return [Stroke(points, mark.pen, **named), *found]
 
 
 def _shorten_end(points: Floats, end: int, size: float) -> Floats:

@@ -188,10 +188,35 @@ def _nearest(character: str) -> str:
 
 def _mark_lines(mark: Simple) -> Iterator[str]:
     if isinstance(mark, TextMark):
-        yield from _tikz_letters(mark)
+        # a node for each run, in a box of the width that the layout took it to have
+        x, y = (float(v) for v in mark.at)
+        colour = "" if mark.colour == "#000000" else f",text={_colour(mark.colour)}"
+        for run in mark.runs:
+            text, style = run
+            wide, small = run_width(run, mark.size), style == "subscript"
+            size = mark.size * (SUBSCRIPT if small else 1.0)
+            low = mark.size * DROP if small else 0.0
+            slanted = r"\itshape" if style == "italic" else ""
+            if text.strip():
+                yield (
+                    rf"\node[anchor=base west,inner sep=0pt,outer sep=0pt{colour}] at ({number(x)},{number(y - low)}) "
+                    rf"{{\fontsize{{{number(size)}pt}}{{{number(size)}pt}}\selectfont{slanted}"
+                    rf"\fitted{{{number(wide)}bp}}{{{escaped_tex(text)}}}}};"
+                )
+            x += wide
         return
     if isinstance(mark, Arc):
-        path = _tikz_arc(mark)
+        centre = np.asarray(mark.centre)
+        if mark.full:
+            path = f"{_place(centre.tolist())} circle[radius={number(mark.radius)}]"
+        else:
+            first = centre + mark.radius * np.array([np.cos(mark.start), np.sin(mark.start)])
+            start, stop = np.degrees((mark.start, mark.stop))
+            close = " -- cycle" if mark.fill else ""
+            path = (
+                f"{_place(first.tolist())} arc[start angle={number(start)},end angle={number(stop)},"
+                f"radius={number(mark.radius)}]{close}"
+            )
     else:
         path = " -- ".join(_place(p) for p in np.asarray(mark.points).tolist()) + (" -- cycle" if mark.closed else "")
     yield rf"\path[{','.join(_tikz_paint(mark))}] {path};"
@@ -199,19 +224,6 @@ def _mark_lines(mark: Simple) -> Iterator[str]:
 
 def _place(point: list[float]) -> str:
     return f"({number(point[0])},{number(point[1])})"
-
-
-def _tikz_arc(mark: Arc) -> str:
-    centre = np.asarray(mark.centre)
-    if mark.full:
-        return f"{_place(centre.tolist())} circle[radius={number(mark.radius)}]"
-    first = centre + mark.radius * np.array([np.cos(mark.start), np.sin(mark.start)])
-    start, stop = np.degrees((mark.start, mark.stop))
-    close = " -- cycle" if mark.fill else ""
-    return (
-        f"{_place(first.tolist())} arc[start angle={number(start)},end angle={number(stop)},"
-        f"radius={number(mark.radius)}]{close}"
-    )
 
 
 def _tikz_paint(mark: Stroke | Arc) -> Iterator[str]:
@@ -228,22 +240,3 @@ def _tikz_paint(mark: Stroke | Arc) -> Iterator[str]:
 def _colour(code: str) -> str:
     red, green, blue = (int(code[i : i + 2], 16) for i in (1, 3, 5))
     return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
-
-
-def _tikz_letters(mark: TextMark) -> Iterator[str]:
-    """Yield a node for each run, in a box of the width that the layout took it to have."""
-    x, y = (float(v) for v in mark.at)
-    colour = "" if mark.colour == "#000000" else f",text={_colour(mark.colour)}"
-    for run in mark.runs:
-        text, style = run
-        wide, small = run_width(run, mark.size), style == "subscript"
-        size = mark.size * (SUBSCRIPT if small else 1.0)
-        low = mark.size * DROP if small else 0.0
-        slanted = r"\itshape" if style == "italic" else ""
-        if text.strip():
-            yield (
-                rf"\node[anchor=base west,inner sep=0pt,outer sep=0pt{colour}] at ({number(x)},{number(y - low)}) "
-                rf"{{\fontsize{{{number(size)}pt}}{{{number(size)}pt}}\selectfont{slanted}"
-                rf"\fitted{{{number(wide)}bp}}{{{escaped_tex(text)}}}}};"
-            )
-        x += wide

@@ -94,7 +94,6 @@ def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Ve
 
 
 def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
-    """Yield the forms of one body."""
     if body.shape is not None:
         form = _SHAPES[body.shape.kind](stage.centre(name), [stage.number(size) for size in body.shape.sizes])
         yield form
@@ -209,8 +208,7 @@ def marker_items(stage: Stage) -> Iterator[Item]:
     for name, body in stage.system.bodies.items():
         for word in body.frames:
             place = stage.place(f"{name}.{word}")
-            sign = Symbol("frame", place.point, place.turned((0, 0, 1)), place.turned((1, 0, 0)))
-            path = ("bodies", name, "frames", word)
+            sign, path = Symbol("point", place.point), ("bodies", name, "frames", word)
             yield Item("frame", f"{name}.{word}", word, path, place.body, sign, on_ground=name == GROUND)
         for word in body.points:
             place, used = stage.place(f"{name}.{word}"), f"{name}.{word}" in named

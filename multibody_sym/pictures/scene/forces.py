@@ -93,18 +93,7 @@ def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
     if getattr(element, "between", None) is not None:
         central = kind == "attraction"
         return tuple(_anchor(stage, end, central=central) for end in element.between)
-    return _anchors_in_joint(stage, element)
-
-
-def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
-    if central and reference in stage.system.bodies:
-        return Anchor(stage.number_of(reference), stage.centre(reference))
-    place = stage.place(reference)
-    return Anchor(place.body, place.point)
-
-
-def _anchors_in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
-    """Return where a spring in a slider is fixed: on its parent as far away as it is long, and on its child."""
+    # Where a spring in a slider is fixed: on its parent as far away as it is long, and on its child.
     joint = placed_joint(stage, element.joint)
     if not joint.slides:
         return ()
@@ -116,6 +105,13 @@ def _anchors_in_joint(stage: Stage, element: Any) -> tuple[Anchor, ...]:
     if first + last > (1.0 - _GAP) * abs(way):
         first, last = 0.0, 0.0
     return _along(joint.parent, axis, first * np.sign(way)), _along(joint.child, axis, -last * np.sign(way))
+
+
+def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
+    if central and reference in stage.system.bodies:
+        return Anchor(stage.number_of(reference), stage.centre(reference))
+    place = stage.place(reference)
+    return Anchor(place.body, place.point)
 
 
 def _along(place: FrameOnBody, axis: Vector, way: float) -> Anchor:
@@ -303,7 +299,18 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         if node.shadow != 0:
             path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), _constant(np.eye(3)[k])
             yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
-    yield from _start_speeds(stage)
+    # The speeds that are given at the start to what moves freely.
+    for name, joint in stage.system.joints.items():
+        made, given = placed_joint(stage, name), getattr(joint, "initial", None)
+        if joint.kind not in _FREE or given is None or given.u is None:
+            continue
+        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(made.slides)]]
+        ways = [made.on_parent(axis) for axis in made.slides]
+        own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
+        at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
+        world = vector(stage.turned(made.parent.body, own))
+        letter = letter_of(_SPEED, tuple(speeds))
+        yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
 
 
 def _item(
@@ -378,7 +385,6 @@ _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
 
 
 def _impulses(stage: Stage) -> Iterator[Arrow]:
-    """Yield the given impulses of an impact."""
     if stage.system.impact is None:
         return
     for name, impact in stage.system.impact.strikes.items():
@@ -388,21 +394,6 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
             own = stage.turned(axes.body, axes.turned(stage.vector(impact.impulse)))
             at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
             yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
-
-
-def _start_speeds(stage: Stage) -> Iterator[Arrow]:
-    """Yield the speeds that are given at the start to what moves freely."""
-    for name, joint in stage.system.joints.items():
-        made, given = placed_joint(stage, name), getattr(joint, "initial", None)
-        if joint.kind not in _FREE or given is None or given.u is None:
-            continue
-        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(made.slides)]]
-        ways = [made.on_parent(axis) for axis in made.slides]
-        own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
-        at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
-        world = vector(stage.turned(made.parent.body, own))
-        letter = letter_of(_SPEED, tuple(speeds))
-        yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
 
 
 def _constant(value: Floats) -> ArrowLaw:

@@ -37,11 +37,11 @@ def across(axis: Values) -> Vector:
     return vector(np.array(found) / np.linalg.norm(found))
 
 
-def unit(values: Values, otherwise: Vector = (0.0, 0.0, 1.0)) -> Vector:
-    """Return a vector of length one along another, `otherwise` where that is zero."""
+def unit(values: Values) -> Vector:
+    """Return a vector of length one along another, z where that is zero."""
     found = np.asarray(values, dtype=float)
     size = float(np.linalg.norm(found))
-    return vector(found / size) if size > 0.0 and np.isfinite(size) else otherwise
+    return vector(found / size) if size > 0.0 and np.isfinite(size) else (0.0, 0.0, 1.0)
 
 
 def circle(centre: Values, axis: Values, radius: float, count: int = 24) -> Floats:

@@ -60,12 +60,10 @@ class PlacedJoint:
 
     @property
     def on_ground(self) -> bool:
-        """Whether one of both bodies is ground."""
         return any(map(self.stage.is_ground, (self.joint.parent, self.joint.child)))
 
     @property
     def bodies(self) -> tuple[int, int]:
-        """Both bodies."""
         return self.parent.body, self.child.body
 
     @property
@@ -89,7 +87,6 @@ class PlacedJoint:
         return self.stage.axis(self.parent, axis)
 
     def item(self, role: Role, form: Form, *, on_child: bool = False) -> Item:
-        """Return an item of the joint on one of both bodies."""
         label = getattr(self.joint, "label", None) or self.name
         place = self.child if on_child else self.parent
         return Item(role, self.name, label, ("joints", self.name), place.body, form, self.bodies, self.on_ground)
@@ -100,7 +97,6 @@ class PlacedJoint:
 
 
 def joint_items(stage: Stage) -> Iterator[Item]:
-    """Yield what is seen of each joint."""
     for name, joint in stage.system.joints.items():
         if joint.kind not in _SIGNS:
             raise TypeError(f"no picture of joints of the kind {joint.kind}")
@@ -418,7 +414,16 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
         yield AngleMark(
             label, label, at, Anchor(made.parent.body, start), Anchor(made.child.body, stop), made.parent.turned(axis)
         )
-    yield from _slopes(stage)
+    # frames of bodies that are turned, named by a letter
+    for name, body in stage.system.bodies.items():
+        for word, frame in body.frames.items():
+            if len(frame.rotate) != 1 or not letters(frame.rotate[0].angle):
+                continue
+            about = unit(stage.vector(frame.rotate[0].axis))
+            first: Vector = (0.0, 1.0, 0.0) if abs(about[0]) > 0.9 else (1.0, 0.0, 0.0)
+            place = stage.place(f"{name}.{word}")
+            at, begin, end = (Anchor(place.body, x) for x in (place.point, first, place.turned(first)))
+            yield AngleMark(f"{name}.{word}", letters(frame.rotate[0].angle), at, begin, end, about, coordinate=False)
 
 
 def away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[Vector]]) -> Floats | None:
@@ -430,20 +435,6 @@ def away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[V
     ways_there = [np.subtract(other, place) for other in candidates]
     farthest = max(ways_there, key=lambda way: float(np.linalg.norm(way)))
     return farthest if np.linalg.norm(farthest) > 1e-9 else None
-
-
-def _slopes(stage: Stage) -> Iterator[AngleMark]:
-    """Yield the angles by which frames of bodies are turned, named by a letter."""
-    for name, body in stage.system.bodies.items():
-        for word, frame in body.frames.items():
-            if len(frame.rotate) != 1 or not letters(frame.rotate[0].angle):
-                continue
-            axis = unit(stage.vector(frame.rotate[0].axis))
-            first: Vector = (0.0, 1.0, 0.0) if abs(axis[0]) > 0.9 else (1.0, 0.0, 0.0)
-            place = stage.place(f"{name}.{word}")
-            at = Anchor(place.body, place.point)
-            start, stop = Anchor(place.body, first), Anchor(place.body, place.turned(first))
-            yield AngleMark(f"{name}.{word}", letters(frame.rotate[0].angle), at, start, stop, axis, coordinate=False)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

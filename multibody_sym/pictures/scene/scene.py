@@ -123,23 +123,11 @@ class Scene:
         return PlacedStrand(strand, np.array([ends[k : k + 2] for k in range(len(ends) - 1)]))
 
 
-def scene_of(
-    system: System,
-    parameters: Mapping[str, float] | None = None,
-    *,
-    begin: Start | None = None,
-    mechanism: Mechanism | None = None,
-) -> Scene:
-    """Return what there is to see of a system, with other values of `parameters` by name where they are given.
-
-    `mechanism` and `begin` are what the system resolves to and its start where they are known. Raises what resolving
-    and starting raise (ModelError, NoSolutionError).
-    """
+def scene_of(system: System) -> Scene:
+    """Return what there is to see of a system. Raises ModelError, NoSolutionError where there is no start."""
     verify_system(system)
-    mechanism = resolved(system) if mechanism is None else mechanism
-    if begin is None:
-        begin = drawn_start(mechanism, parameters, project=system.simulation.project)
-    stage = Stage(system, mechanism, begin)
+    mechanism = resolved(system)
+    stage = Stage(system, mechanism, drawn_start(mechanism, project=system.simulation.project))
     found = places(stage)
     curves = {name: joint.curve for name, joint in system.joints.items() if isinstance(joint, CurveJoint)}
     round_ = {name for name, curve in curves.items() if curve.unit_of_parameter == "rad"}  # with a length of their own

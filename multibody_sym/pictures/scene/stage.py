@@ -136,7 +136,6 @@ class Stage:
         return x, y, z
 
     def place(self, reference: str) -> FrameOnBody:
-        """Return where a body, point or frame is."""
         marker = self.references.marker(reference)
         rows = [self.vector(row) for row in marker.pose.rotation]
         return FrameOnBody(marker.body, self.vector(marker.pose.position), np.array(rows))
@@ -150,7 +149,6 @@ class Stage:
         return body_part(reference, self.system.bodies)[0]
 
     def is_ground(self, reference: str) -> bool:
-        """Return whether a reference leads to ground."""
         return self.body(reference) == GROUND
 
     def declared(self, body: str) -> Body:
@@ -162,7 +160,6 @@ class Stage:
         return self.vector(mass_of(self.declared(body)).com)
 
     def world(self, body: int, point: Values) -> Floats:
-        """Return where a point of a body is at the start."""
         found: Floats = self.poses[body][:, :3] @ np.asarray(point, dtype=float) + self.poses[body][:, 3]
         return found
 
@@ -173,7 +170,6 @@ class Stage:
 
     @cached_property
     def gravity(self) -> Floats:
-        """The vector of gravity."""
         return np.array(self.vector(self.system.gravity))
 
     def carrying(self, body: str) -> Joint | None:
@@ -192,14 +188,14 @@ def poses_of(motion: Motion) -> Floats:
     return found
 
 
-def drawn_start(mechanism: Mechanism, overrides: Mapping[str, float] | None, *, project: bool) -> Start:
+def drawn_start(mechanism: Mechanism, *, project: bool) -> Start:
     """Return the start of a mechanism, with contacts closed that it nearly closes."""
     base = mechanism.relative or mechanism
-    begin = start(mechanism, overrides, project=project)
+    begin = start(mechanism, project=project)
     if mechanism.relative is not None or not base.one_way:
         return begin
     try:
-        return closed_at(base, begin, overrides, project=project)[1]
+        return closed_at(base, begin, project=project)[1]
     except NoSolutionError:
         return begin
 
@@ -221,7 +217,14 @@ def natural_view(stage: Stage) -> tuple[View, bool]:
     """Return the view that a scene is drawn in unless another is asked for, and whether all moves in its plane."""
     normal = np.array([0.0, 0.0, 1.0]) if moves_in_plane(stage.system) else _normal(stage)
     if normal is not None:
-        return _flat(normal, stage.gravity), True
+        # The view against a normal, gravity down where it lies in the plane.
+        flat = stage.gravity - (stage.gravity @ normal) * normal
+        if np.linalg.norm(flat) > 1e-9 * (1.0 + np.linalg.norm(stage.gravity)):
+            up = -flat
+        else:
+            up = np.array([0.0, 1.0, 0.0]) if abs(normal[1]) < 0.5 else np.array([0.0, 0.0, 1.0])
+        upward = np.array(unit(up))
+        return View(unit(np.cross(upward, normal)), unit(upward)), True
     frames = (stage.place(joint.parent) for joint in stage.system.joints.values())
     places = [stage.world(place.body, place.point) for place in frames]
     places += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
@@ -238,17 +241,6 @@ def _crowd(view: View, places: Floats) -> float:
     seen = view.project(places)
     squares = ((seen[:, None] - seen[None]) ** 2).sum(-1)[np.triu_indices(len(seen), 1)]
     return float((1.0 / (squares + _APART**2)).sum())
-
-
-def _flat(normal: Floats, gravity: Floats) -> View:
-    """Return the view against a normal, gravity down where it lies in the plane."""
-    flat = gravity - (gravity @ normal) * normal
-    if np.linalg.norm(flat) > 1e-9 * (1.0 + np.linalg.norm(gravity)):
-        up = -flat
-    else:
-        up = np.array([0.0, 1.0, 0.0]) if abs(normal[1]) < 0.5 else np.array([0.0, 0.0, 1.0])
-    upward = np.array(unit(up))
-    return View(unit(np.cross(upward, normal)), unit(upward))
 
 
 def _normal(stage: Stage) -> Floats | None:
@@ -275,7 +267,7 @@ def _normal(stage: Stage) -> Floats | None:
     return normal if parallel and level and flat and not tilted else None
 
 
-def turned_view(azimuth: float, elevation: float, up: Sequence[float] | Floats = (0.0, 0.0, 1.0)) -> View:
+def turned_view(azimuth: float, elevation: float, up: Sequence[float] | Floats) -> View:
     """Return the view from an azimuth around `up` (deg, 0: x points at the reader) and an elevation above (deg)."""
     axis = np.array(unit(up))
     first = np.array([1.0, 0.0, 0.0]) if abs(axis[0]) < 0.9 else np.array([0.0, 0.0, 1.0])
