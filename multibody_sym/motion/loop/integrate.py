@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
+from time import perf_counter
 from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
 
-from multibody_sym.motion.loop.native_loop import native_loop
+from multibody_sym.motion.loop.native_loop import SECONDS, native_loop
 from multibody_sym.motion.loop.problem import (
     Begun,
     Chunk,
@@ -280,6 +281,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
         legs[-1], run = legs[-1].entered(problem, done), first_loop(problem)
+        told = perf_counter()
         while True:
             latest = done
             for progress in run(problem, samples):
@@ -288,6 +290,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
                 legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
                 if _switch_number(progress, problem) is None and not _is_singular(latest, problem):
                     yield latest
+                    told = perf_counter()
             at, following = Begun(latest.time, latest.written), None
             if _is_singular(latest, problem):
                 following = next_leg(legs[-1], Switch(at, latest.x, NO_STEP))
@@ -314,6 +317,9 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             if problem.is_over(problem.start):  # the end of the run is where it switched
                 yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
                 return
+            if perf_counter() - told > SECONDS:  # many short legs
+                yield replace(latest, time=problem.start, x=problem.x0)
+                told = perf_counter()
 
     return loop
 

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes less
 _SMALL: Final = 20_000  # numbers of the state in the first piece
 _LARGEST_PIECE: Final = 10_000_000
-_SECONDS: Final = 0.1
+SECONDS: Final = 0.1
+"""How long a piece lasts, about, after which a run tells its progress."""
 
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
@@ -50,7 +51,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     while not done:
         begin, before = time.perf_counter(), state.steps
         left = steps
-        while left > 0 and not done:
+        while left > 0 and not done and not (left < steps and time.perf_counter() - begin > SECONDS):
             rows = ctypes.c_longlong(problem.sample_count - state.sample)
             piece = ctypes.c_longlong(left)
             to = ctypes.c_void_p(first + width * state.sample)
@@ -71,7 +72,7 @@ def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
                     done = True
             singular += state.singular[: state.passed]
         seconds = max(time.perf_counter() - begin, 1e-6)
-        steps = max(1, min(10 * steps, int(steps * _SECONDS / seconds), _LARGEST_PIECE))
+        steps = max(1, min(10 * steps, int(steps * SECONDS / seconds), _LARGEST_PIECE))
         status, failure = Status(state.status), None
         if status not in (Status.RUNNING, Status.DONE, Status.STOPPED):
             failure = RunFailure(status, state.failure_time, state.component if state.component >= 0 else None)
