@@ -302,7 +302,7 @@ class SamplesField:
 
     def accept(self, value: Any) -> Node | tuple[Node, ...]:
         if isinstance(value, str) and "," in value:
-            value = value.split(",")
+            value = value.removesuffix(",").split(",")  # one time is `0.5,`
         items = list_items(value)
         if items is None:
             return scalar(value, self.unit)

@@ -168,7 +168,7 @@ def test_command_line(tmp_path, capsys) -> None:
     model.write_text(BALL.replace("t_end: 3 s", "t_end: 3 s, samples: [1, 2]"))
     times = tmp_path / "times.csv"
     times.write_text("t,x\n0.25,1\n0.5,2\n")
-    asked = {"": [1, 2], "0.1,0.2 s,3": [0.1, 0.2, 3], str(times): [0.25, 0.5]}
+    asked = {"": [1, 2], "0.1,0.2 s,3": [0.1, 0.2, 3], "0.5,": [0.5], str(times): [0.25, 0.5]}
     for _ in range(2):  # the second run is a recalled one
         for samples, rows in asked.items():
             given = ("--samples", samples) if samples else ()

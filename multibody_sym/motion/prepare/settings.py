@@ -169,7 +169,8 @@ def _samples(asked: Node | tuple[Node, ...], values: Mapping[Node, float], t_end
     if isinstance(asked, Node):
         number = _value(asked, values)
         if not 2 <= number < math.inf or abs(number - round(number)) > 1e-9 * number:
-            raise ModelError(f"expected a whole number, at least 2, got {number:g}", number="M103")
+            message = f"expected a whole number, at least 2, or a list of times; got {number:g}"
+            raise ModelError(message, number="M103")
         return round(number)
     times, end = [0.0], math.inf if t_end is None else t_end
     for k, node in enumerate(asked):
