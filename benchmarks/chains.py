@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from multibody_sym.analysis.independent_checks import dalembert, ratio
+from multibody_sym.analysis.check import dalembert, ratio
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.mechanics.mechanism import Mechanism

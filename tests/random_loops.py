@@ -11,7 +11,7 @@ import pytest
 from mechanisms import Case, random_case, random_state
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import partial_velocities
+from multibody_sym.analysis.check import partial_velocities
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.mechanics.motion import Motion, State
 from multibody_sym.mechanics.row_kinematics import row_motions

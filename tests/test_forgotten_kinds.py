@@ -17,7 +17,7 @@ from typing import Any, get_args
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import _cancellation
+from multibody_sym.analysis.check import _cancellation
 from multibody_sym.mechanics.alignment import _in_axes
 from multibody_sym.mechanics.energy import stored_energy
 from multibody_sym.mechanics.load_records import JointForce, Load

@@ -8,8 +8,8 @@
     equilibrium_search, positions    the search for them; whether two positions are one
     rest                  ranges of a parameter in which friction holds a system at rest
     inverse_kinematics    `inverse_kinematics`: coordinates that bring a frame to a place
-    check                 `check`: degrees of freedom, redundant constraints, residuals, conserved quantities
-    independent_checks    agreement of formalisms, d'Alembert's principle, theorems along a short run
+    check                 `check`: degrees of freedom, redundant constraints, conserved quantities; agreement of
+                          formalisms, d'Alembert's principle, theorems along a short run
     hints                 hints on declarations that their author may not have meant
     state_asked_about     `at: start`, `equilibrium` or values: the state that a question is about
 

@@ -18,7 +18,6 @@ from multibody_sym.motion.results.samples import Samples
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.text.files import file_state, is_special
-from multibody_sym.text.tables import GrowingCsv, Table, growing_csv, table_format, write_table
 from multibody_sym.text.values import SI, Units
 
 if TYPE_CHECKING:
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from multibody_sym.motion.results.samples import RunStart
     from multibody_sym.motion.runs.run import Progressed
     from multibody_sym.motion.simulate import Prepared
+    from multibody_sym.text.tables import GrowingCsv, Table
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Results written while they arise: what is in the file survives whatever happens to the process.
@@ -35,13 +35,19 @@ _LONG: Final = 2.0  # seconds after which a result that does not grow by itself 
 _GROWS: Final = ".csv"
 
 
-def verify_target(path: str) -> None:
-    """Raise InputError for an unknown ending and OutputError for a folder that cannot be written, before a run."""
-    table_format(path)
+def verify_target(path: str) -> str:
+    """Return the ending of a file that can be written, before a run.
+
+    Raises InputError for an unknown ending and OutputError for a folder that cannot be written.
+    """
+    from multibody_sym.text.tables import table_format  # which a run without a file does not need
+
+    ending = table_format(path)
     folder = os.path.dirname(os.path.realpath(path))
     if os.path.isdir(path) or not (is_special(path) or os.access(folder, os.W_OK)):
         reason = "it is a folder" if os.path.isdir(path) else "its folder does not exist or cannot be written to"
         raise OutputError(f"the file cannot be written: {reason}", where=Where(file=path), number="O102")
+    return ending
 
 
 class Recording:
@@ -54,11 +60,10 @@ class Recording:
 
     def __init__(self, path: str, units: Units = SI) -> None:
         """Raise InputError for an unknown ending and OutputError for a folder that cannot be written."""
-        verify_target(path)
+        self._grows = verify_target(path) == _GROWS
         self.path = self.place = path
         self.units = units
         self._begin, self._through = file_state(path), is_special(path)
-        self._grows = table_format(path) == _GROWS
         self._growing: GrowingCsv | None = None
 
     @property
@@ -105,6 +110,8 @@ class Recording:
         return samples.table(self.units).labelled() if self._grows and self.units.chosen else samples.table()
 
     def _opened(self, names: list[str]) -> AbstractContextManager[GrowingCsv]:
+        from multibody_sym.text.tables import growing_csv
+
         if self._grows:
             return growing_csv(self.path, names, self._begin)
         return growing_csv(self.path + _GROWS, names, meanwhile=True)
@@ -114,6 +121,8 @@ class Recording:
 
         Raises OutputError.
         """
+        from multibody_sym.text.tables import write_table
+
         if not self._grows:
             self.place = write_table(self._table(run), self.path, self._begin)
             if self._growing is not None:

@@ -13,8 +13,7 @@
     modes, units               a mechanism in a mode, and the words of its states; units of results
     motion, points             slots, poses, velocities and accelerations; points and directions
     row_kinematics             phi, phidot, H^T lambda and gamma of rows
-    contacts                   contacts with their rows; rolling
-    contact_solids             corners, faces, rims and ends that touch
+    contacts                   contacts with their rows; rolling; corners, faces, rims, ends
     contact_geometry           gap, normal and place of two surfaces
     ropes, gears               free lengths, wheels and tensions of ropes; teeth of wheels, withheld reactions
     joint_friction             friction in joints

@@ -240,7 +240,7 @@ def _start_measures(references: References) -> Iterator[tuple[str, Measure]]:
 
 def _tangent_angles(name: str, ends: Sequence[str], references: References) -> Iterator[tuple[str, Measure]]:
     """Yield the angle of the tangents on the plane that one of some ends is, if its body turns."""
-    from multibody_sym.mechanics.contact_solids import solid_of
+    from multibody_sym.mechanics.contacts import solid_of
 
     for end in ends:
         with suppress(ModelError):  # of references that name nothing, an error of the contact

@@ -311,7 +311,7 @@ class SamplesField:
         return tuple(content_of(k, x, Scalar("s")) for k, x in enumerate(items))
 
     def tree(self, value: Node | tuple[Node, ...]) -> Any:
-        return text(value) if isinstance(value, Node) else [text(time) for time in value]
+        return [text(time) for time in value] if isinstance(value, tuple) else text(value)
 
 
 @dataclass(frozen=True, kw_only=True)

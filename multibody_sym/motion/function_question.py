@@ -23,11 +23,10 @@ from multibody_sym.dynamics.programs.state_functions import (
     expressions_program,
 )
 from multibody_sym.dynamics.programs.tree_functions import verify_drives
-from multibody_sym.dynamics.start.given_mode import given_mode
 from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start
-from multibody_sym.dynamics.start.state import state_at, with_numbers_as_data
+from multibody_sym.dynamics.start.state import given_mode, state_at, with_numbers_as_data
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, short_repr
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
 from multibody_sym.mechanics.motion import state_of

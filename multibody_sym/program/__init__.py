@@ -5,11 +5,11 @@
     trace                  Programs recorded while expressions are built
     arithmetic, floats, derivatives    operations as C performs them; derivatives of Programs
     tree_passes, loops     like bodies, and like values, as loops
-    c_target, python_target, targets    Programs as C, as Python: the files of an export; languages of `export`
+    c_target, python_target    Programs as C, as Python: the files of an export
     target_layout          names in exports, templates filled in, samples and tolerance of their self test
                            (templates/c/selftest.c.in)
     runtime_constants      numbers that C and Python share
-    backend                C, native or Python: the user's choice
+    backend                C, native or Python: the user's choice; languages of `export`
     loading, cache         compilers found, Programs compiled once and kept
     native                 the C side seen from Python; calls for one state, or many on threads
 

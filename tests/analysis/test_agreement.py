@@ -14,7 +14,7 @@ import pytest
 from mechanisms import Case, random_case, random_state
 from random_loops import blocks
 
-from multibody_sym.analysis.independent_checks import (
+from multibody_sym.analysis.check import (
     LARGEST_ON_TREES,
     LARGEST_WITH_ROWS,
     beyond_rounding,

@@ -13,7 +13,7 @@ from rolling_and_loops import linkage, rolling
 
 import multibody_sym as mbs
 from multibody_sym.analysis import check as checking
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, short_run_misses
+from multibody_sym.analysis.check import LARGEST_WITH_ROWS, short_run_misses
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.independent_checks import short_run_misses
+from multibody_sym.analysis.check import short_run_misses
 from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

@@ -9,7 +9,7 @@ import pytest
 from mechanisms import random_case, random_state
 from random_loops import blocks, closed
 
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
+from multibody_sym.analysis.check import LARGEST_WITH_ROWS, dalembert, ratio
 from multibody_sym.contact_laws.impact_sequence import strike
 from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_rows
 from multibody_sym.dynamics.formalisms.composite_body import composite_body

@@ -14,8 +14,8 @@ from writing_pages import Page
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
+from multibody_sym.documents.animation.animate import packed_columns, space_stage
 from multibody_sym.documents.animation.frames import frames_of
-from multibody_sym.documents.animation.page import packed_columns, space_stage
 from multibody_sym.pictures.draw import item_marks
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.page.picture import Hatch, Projection

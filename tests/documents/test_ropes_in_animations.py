@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.documents.animation.animate import _line
 from multibody_sym.documents.animation.frames import frames_of
-from multibody_sym.documents.animation.page import _line
 from multibody_sym.pictures.marks.sheet import Sheet
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

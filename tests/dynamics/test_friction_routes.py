@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.independent_checks import beyond_rounding, compare_formalisms
+from multibody_sym.analysis.check import beyond_rounding, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.balance import balance_terms, rates_of, theorems
 from multibody_sym.dynamics.formalisms.composite_body import composite_body

@@ -10,7 +10,7 @@ from mechanisms import Case
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, compare_formalisms, dalembert, ratio
+from multibody_sym.analysis.check import LARGEST_WITH_ROWS, compare_formalisms, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

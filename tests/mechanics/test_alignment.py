@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, LARGEST_WITH_ROWS, compare_formalisms
+from multibody_sym.analysis.check import LARGEST_ON_TREES, LARGEST_WITH_ROWS, compare_formalisms
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.mechanics.alignment import align_bodies
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy

@@ -8,7 +8,7 @@ from typing import Final
 
 from multibody_sym.cli.options import model_options
 from multibody_sym.cli.output import Reply
-from multibody_sym.program.targets import LANGUAGES
+from multibody_sym.program.backend import LANGUAGES
 
 HELP: Final = "write source code of the equations of motion, with a self-test"
 

@@ -2,31 +2,67 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, replace
 from html import escape
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.documents.animation.frames import MOST, Frames, frames_of
-from multibody_sym.documents.animation.page import packed_columns, plane_stage, short, space_stage, three
+from multibody_sym.documents.animation.frames import MOST, Frames, alike, frames_of, side_by_side, strand_points
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.results.plot import plot_of
 from multibody_sym.motion.results.samples import Samples
-from multibody_sym.pictures.draw import item_marks
+from multibody_sym.pictures.draw import MOST_NAMED, item_marks
 from multibody_sym.pictures.marks.forces import strand_marks
-from multibody_sym.pictures.marks.sheet import Sheet
-from multibody_sym.pictures.page.picture import Picture, Projection, Wanted, in_order, shifted_mark
+from multibody_sym.pictures.marks.labels import label_marks
+from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
+from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
+from multibody_sym.pictures.page.picture import (
+    ROPE,
+    Arc,
+    Hatch,
+    Mark,
+    Pen,
+    Picture,
+    Placed,
+    Projection,
+    Simple,
+    Stroke,
+    Wanted,
+    Wish,
+    box_of,
+    in_order,
+    letters,
+    shifted_mark,
+    simple,
+)
 from multibody_sym.pictures.page.raster import pixels
+from multibody_sym.pictures.page.vector_files import escaped_xml, number, svg_elements
 from multibody_sym.pictures.plots import COLOURS, Plot
+from multibody_sym.pictures.scene.items import (
+    Anchor,
+    Axes,
+    Disc,
+    Item,
+    PlacedStrand,
+    Polyline,
+    TurnStop,
+    across,
+    unit,
+)
+from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.files import path_name, write_whole
 from multibody_sym.text.values import Units, chosen_units
 
@@ -244,3 +280,375 @@ def _mp4(images: list[Any], rate: float) -> bytes:
     finally:
         file.unlink(missing_ok=True)
         os.rmdir(folder)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Numbers for a page: columns as int16 between their ends, in base64; names and numbers as JSON that ends no script.
+
+
+_LARGEST: Final = 32767
+_NO_NUMBER: Final = -32768
+
+
+def packed_columns(rows: Floats) -> dict[str, Any]:
+    """Return numbers (m, n) as what `unpack` of animation.js reads: to a 65,534th of each column's range.
+
+    What is not finite becomes no number.
+    """
+    known = np.isfinite(rows)
+    low = np.min(rows, axis=0, where=known, initial=np.inf)
+    high = np.max(rows, axis=0, where=known, initial=-np.inf)
+    low, high = (np.where(np.isfinite(ends), ends, 0.0) for ends in (low, high))
+    span = np.where(high > low, high - low, 1.0)
+    parts = np.where(known, (np.where(known, rows, low) - low) / span, 0.0)
+    whole = np.where(known, np.rint(parts * 2 * _LARGEST) - _LARGEST, _NO_NUMBER).astype("<i2")
+    data = base64.b64encode(np.ascontiguousarray(whole).tobytes()).decode("ascii")
+    return {"data": data, "low": [short(x) for x in low], "high": [short(x) for x in high]}
+
+
+def short(value: float) -> float:
+    """Return a number as one of nine digits, which is shorter to write."""
+    return float(f"{value:.9g}")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Names in animations: letters with places on bodies, for which pages find room by the rule that figures have.
+
+
+_NAMED = ("body", "joint", "pulley", "stop")
+_CURVE = 12
+"""Lines with more points are curves, which letters may lie over."""
+_CROSSED = 2.0 * FOREIGN
+"""Cost of each line that a name lies over; figures do without."""
+_CLEAR = 3.0
+"""How far letters stay from the sign that they name (px)."""
+_ROUND = 6.0
+"""The radius (pt) up to which a circle is a sign."""
+_BESIDE = 0.12
+"""How far from its hinge the name of a stop stands, in sizes of the whole."""
+
+
+def rule() -> dict[str, Any]:
+    """Return the rule by which figures find places for labels, as names.js reads it: pt, rad."""
+    angles, rings = [short(float(angle)) for angle in ANGLES], [list(STEPS), *map(list, FURTHER)]
+    return {"angles": angles, "rings": rings, "leader": LEADER, "crossed": _CROSSED, "clear": _CLEAR}
+
+
+def names_in_space(scene: Scene) -> list[dict[str, Any]]:
+    """Return the letters of bodies, joints, pulleys and stops with their places on bodies; none of very many.
+
+    A name stands in the middle, of a ring on its rim, of a stop at its bar.
+    """
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for item in _named_items(scene):
+        form = item.form
+        if isinstance(form, Disc) and form.hollow:
+            at = np.array(form.centre) + form.radius * np.array(across(form.axis))
+        elif isinstance(form, TurnStop):
+            at = np.array(form.at) + min(0.62 * form.reach, _BESIDE * scene.size) * np.array(form.way)
+        else:
+            at = form.bounds.mean(axis=0)
+        found.setdefault((item.role, item.name), {"body": item.body, "at": _shorts(at), "runs": letters(item.label)})
+    return list(found.values())
+
+
+def names_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, Any]]:
+    """Return the letters of the figure's bodies, joints, pulleys and stops with their places at the start (pt)."""
+    bodies: dict[tuple[str, str], int] = {}
+    for item in _named_items(scene):
+        bodies.setdefault((item.role, item.name), item.body)
+    found = []
+    for mark in label_marks(sheet):
+        body = bodies.get((mark.role, mark.name))
+        if isinstance(mark, Wish) and body is not None:
+            x, y = np.asarray(mark.about, dtype=float).mean(axis=0)
+            found.append({"body": body, "at": [short(float(x)), short(float(height - y))], "runs": mark.runs})
+    return found
+
+
+def _lines(sheet: Sheet, item: Item) -> Iterator[Floats]:
+    """Yield the lines of an item that are no curves, and rods by their middle."""
+    if isinstance(item.form, Polyline) and not item.form.closed:
+        yield from [sheet.page(item.body, item.form.points)] if len(item.form.points) <= _CURVE else []
+        return
+    for mark in item_marks(sheet, item):
+        if isinstance(mark, Arc) and mark.radius > _ROUND:
+            turn = np.linspace(mark.start, mark.stop, _CURVE)
+            yield np.asarray(mark.centre) + mark.radius * np.column_stack([np.cos(turn), np.sin(turn)])
+        elif isinstance(mark, (Hatch, Stroke)) and len(mark.points) <= _CURVE:
+            points = np.asarray(mark.points)
+            yield np.vstack([points, points[:1]]) if getattr(mark, "closed", False) else points
+
+
+def _named_items(scene: Scene) -> Iterator[Item]:
+    for item in scene.items if len(scene.bodies) <= MOST_NAMED else ():
+        if item.role in _NAMED and item.label and not isinstance(item.form, Axes):
+            yield item
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+_MARGIN_OF_STAGE: Final = 30.0
+"""What stays free around the motion (pt): symbols reach beyond the places that they mark."""
+_EDGE: Final = 8.0
+_WINDOW: Final = (420.0, 240.0)
+"""Width and height (pt) of a window that follows what moves."""
+_NEAR: Final = 110.0
+"""How large (pt) what moves is in such a window."""
+_LONGEST: Final = 20_000.0
+"""How long a way (pt) is drawn at most."""
+_FAR: Final = 3.0
+"""So many times as large as all of the way in view something must be seen to be followed."""
+_SQUARE: Final = 55
+"""The size of squared paper (pt)."""
+_TICKS: Final = 400
+"""Hatching with more ticks is drawn as one dashed line."""
+_TICK: Final = 0.55
+_HATCHED: Final = f'stroke-dasharray="{number(_TICK)} '
+"""The width of a tick (pt), and what tells such a line, whose dashes have no round ends."""
+_ROPES: Final = ("rope", "belt")
+
+
+def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
+    """Return the SVG of a plane motion and the numbers that move it: all of its way, or a window that follows it."""
+    projection, follows = _follow_scale(frames, projection)
+    corners = projection.page(frames.extent)
+    margin = _margin(frames, projection)
+    shift = margin - corners.min(axis=0)
+    width, height = corners.max(axis=0) + shift + margin
+    view = _WINDOW if follows else (width, height)
+    poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
+    home = frames.placed[0]
+    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    lines = [_line(frames, sheet, k) for k in range(len(home.strands))]
+    rows, firsts = len(frames.times), np.cumsum([0, *(2 * line.shape[1] for line in lines)])
+    starts = [(each.body, projection.page(frames.placed[0].point(each))) for each in traces]
+    data = {
+        "poses": packed_columns(side_by_side(poses, rows)),
+        "home": [[short(x) for x in pose[0]] for pose in poses],
+        "ropes": packed_columns(side_by_side(lines, rows)),
+        "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
+        "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
+        "height": short(height),
+        "window": _WINDOW if follows else None,
+        "traces": [{"body": body, "at": [short(x), short(height - y)]} for body, (x, y) in starts],
+    }
+    if len(frames.scene.bodies) <= MOST_NAMED:
+        data["names"] = names_on_page(frames.scene, sheet, height)
+        # the lines of what is drawn at the start (pt), on which names stand where there is no other room
+        found = []
+        for item in frames.scene.items:
+            for points in _lines(sheet, item) if item.role not in ("frame", "contact") else ():
+                line = [[short(float(x)), short(float(height - y))] for x, y in points]
+                found.append({"body": item.body, "points": line})
+        data |= {"lines": found, "rule": rule()}
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(view[0])} {number(view[1])}" '
+        f'aria-label="{escaped_xml(frames.scene.name)}"><title>{escaped_xml(frames.scene.name)}</title>'
+        '<g stroke-linejoin="round" stroke-linecap="round" '
+        f'transform="translate({number(shift[0])} {number(-shift[1])})">'
+    )
+    body = _groups(frames, projection, lines, height)
+    trails = (f'<path data-trace="{k}" fill="none" stroke="#c2410c" stroke-width="0.8"/>' for k in range(len(traces)))
+    paper = _squares(corners, height) if follows and not frames.faces else ""
+    return "".join([head, paper, *body, *trails, "</g></svg>"]), data
+
+
+def _squares(corners: Floats, height: float) -> str:
+    """Return squared paper below all of a way, on which a window that follows it is seen to move."""
+    (left, low), (right, high) = corners.min(axis=0) - _WINDOW[0], corners.max(axis=0) + _WINDOW[0]
+    place = f'x="{number(left)}" y="{number(height - high)}"'
+    area = f'width="{number(right - left)}" height="{number(high - low)}"'
+    line = f'<path d="M{_SQUARE} 0H0V{_SQUARE}" fill="none" stroke="#d5dae0" stroke-width="0.6"/>'
+    size = f'width="{_SQUARE}" height="{_SQUARE}" patternUnits="userSpaceOnUse"'
+    return f'<pattern id="squares" {size}>{line}</pattern><rect {place} {area} fill="url(#squares)"/>'
+
+
+def _follow_scale(frames: Frames, projection: Projection) -> tuple[Projection, bool]:
+    """Return the scale at which what goes far is well seen, and whether it is followed."""
+    reach = float(np.linalg.norm(np.ptp(projection.page(frames.extent), axis=0)))
+    if not (frames.near > 0.0 and reach > 0.0 and frames.follows):
+        return projection, False
+    scale = min(_NEAR / frames.near, projection.scale * _LONGEST / reach)
+    return (replace(projection, scale=scale), True) if scale > _FAR * projection.scale else (projection, False)
+
+
+def _margin(frames: Frames, projection: Projection) -> float:
+    """Return what stays free around the motion (pt), in which bodies have room that show nothing but a face."""
+    home = frames.placed[0]
+    corners, faces = projection.page(points_drawn(frames.scene, home)), Sheet(frames.scene, home, home, projection)
+    found = [_MARGIN_OF_STAGE]
+    for item in frames.scene.items:
+        if item.form.endless and item.body >= 0:
+            for part in (part for mark in item_marks(faces, item) for part in _simple(mark)):
+                _, left, bottom, right, top = box_of(part)
+                beyond = [*(corners.min(axis=0) - (left, bottom)), *((right, top) - corners.max(axis=0))]
+                found += [_EDGE + float(way) for way in beyond]
+    return max(found)
+
+
+def _page_poses(frames: Frames, projection: Projection, body: int) -> Floats:
+    """Return places and angles of a body on the page (m, 3); the angle is zero at the start."""
+    poses = np.array([placed.poses[body] for placed in frames.placed])
+    places = projection.page(poses[:, :, 3])
+    across = poses[0, :, :3].T @ np.array(projection.right)
+    ways = projection.page(poses[:, :, :3] @ across)
+    return np.column_stack([places, np.arctan2(ways[:, 1], ways[:, 0])])
+
+
+def _line(frames: Frames, sheet: Sheet, number_: int) -> Floats:
+    """Return points of a strand on the page at each instant (m, n, 2); a rope as figures lay it round what it meets."""
+    along = [placed.strands[number_] for placed in frames.placed]
+    if _is_rope(along[0]):
+        marks = [next(strand_marks(sheet.moved(p), s), None) for p, s in zip(frames.placed, along, strict=True)]
+        if all(isinstance(mark, Stroke) for mark in marks):
+            return alike([np.asarray(mark.points, dtype=float) for mark in marks if isinstance(mark, Stroke)])
+    found: Floats = sheet.projection.page(strand_points(along))
+    return found
+
+
+def _is_rope(placed: PlacedStrand) -> bool:
+    return placed.strand.kind in _ROPES or placed.strand.rope is not None
+
+
+def _longest(line: Floats) -> int:
+    """Return the instant at which the ends of a strand are farthest from each other: there it is drawn."""
+    return int(np.argmax(np.linalg.norm(line[:, -1] - line[:, 0], axis=1)))
+
+
+# --- what is drawn ---------------------------------------------------------------------------------------------------
+
+
+def _groups(frames: Frames, projection: Projection, lines: list[Floats], height: float) -> Iterator[str]:
+    """Yield groups of what moves together, in the order of their layers."""
+    home, drawn = frames.placed[0], list[tuple[tuple[str, int], Mark]]()
+    sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    for item in frames.scene.items:
+        if item.role not in ("frame", "contact"):  # the dot where bodies touch stays with neither of them
+            group = ("body", item.body) if item.body >= 0 else ("", -1)
+            drawn += [(group, mark) for mark in item_marks(sheet, item)]
+    for number_, line in enumerate(lines):
+        placed = frames.placed[_longest(line)]
+        kind = "rope" if _is_rope(placed.strands[number_]) else "strand"
+        marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), placed.strands[number_]))
+        drawn += [((kind, number_), mark) for mark in (marks[:1] if kind == "rope" else marks)]
+    drawn.sort(key=lambda each: each[1].layer)
+    for (attribute, place), together in groupby(drawn, key=lambda each: each[0]):
+        simple_marks = [part for _, mark in together for part in _simple(mark)]
+        if attribute == "rope":
+            yield f'<path data-rope="{place}" fill="none" stroke="{ROPE.colour}" stroke-width="{ROPE.width}"/>'
+            continue
+        shapes = "".join(svg_elements(simple_marks, height)).replace(_HATCHED, 'stroke-linecap="butt" ' + _HATCHED)
+        if attribute == "strand":
+            shapes = shapes.replace("/>", ' vector-effect="non-scaling-stroke"/>')
+        yield f'<g data-{attribute}="{place}">{shapes}</g>' if attribute else f"<g>{shapes}</g>"
+
+
+def _simple(mark: Mark) -> list[Simple]:
+    """Return a mark as lines and letters; labels that still want a place are left out."""
+    placed: Placed | Wanted = mark  # type: ignore[assignment]
+    if isinstance(placed, Hatch) and len(placed.points) == 2 and _length(placed.points) > _TICKS * placed.gap:
+        # the hatching as a second line beside it, wide and dashed
+        start, end = np.asarray(placed.points, dtype=float)
+        along, deep = (end - start) / _length(placed.points), placed.tick * np.sqrt(0.5)
+        away = placed.side * np.array([-along[1], along[0]]) * deep / 2
+        named: dict[str, Any] = {"role": placed.role, "name": placed.name, "layer": placed.layer, "depth": placed.depth}
+        ticks = Pen(deep, placed.pen.colour, (_TICK, placed.gap - _TICK))
+        return [Stroke(placed.points, placed.pen, **named), Stroke(placed.points + away, ticks, **named)]
+    return [] if isinstance(placed, Wanted) else simple(placed)
+
+
+def _length(points: Floats) -> float:
+    return float(np.hypot(*(np.asarray(points[1]) - points[0])))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A motion in space for a page: forms of bodies as data for three.js, and their poses as numbers.
+
+
+_COLOURS: Final = (0x5B8DB8, 0xE0A458, 0x6DA67A, 0xB57BA6, 0x8C8C8C, 0xC96F53, 0x4FA3A5, 0xA3A948)
+_GROUND: Final = 0x9AA3AD
+_SPACE_FAR: Final = 4.0
+"""A motion so many times as far as what moves may be followed: all of it in view, nobody could tell what it is."""
+_BELOW: Final = 0.05
+"""How far below everything the grid of the ground lies, as a part of its reach."""
+
+
+def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
+    """Return the canvas of a motion in space and the numbers that move it."""
+    scene, rows = frames.scene, len(frames.times)
+    poses = [_poses(np.array([placed.poses[k] for placed in frames.placed])) for k in range(len(scene.bodies))]
+    lines = [strand_points(along) for along in zip(*(placed.strands for placed in frames.placed), strict=True)]
+    low, high = frames.extent.min(axis=0), frames.extent.max(axis=0)
+    up = np.array(scene.up if scene.plane else unit(-np.array(scene.gravity)))
+    reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
+    firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
+    # a level grid below everything, a little wider than the motion; the axes stand at its corner to the left in front
+    half = (high - low) / 2
+    width = float(np.linalg.norm(half))
+    floor = _shorts((low + high) / 2 - (float(np.abs(up) @ half) + _BELOW * width) * up)
+    corner = low - float(low @ up) * up + float(np.array(floor) @ up) * up
+    data = {
+        "poses": packed_columns(side_by_side(poses, rows)),
+        "ropes": packed_columns(side_by_side(lines, rows)),
+        "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
+        "kinds": [strand.kind for strand in scene.strands],
+        "bodies": list(scene.bodies),
+        "items": [_item(item) for item in scene.items if item.role != "frame"],
+        "size": short(scene.size),
+        "middle": _shorts((low + high) / 2),
+        "low": _shorts(corner),
+        "floor": {"middle": floor, "width": short(1.8 * width or 1.0)},
+        "names": names_in_space(scene),
+        "rule": rule(),
+        "reach": short(reach),
+        "near": short(near) if reach > _SPACE_FAR * near > 0.0 else None,
+        "follow": frames.follows,
+        "right": _shorts(projection.right),
+        "up": _shorts(up),
+        "towards": _shorts(projection.toward),
+        "traces": [{"body": each.body, "at": _shorts(each.point)} for each in traces],
+    }
+    return '<canvas width="640" height="400"></canvas>', data
+
+
+def three() -> str:
+    """Return three.js as meshcat's wheel carries it. Raises OutputError where that is not installed."""
+    from importlib.util import find_spec
+    from pathlib import Path
+
+    found = find_spec("meshcat")
+    if found is None or found.origin is None:
+        raise OutputError("animations in space need meshcat: pip install 'multibody_sym[animate]'", number="O104")
+    script = Path(found.origin).parent / "viewer" / "dist" / "main.min.js"
+    return script.read_text(encoding="utf-8").replace("</script", "<\\/script")
+
+
+def _poses(poses: Floats) -> Floats:
+    """Return places and quaternions (x, y, z, w) of a body (m, 7), without jumps of sign."""
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_matrix(poses[:, :, :3]).as_quat()
+    signs = np.where(np.einsum("ij,ij->i", turns[1:], turns[:-1]) < 0.0, -1.0, 1.0)
+    turns[1:] *= np.cumprod(signs)[:, None]
+    return np.column_stack([poses[:, :, 3], turns])
+
+
+def _item(item: Item) -> dict[str, Any]:
+    """Return an item as the script's builders read it."""
+    still = item.on_ground or item.form.guides or item.role == "ground"
+    colour = _GROUND if still or item.body < 0 else _COLOURS[item.body % len(_COLOURS)]
+    form = _with_short_numbers(asdict(item.form))
+    return {"body": item.body, "form": type(item.form).__name__, "colour": colour, **form}
+
+
+def _with_short_numbers(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _with_short_numbers(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_with_short_numbers(each) for each in value]
+    return short(value) if isinstance(value, float) else value
+
+
+def _shorts(values: Any) -> list[float]:
+    return [short(float(value)) for value in values]

@@ -24,9 +24,9 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
+from multibody_sym.program.backend import LANGUAGES
 from multibody_sym.program.program import interpret
 from multibody_sym.program.target_layout import spread_samples
-from multibody_sym.program.targets import LANGUAGES
 from multibody_sym.program.trace import fold_input
 from multibody_sym.text.files import is_special, path_name, write_whole
 

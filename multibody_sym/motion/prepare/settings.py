@@ -166,7 +166,7 @@ def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
 
 def _samples(asked: Node | tuple[Node, ...], values: Mapping[Node, float], t_end: float | None) -> int | SampleTimes:
     """Return the number of samples, or their times with both ends of the run."""
-    if isinstance(asked, Node):
+    if not isinstance(asked, tuple):
         number = _value(asked, values)
         if not 2 <= number < math.inf or abs(number - round(number)) > 1e-9 * number:
             message = f"expected a whole number, at least 2, or a list of times; got {number:g}"

@@ -17,7 +17,6 @@ from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, ask
 from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.text.tables import Table, in_units
 from multibody_sym.text.values import Units, chosen_units
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
     from multibody_sym.motion.switching.legs import ModeLeg
     from multibody_sym.scalars.node import Node
+    from multibody_sym.text.tables import Table
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a run begins with, and how one that goes from mode to mode is taken: under way, or recalled.
@@ -391,6 +391,8 @@ class Samples:
 
         They are SI but for those chosen, such as `units="mm,deg"`. Raises InputError for what is no unit.
         """
+        from multibody_sym.text.tables import Table, in_units
+
         columns = {"t": self.t, **self.coordinates, **self.speeds}
         known = {name: self.units[name] for name in columns if name != "t"}
         for name, values in self.outputs.items():

@@ -16,7 +16,7 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.repeated_contacts import alike_rows
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.contact_solids import corners_of
+from multibody_sym.mechanics.contacts import corners_of
 from multibody_sym.mechanics.law_elements import INACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import ARRAY, Mechanism, ParameterEntry, ParameterVector, Source
 from multibody_sym.mechanics.modes import every_row, functions, in_every_mode, taking_part

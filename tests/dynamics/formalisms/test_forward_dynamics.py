@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.analysis.check import dalembert
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics, speed_without_inertia, verify_inertia
 from multibody_sym.dynamics.start.start import start

@@ -7,7 +7,7 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.analysis.check import dalembert
 from multibody_sym.dynamics.balance import rates_of
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, inverse_dynamics
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

@@ -7,7 +7,7 @@ import pytest
 from exact import Exact
 from mechanisms import random_case, random_state
 
-from multibody_sym.analysis.independent_checks import dalembert
+from multibody_sym.analysis.check import dalembert
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal, mass_matrix
 from multibody_sym.mechanics.energy import kinetic_energy

@@ -7,7 +7,7 @@ import pytest
 from mechanisms import random_case, random_state
 from plain_sweep import inverted, plain_sweep
 
-from multibody_sym.analysis.independent_checks import LARGEST_ON_TREES, compare_formalisms, dalembert, ratio
+from multibody_sym.analysis.check import LARGEST_ON_TREES, compare_formalisms, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.formalisms.articulated_body import Sweep, hybrid_dynamics, swept_joints
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, joint_wrenches, unbalanced_wrenches

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
+from multibody_sym.analysis.check import LARGEST_WITH_ROWS, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS, cheapest
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_matrix
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics

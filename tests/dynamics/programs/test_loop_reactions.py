@@ -10,7 +10,7 @@ from mechanisms import Case
 from random_loops import closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import partial_velocities
+from multibody_sym.analysis.check import partial_velocities
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
 
-from multibody_sym.analysis.independent_checks import partial_velocities
+from multibody_sym.analysis.check import partial_velocities
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
 from multibody_sym.dynamics.programs.quantities import quantities

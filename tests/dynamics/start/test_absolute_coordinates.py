@@ -17,7 +17,7 @@ from mechanisms import Case, random_case, random_state
 from random_loops import blocks, closed
 
 import multibody_sym as mbs
-from multibody_sym.analysis.independent_checks import LARGEST_WITH_ROWS, dalembert, ratio
+from multibody_sym.analysis.check import LARGEST_WITH_ROWS, dalembert, ratio
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
