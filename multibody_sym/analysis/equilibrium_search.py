@@ -424,7 +424,7 @@ class EquilibriumSearch:
 # Friction is left out: where it holds, positions beside such a one rest as well.
 
 _MANY: Final = 6
-"""With more unilateral elements only the set of the start, one element at a time, or none is tried closed."""
+"""With more unilateral elements only the set of the start, all, one at a time, or none is tried closed."""
 _FRUITLESS: Final = 3
 """How many guesses in a row must find nothing with one set closed before its search ends, but for that of the start."""
 _PRESSES: Final = 1e-9
@@ -529,12 +529,17 @@ class _Closings:
         return {x.name: x for x in self.resolved.one_way if x.unilateral}
 
     def _sets(self) -> list[Closed]:
-        """Return the sets of elements that may be closed: that at the start, then small ones first."""
+        """Return the sets of elements that may be closed: that at the start, all, then small ones first.
+
+        A robot above the floor stands on all of its feet, and sets of few, on which it falls, take the time.
+        """
         rows = rows_at(self.resolved, self.begin)
         closed = tuple(name for name, x in self.elements.items() if rows.standing(x) not in ("open", "inside"))
-        most = min(len(self.elements), len(self.resolved.speeds)) if len(self.elements) <= _MANY else 1
-        every = (each for size in range(most + 1) for each in combinations(self.elements, size))
-        return [closed, *(each for each in every if each != closed)]
+        largest = min(len(self.elements), len(self.resolved.speeds))
+        sizes = range(largest + 1) if len(self.elements) <= _MANY else (0, 1)
+        whole = combinations(self.elements, len(self.elements)) if len(self.elements) == largest else ()
+        every = (each for size in sizes for each in combinations(self.elements, size))
+        return list(dict.fromkeys((closed, *whole, *every)))
 
     @cached_property
     def _scale(self) -> Scale:

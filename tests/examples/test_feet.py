@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 from twins import EXAMPLES, from_file
 
 import multibody_sym as mbs
+from multibody_sym.analysis import equilibrium_search
 
 Floats = NDArray[np.float64]
 G = 9.81
@@ -211,6 +212,26 @@ def test_a_tilted_robot_comes_to_stand_where_virtual_work_says() -> None:
     assert carried(run) == pytest.approx(pushes[2::3], rel=1e-5)
     assert carried(run).sum() == pytest.approx(12 * G, rel=1e-7)
     assert (np.hypot(pushes[::3], pushes[1::3]) <= 0.7 * pushes[2::3] * (1 + 1e-6)).all()
+
+
+def test_a_robot_above_the_floor_stands_on_all_feet_in_little_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Feet without friction only carry; thighs at p, shanks at s to the vertical balance moments about hip and knee."""
+    monkeypatch.setattr(equilibrium_search, "SECONDS", 2.0)
+    found = mbs.equilibrium(from_file("robot_on_feet"))
+    above_knee, above_foot = TRUNK / 4 + THIGH / 2, TRUNK / 4 + THIGH + SHANK / 2
+
+    def moments(angles: Floats) -> list[float]:
+        p, s = angles
+        knee = STIFF * (p + s - 1.2)
+        return [STIFF * (p - 0.6) + knee - G * LINK * above_knee * sin(p), knee - G * LINK * above_foot * sin(s)]
+
+    p, s = root(moments, [0.6, 0.6], tol=1e-13).x
+    (place,), (closed,) = found.positions, found.closed
+    assert closed == {f"foot_{leg}": "closed" for leg in LEGS}
+    assert place["z"] == pytest.approx(LINK * (cos(p) + cos(s)), abs=1e-10)
+    for leg, (ahead, _) in LEGS.items():
+        angles = [place[f"{joint}_{leg}"] for joint in ("roll", "pitch", "knee")]
+        assert angles == pytest.approx([0, ahead * p, -ahead * (p + s)], abs=1e-10)
 
 
 # --- the box ----------------------------------------------------------------------------------------------------------
