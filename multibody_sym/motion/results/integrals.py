@@ -68,8 +68,8 @@ _MONOMIALS: Final = np.linalg.inv(np.vander(_NODES, increasing=True))
 class FineLeg:
     """A part of a run in one mode: its Programs, its problem, until when, in how many steps.
 
-    It is looked at in some pieces `per_step`; `near`: no step is longer than a piece then, so that samples lie as near
-    to the motion as the ends of steps.
+    It is looked at in some pieces `per_step`, in one of many modes in `fewest` at least; `near`: no step is longer than
+    a piece then, so that samples lie as near to the motion as the ends of steps.
     """
 
     mechanism: Mechanism
@@ -78,6 +78,7 @@ class FineLeg:
     until: float
     steps: int
     per_step: int = PIECES
+    fewest: int = IN_MODES
     near: bool = False
 
     @property
@@ -88,7 +89,7 @@ class FineLeg:
     @property
     def pieces(self) -> int:
         """How many pieces its steps ask for, which is even."""
-        least = LEAST if self.mechanism.mode is None else IN_MODES
+        least = LEAST if self.mechanism.mode is None else self.fewest
         return max(least, self.per_step * self.steps) + 1 & ~1
 
     def fine(self, pieces: int | None = None) -> LegSamples:
@@ -119,7 +120,7 @@ class FineLeg:
 
     def _run(self, until: float, pieces: int) -> Integration:
         """Run until a time with four samples in each piece, and one."""
-        return self._to(until, 4 * pieces + 1, pieces if self.near else IN_MODES)
+        return self._to(until, 4 * pieces + 1, pieces if self.near else self.fewest)
 
     def _to(self, until: float, samples: int, steps: int) -> Integration:
         """Run from the beginning until a time once more, whatever the mode's switching functions say.

@@ -74,6 +74,8 @@ _SHORT: Final = 1e-14
 """The part of a time of which nothing is left to divide."""
 _FEW_STEPS: Final = 1000
 """Of a run that is looked at in steps as short as places are apart: several times as many."""
+_FEWEST: Final = 16
+"""Pieces of a stretch in which it is looked at first: most are as short as a bounce, and need no more."""
 _FINER: Final = 4
 """How many times as near places are where they are too far apart."""
 _MOST_ROUNDS: Final = 30
@@ -262,7 +264,7 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
         if moves and (friction_parts(of) or split(of.loads)[1]):
             working.append(stretch)
     few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
-    looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2) for stretch in working]
+    looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2, fewest=_FEWEST) for stretch in working]
     works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
     left = _MOST_PARTS
     for _ in range(_MOST_ROUNDS):
