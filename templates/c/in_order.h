@@ -7,7 +7,9 @@
 #include "vectors.h"
 
 #if defined(__GNUC__) && !defined(__clang__)
+#ifndef MBS_UNROLLED
 #define MBS_UNROLLED _Pragma("GCC unroll 8")
+#endif
 #define MBS_INLINE static inline __attribute__((always_inline))
 #define MBS_CALLED static __attribute__((noinline, unused))
 #else

@@ -1,4 +1,5 @@
 /* Rank-revealing solve of generated models. Allocates nothing, keeps no state of its own. */
+#define MBS_UNROLLED /* sizes are known at run time alone, and mostly small: unrolled loops take longer to enter */
 #include "in_order.h"
 
 /* ---- rows that may depend on each other: Householder QR of A^T with column pivoting ---- */
@@ -202,26 +203,21 @@ static void turn_four(int size, double factor, const double *v, double *const *r
     }
 }
 
-/* mbs_keep_in_order, the same sums: each reflection turns all later rows that reach into it. */
-static int keep_in_order(const mbs_pattern *pattern, const double *matrix, double most, double *space)
+/* Whether rows may be taken as they come. */
+static int fits_in_order(const mbs_pattern *pattern, double most)
+{
+    return pattern->spans && pattern->rows > 0 && pattern->rows <= pattern->columns && !(most < pattern->rows);
+}
+
+/* mbs_keep_in_order, the same sums: each reflection turns all later rows that reach into it. The rows stand in `vectors`,
+   with zeros where nothing else is within `low` and `high`, and the squares of their lengths in y. */
+static int keep_in_order(const mbs_pattern *pattern, double *space)
 {
     mbs_parts parts = mbs_parts_of(pattern, space);
-    double longest = 0.0, shortest = MBS_LARGEST, least = HUGE_VAL, *squares = parts.y, *four[4];
+    double longest = 0.0, shortest = MBS_LARGEST, least = HUGE_VAL, *four[4];
     int rows = pattern->rows, columns = pattern->columns;
-    if (!pattern->spans || rows == 0 || rows > columns || most < rows)
-        return 0;
-    for (int j = 0; j < rows; ++j) {
-        const mbs_span *span = pattern->spans + j;
-        double *row = parts.vectors + j * columns;
-        int count = span->end - span->first;
-        mbs_fill(span->first - span->low, 0.0, row + span->low);
-        mbs_copy(count, matrix, row + span->first);
-        mbs_fill(span->high - span->end, 0.0, row + span->end);
-        squares[j] = mbs_dot(count, matrix, matrix);
-        matrix += count;
-    }
     for (int k = 0; k < rows; ++k) {
-        double *v = parts.vectors + k * columns + k, whole = squares[k];
+        double *v = parts.vectors + k * columns + k, whole = parts.y[k];
         int size = pattern->spans[k].high - k, count = 0;
         double rest = mbs_dot(size, v, v);
         if (!(rest > MBS_CLEAR * MBS_CLEAR * whole))
@@ -248,10 +244,30 @@ static int keep_in_order(const mbs_pattern *pattern, const double *matrix, doubl
     return longest < MBS_LARGEST && shortest > MBS_SMALLEST && shortest > MBS_ALIKE * MBS_ALIKE * longest;
 }
 
+/* Write the rows of a matrix, of which `matrix` has the elements within the spans, as keep_in_order takes them. */
+static void unpack(const mbs_pattern *pattern, const double *matrix, double *space)
+{
+    mbs_parts parts = mbs_parts_of(pattern, space);
+    for (int j = 0; j < pattern->rows; ++j) {
+        const mbs_span *span = pattern->spans + j;
+        double *row = parts.vectors + j * pattern->columns;
+        int count = span->end - span->first;
+        mbs_fill(span->first - span->low, 0.0, row + span->low);
+        mbs_copy(count, matrix, row + span->first);
+        mbs_fill(span->high - span->end, 0.0, row + span->end);
+        parts.y[j] = mbs_dot(count, matrix, matrix);
+        matrix += count;
+    }
+}
+
 void mbs_factorise(const mbs_pattern *pattern, const double *matrix, double most, double *factors)
 {
-    if (!keep_in_order(pattern, matrix, most, factors))
-        mbs_factorise_pivoted(pattern, matrix, most, factors);
+    if (fits_in_order(pattern, most)) {
+        unpack(pattern, matrix, factors);
+        if (keep_in_order(pattern, factors))
+            return;
+    }
+    mbs_factorise_pivoted(pattern, matrix, most, factors);
 }
 
 void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *right, double *solution,
@@ -429,14 +445,13 @@ static island laid_out_island(const mbs_rows *rows, const double *matrix, const 
     return s;
 }
 
-/* Factorise a matrix of the rows of an island, of which all elements are there, zeros from `width` on: those within the
-   spans come to its front. */
-static void factorise_within(const island *s, double *matrix, int width, double most)
+/* Factorise a matrix of the rows of an island, of which all elements are there, zeros from `width` on. */
+static void factorise_within(const island *s, const double *matrix, int width, double most)
 {
-    int n = s->pattern.columns;
+    int n = s->pattern.columns, rows = s->pattern.rows, in_order = fits_in_order(&s->pattern, most);
+    mbs_parts parts = mbs_parts_of(&s->pattern, s->factors);
     mbs_span *spans = s->spans;
-    double *to = matrix;
-    for (int j = 0; j < s->pattern.rows; ++j) {
+    for (int j = 0; j < rows && in_order; ++j) {
         const double *row = matrix + j * n;
         int first = 0, end = width, low = 0;
         while (end > 0 && row[end - 1] == 0.0)
@@ -450,10 +465,12 @@ static void factorise_within(const island *s, double *matrix, int width, double 
             high = spans[k].high > high ? spans[k].high : high;
         mbs_span span = {first, end, low < first ? low : first, high < n ? high : n};
         spans[j] = span;
-        for (int i = first; i < end; ++i)
-            *to++ = row[i];
+        mbs_copy(span.high - span.low, row + span.low, parts.vectors + j * n + span.low);
+        parts.y[j] = mbs_dot(end - first, row + first, row + first);
     }
-    mbs_factorise(&s->pattern, matrix, most, s->factors);
+    const mbs_pattern whole = {rows, n, 0};
+    if (!in_order || !keep_in_order(&s->pattern, s->factors))
+        mbs_factorise_pivoted(&whole, matrix, most, s->factors);
 }
 
 /* Whether what a row exerts differs from the row itself. */
@@ -564,30 +581,30 @@ static int same_rank(const island *s, double most)
 }
 
 /* Returns the rank of an island whose rows exert their own directions, or what `exerted` says. */
-static double factorise_island(double *space, places p, int rubs, int plain, double most)
+static double factorise_island(island *s, double *space, int rubs, int plain, double most)
 {
-    island s = island_at(space, p.spans, p.extent, rubs);
-    if (!rubs || !made_units(&s, plain)) {
-        factorise_within(&s, s.matrix, s.pattern.columns, most);
-        return s.factors[MBS_RANK];
+    if (!rubs || !made_units(s, plain)) {
+        factorise_within(s, s->matrix, s->pattern.columns, most);
+        return s->factors[MBS_RANK];
     }
-    int count = s.pattern.rows, n = s.pattern.columns;
-    *s.kind = REGULAR;
-    s = island_at(space, p.spans, p.extent, rubs);
+    int count = s->pattern.rows, n = s->pattern.columns;
+    *s->kind = REGULAR;
+    *s = island_at(space, s->spans, s->extent, rubs);
     if (count <= n) {
-        factorise_own(&s, most);
+        factorise_own(s, most);
         /* what is not finite has no rank and no factors, nor more of it */
-        if (isnan(s.factors[MBS_RANK]))
-            return s.factors[MBS_RANK];
-        if (s.factors[MBS_RANK] == count || same_rank(&s, most)) {
-            s.factors[MBS_CONDITIONING] = least_left(&s); /* what is left of rows is measured by the rows of A */
-            return s.factors[MBS_RANK];
+        if (isnan(s->factors[MBS_RANK]))
+            return s->factors[MBS_RANK];
+        if (s->factors[MBS_RANK] == count || same_rank(s, most)) {
+            s->factors[MBS_CONDITIONING] = least_left(s); /* what is left of rows is measured by the rows of A */
+            return s->factors[MBS_RANK];
         }
     }
-    *s.kind = TOGETHER;
-    mbs_pattern own = together(&s);
-    mbs_factorise(&own, s.large, most + n, s.factors);
-    return s.factors[MBS_RANK] - n;
+    *s->kind = TOGETHER;
+    *s = island_at(space, s->spans, s->extent, rubs);
+    mbs_pattern own = together(s);
+    mbs_factorise(&own, s->large, most + n, s->factors);
+    return s->factors[MBS_RANK] - n;
 }
 
 /* Returns the rank of all rows that act, taken as islands or as one `whole`. No more than `most` of an island are kept. */
@@ -599,8 +616,8 @@ static double factorise_all(const mbs_rows *rows, const double *matrix, const mb
     for (int number = 0; number < count; ++number) {
         int plain = acting[p.link[p.link[number].low].first] == MBS_PLAIN;
         island s = laid_out_island(rows, matrix, forces, exerted, number, p, space);
-        rank += factorise_island(space, p, forces != 0, plain, most);
-        space = island_at(space, p.spans, p.extent, forces != 0).end;
+        rank += factorise_island(&s, space, forces != 0, plain, most);
+        space = s.end;
         p.spans += s.pattern.rows;
         p.extent += s.pattern.rows;
     }
@@ -642,16 +659,6 @@ static void substitute_island(const island *s, double *report)
     }
 }
 
-/* The length of row r of an island, whose elements begin at *row; that moves on behind them. */
-static double length_of(const island *s, int r, const double **row)
-{
-    const mbs_span *span = s->pattern.spans + r;
-    int count = *s->kind == OWN ? span->end - span->first : s->pattern.columns;
-    double length = sqrt(mbs_dot(count, *row, *row));
-    *row += count;
-    return length;
-}
-
 /* The largest residual of all islands relative to the largest right side, rows taken as of length one: those of length
    zero count as of the longest one's. */
 static double residual_of_all(double *factors, mbs_span *spans, int rubs)
@@ -662,10 +669,10 @@ static double residual_of_all(double *factors, mbs_span *spans, int rubs)
         mbs_span *first = spans;
         for (int number = 0; number < factors[0]; ++number) {
             island s = island_at(space, first, 0, rubs);
-            const double *row = s.matrix;
             double most = 0.0;
             for (int r = 0; r < s.pattern.rows; ++r) {
-                double length = length_of(&s, r, &row);
+                const double *row = s.matrix + r * s.pattern.columns;
+                double length = sqrt(mbs_dot(s.pattern.columns, row, row));
                 longest = pass ? longest : fmax(longest, length);
                 most = pass ? fmax(most, fabs(s.right[r]) / (length > 0.0 ? length : longest > 0.0 ? longest : 1.0)) : 0.0;
             }
