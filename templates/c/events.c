@@ -138,11 +138,18 @@ static void let_chatter(mbs_run *r)
     r->sides[i] = r->flipped ? -r->sides[i] : r->sides[i];
 }
 
+/* End the step where it ends, where the functions have the `values`. */
+static int pass_with_values(mbs_run *r)
+{
+    mbs_note_sides(r);
+    mbs_keep_switching(r, r->state->t_new, r->x_new);
+    return MBS_RUNNING;
+}
+
 static int pass(mbs_run *r)
 {
     mbs_switching(r, r->state->t_new, r->x_new);
-    mbs_note_sides(r);
-    return MBS_RUNNING;
+    return pass_with_values(r);
 }
 
 /* A step without a slope from beyond a kink ends at a crossing just behind its end, if there is one before the run ends.
@@ -161,9 +168,9 @@ static int end_clean(mbs_run *r)
     return t - r->problem->t_end > MBS_ROUNDED_TIME * fabs(t) ? pass(r) : end_within(r, theta);
 }
 
-/* The first part of a way, that nothing crosses at its end x_new, where the functions have the `values`, at which something
-   is seen to have crossed; 2 if nothing is. What is zero at the start is on the side to which it goes. `below` becomes the
-   first part at which a stop that is above zero at both ends is seen below it, 2 if none is. */
+/* The first part of a way, that nothing crosses at its end x_new, at which something is seen to have crossed; 2 if nothing
+   is. The `values` are those at the end, before and behind. What is zero at the start is on the side to which it goes.
+   `below` becomes the first part at which a stop that is above zero at both ends is seen below it, 2 if none is. */
 static double looked(mbs_run *r, mbs_path along, const double *x_new, const double *slope_new)
 {
     const mbs_state *s = r->state;
@@ -188,6 +195,7 @@ static double looked(mbs_run *r, mbs_path along, const double *x_new, const doub
         double *least = above ? &r->below : &high;
         *least = found < *least ? found : *least;
     }
+    mbs_copy(ng, end, r->values);
     return high;
 }
 
@@ -243,7 +251,7 @@ int mbs_find_event(mbs_run *r, int status)
         double high = taken ? trouble(r) : 2.0;
         int below = taken && high > 1.0 && r->below <= 1.0 && round < MBS_REPEATS;
         if (taken && high > 1.0 && !r->beyond && !below)
-            return round ? end_clean(r) : pass(r);
+            return round ? end_clean(r) : pass_with_values(r);
         if (below) {
             status = mbs_take(r, r->below * s->h, s->t + r->below * s->h);
             taken = status == MBS_RUNNING;

@@ -39,7 +39,7 @@ long long mbs_work(const mbs_problem *problem)
     const mbs_stepper *stepper = stepper_of(problem->method);
     if (!stepper->work)
         return -1;
-    return 14LL * (s->nq + s->nu) + 3LL * s->ns + 6LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper->work(problem);
+    return 15LL * (s->nq + s->nu) + 3LL * s->ns + 7LL * s->ng + s->nw + 3 + 3LL * (s->switches + 1) + stepper->work(problem);
 }
 
 /* x stands first, as runtime.h promises. */
@@ -48,17 +48,18 @@ static mbs_run unpacked(const mbs_problem *problem, mbs_state *state, double *wo
     const mbs_system *system = problem->system;
     int n = system->nq + system->nu;
     mbs_run r = {.problem = problem, .method = problem->method, .system = system, .state = state, .n = n};
-    r.known_time = NAN;
+    r.known_time = r.here_time = NAN;
     double **const vectors[] = {&r.x,     &r.x_new, &r.slope_new,  &r.error,  &r.coarse,
                                 &r.stage, &r.spare, &r.correction, &r.event_x, &r.settled, &r.kept,
-                                &r.known_x, &r.known_slope};
+                                &r.known_x, &r.known_slope, &r.here_x};
     r.stepper = stepper_of(problem->method);
-    for (int i = 0; i < 13; ++i, work += n)
+    for (int i = 0; i < 14; ++i, work += n)
         *vectors[i] = work;
     r.values = work;
     r.sides = r.values + system->ng;
     r.looks = r.sides + system->ng;
-    r.inputs = r.looks + 4 * system->ng;
+    r.here = r.looks + 4 * system->ng;
+    r.inputs = r.here + system->ng;
     r.multipliers = r.inputs + system->nw;
     r.rows = r.multipliers + system->ns;
     r.others = r.rows + system->ns;

@@ -44,6 +44,7 @@ struct mbs_run {
     double *event_x;        /* the state at the event that ends the step, where state->crossing >= 0 */
     double *values, *sides; /* of the switching functions: signs of the sides on which they were last seen */
     double *looks;          /* and their values at both ends of a step, and near them */
+    double *here, *here_x, here_time; /* those kept at the end of a step, where the next one starts */
     double *settled, *kept; /* for the states of slopes that are put onto constraints, and for those put there */
     double *stage, *spare, *correction; /* for whoever needs them: nothing stays in them from one call to the next */
     double *past;           /* how many looks, at most 2, were taken at the functions that keep steps short, the times of the
@@ -176,6 +177,9 @@ typedef int (*mbs_path)(mbs_run *r, double theta, double *x);
 
 /* The values of the switching functions at (t, x), those of a mode less their margins. */
 void mbs_switching(mbs_run *r, double t, const double *x);
+
+/* Keep the `values`, which are those at (t, x), for when they are asked for there again. */
+void mbs_keep_switching(mbs_run *r, double t, const double *x);
 
 /* The same at t + theta h on the way `along` a step. */
 void mbs_switching_at(mbs_run *r, mbs_path along, double theta);

@@ -1,9 +1,29 @@
 /* Switching functions: their values, and on which side of zero they are. */
 #include "stepper.h"
 
+/* Whether the values at (t, x) are those that were kept. */
+static int kept(const mbs_run *r, double t, const double *x)
+{
+    int same = t == r->here_time;
+    for (int i = 0; i < r->n && same; ++i)
+        same = x[i] == r->here_x[i];
+    return same;
+}
+
+void mbs_keep_switching(mbs_run *r, double t, const double *x)
+{
+    mbs_copy(r->system->ng, r->values, r->here);
+    mbs_copy(r->n, x, r->here_x);
+    r->here_time = t;
+}
+
 void mbs_switching(mbs_run *r, double t, const double *x)
 {
     const mbs_system *s = r->system;
+    if (kept(r, t, x)) {
+        mbs_copy(s->ng, r->here, r->values);
+        return;
+    }
     if (s->events->n_in > 6) { /* those of a mode ask for its forces */
         mbs_evaluate(r, t, x);
         r->further = r->multipliers;
