@@ -140,7 +140,10 @@ class Sampled(Protocol):
 
 
 class RunRecord(Sampled, Protocol):
-    """A run: the `problem` and its `integration`, the `modes` it went through, events of the impact it goes on from."""
+    """A run: the `problem` and its `integration`, the `modes` it went through, events of the impact it goes on from.
+
+    Of its samples those were `asked` for.
+    """
 
     @property
     def problem(self) -> Problem: ...
@@ -152,6 +155,8 @@ class RunRecord(Sampled, Protocol):
     def modes(self) -> RunInModes | None: ...
     @property
     def begun(self) -> tuple[Mapping[str, Any], ...]: ...
+    @property
+    def asked(self) -> slice: ...
 
 
 class NewSamples(NamedTuple):
@@ -209,6 +214,11 @@ class SingleRun(NamedTuple):
     def failure(self) -> RunFailure | None:
         """Why it ended early, if it did."""
         return self.integration.failure
+
+    @property
+    def asked(self) -> slice:
+        """Which of its samples were asked for."""
+        return self.problem.asked(0, self.t)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ class Trajectory(Samples):
     @property
     def _asked(self) -> slice:
         """Which samples of the run were asked for: of own times perhaps neither the start nor the end."""
-        return self.problem.asked(0, self._made.t)
+        return self._made.asked
 
     @cached_property
     def whole(self) -> Trajectory:

@@ -189,6 +189,11 @@ class Batch:
         assert self.each is not None
         return self.each
 
+    @cached_property
+    def asked(self) -> slice:
+        """Which samples of the runs, if they are done, were asked for: all have those of the first one."""
+        return self.kin.problem(self.ready(0)).asked(0, self.integrated.t)
+
 
 class VariedRun:
     """Run number k of a batch."""
@@ -251,6 +256,11 @@ class VariedRun:
         """Speeds (m, nu), if it is done."""
         found: Floats = self._batch.integrated.u[self._k]
         return found
+
+    @property
+    def asked(self) -> slice:
+        """Which of its samples were asked for, if it is done."""
+        return self._batch.asked
 
 
 def numbers_of(starts: Sequence[Start]) -> Numbers:
