@@ -36,7 +36,7 @@ from chains import INERTIA
 from plain_sweep import Link, Matrix, links, plain_sweep, swept
 
 from multibody_sym.dynamics.formalisms.articulated_body import Sweep, block_ldl, swept_joints
-from multibody_sym.dynamics.formalisms.composite_body import forcing
+from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import arrays, slot_state
@@ -83,8 +83,9 @@ NUMBERS = (1.2, 0.4, 0.1, -0.1, 0.1, 0.2, 0.25, 0.01, 0.02, -0.01, 0.9, 0.1, 0.0
 
 def factorised(resolved: Mechanism) -> Sequence[Any]:
     """Return the accelerations of the sweep."""
-    motion = economical_motion(resolved, slot_state(resolved))
-    return Sweep(motion, swept_joints(motion)).solve(forcing(motion))
+    state = slot_state(resolved)
+    motion = economical_motion(resolved, state)
+    return Sweep(motion, swept_joints(motion)).solve(composite_body(resolved, state).forcing)
 
 
 def block(resolved: Mechanism) -> Sequence[Any]:

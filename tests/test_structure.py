@@ -8,6 +8,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from package_trees import PACKAGE, nodes, trees
@@ -254,3 +256,16 @@ def test_which_forces_press_a_friction_part_and_their_factors_in_N_stand_once():
 def test_how_elements_stand_what_touches_and_which_problem_they_pose_is_defined_once():
     names = [function.name for found in nodes().values() for function in functions(found)]
     assert [names.count(name) for name in ("posed", "standing", "touching")] == [1, 1, 1]
+
+
+def test_benchmarks_import_names_that_the_package_has():
+    found = [
+        (path.name, node.module, name.name)
+        for path in sorted((PACKAGE.parent / "benchmarks").glob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.module is not None and node.module.startswith("multibody_sym.")
+        for name in node.names
+    ]
+    assert len(found) > 100
+    missing = [each for each in found if not hasattr(import_module(each[1]), each[2])]
+    assert not [each for each in missing if find_spec(f"{each[1]}.{each[2]}") is None]
