@@ -12,7 +12,7 @@ from multibody_sym.motion.integrator.loop import steps_before
 from multibody_sym.motion.loop import integrate as chains
 from multibody_sym.motion.loop.integrate import End, Leg, chain, integrate
 from multibody_sym.motion.loop.native_loop import native_loop
-from multibody_sym.motion.loop.problem import Problem, RunFailure
+from multibody_sym.motion.loop.problem import NO_MODE, Problem, RunFailure
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program.runtime_constants import Status
@@ -33,7 +33,7 @@ PRESSED = HandModel(
 def dropped(loop, onward, monkeypatch, stop=99.0, method="dormand_prince", **options):
     for name in ("first_loop", "loop_for"):
         monkeypatch.setattr(chains, name, lambda problem: loop)
-    start = (np.array([1.0]), np.zeros(1), np.array([G, stop]), np.zeros(0))
+    start = (np.array([1.0]), np.zeros(1), np.array([G, stop]), NO_MODE)
     terminal = {"terminal": (True, True), "margins": (0.0,)}
     problem = Problem(BOUNCING.load(), METHODS[method], 0.0, 1.2, *start, **terminal, **options)
     legs = [Leg(problem)]
@@ -101,7 +101,7 @@ def test_both_loops_take_the_same_chain(monkeypatch):
 def test_the_side_of_a_switching_function_is_that_of_the_mode_whatever_its_value(loop, monkeypatch):
     """A ball that starts to fall on the floor, and one that is sunk by its margin or less: both strike at once."""
     for sunk, margin in ((0.0, 0.0), (1e-13, 1e-12)):
-        start = (np.array([-sunk]), np.zeros(1), np.array([G, 99.0]), np.zeros(0))
+        start = (np.array([-sunk]), np.zeros(1), np.array([G, 99.0]), NO_MODE)
         given = {"terminal": (True, True), "margins": (margin,), "samples": 3}
         problem = Problem(BOUNCING.load(), METHODS["dormand_prince"], 0.0, 1.0, *start, **given)
         run = integrate(problem, loop=loop)
@@ -115,7 +115,7 @@ def test_a_pulse_is_not_stepped_over_by_what_stands_still(when):
 
     The pulse takes about two thousandths of the run.
     """
-    start = (np.zeros(1), np.zeros(1), np.array([0.9, when]), np.zeros(0))
+    start = (np.zeros(1), np.zeros(1), np.array([0.9, when]), NO_MODE)
     runs = []
     for loop in (native_loop, python_loop):
         given = {"terminal": (True,), "margins": (0.0,), "limiting": (0,), "samples": 5}
@@ -149,7 +149,7 @@ def test_a_switch_costs_little(monkeypatch):
 @LOOPS
 def test_what_must_have_been_below_its_margin_ends_nothing_before(loop):
     """The ball starts at rest 1e-3 above the floor of which it must have been 0.5 away: it rises, and stops there."""
-    start = (np.array([1e-3]), np.array([5.0]), np.array([G, 99.0]), np.zeros(0))
+    start = (np.array([1e-3]), np.array([5.0]), np.array([G, 99.0]), NO_MODE)
     given = {"terminal": (True, True), "margins": (-0.5,), "samples": 3}
     problem = Problem(BOUNCING.load(), METHODS["dormand_prince"], 0.0, 2.0, *start, **given)
     run = integrate(problem, loop=loop)

@@ -11,7 +11,7 @@ from hand_models import BALL, BRAKED, PUSHED
 import multibody_sym as mbs
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
-from multibody_sym.motion.loop.problem import Event, Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Event, Problem
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program.runtime_constants import Status
@@ -24,7 +24,7 @@ G = 9.81
 def problem(model, q, u, parameters, terminal, t_end, method="dormand_prince", **options):
     q0, u0, given = (np.array(values, dtype=float) for values in ([q], [u], parameters))
     method = METHODS[method]
-    return Problem(model.load(), method, 0.0, t_end, q0, u0, given, np.zeros(0), terminal=terminal, **options)
+    return Problem(model.load(), method, 0.0, t_end, q0, u0, given, NO_MODE, terminal=terminal, **options)
 
 
 def thrown(terminal, *, floor=0.0, q=0.0, u=10.0, when=99.0, **options):

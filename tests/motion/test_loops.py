@@ -33,7 +33,7 @@ from multibody_sym.motion.loop.native_course import (
     TurnStruct,
 )
 from multibody_sym.motion.loop.native_loop import native_loop
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Problem
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.multistep import IMPLICIT
 from multibody_sym.motion.methods.table import LIBRARY, METHODS
@@ -54,7 +54,7 @@ LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
 
 def problem(model, q0, u0, parameters, t_end, method=DP, **options):
     q0, u0, parameters = (np.array(values, dtype=float) for values in (q0, u0, parameters))
-    return Problem(model.load(), method, 0.0, t_end, q0, u0, parameters, np.zeros(0), **options)
+    return Problem(model.load(), method, 0.0, t_end, q0, u0, parameters, NO_MODE, **options)
 
 
 def hanging(copies=1, t_end=10.0, offset=0.0, **options):

@@ -12,7 +12,7 @@ import pytest
 from hand_models import OSCILLATOR
 
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Problem
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program.loading import Compiled
 
@@ -38,7 +38,7 @@ WAYS: dict[str, Callable[[Compiled, float], float]] = {
 def euler_step(compiled: Compiled, place: float) -> Problem:
     """Return a run of one step of length 1 from zero, whose end is the first rate."""
     zero, given = np.zeros(1), np.array([place])
-    return Problem(compiled, METHODS["explicit_euler"], 0.0, 1.0, zero, zero, given, np.zeros(0), step=1.0, samples=2)
+    return Problem(compiled, METHODS["explicit_euler"], 0.0, 1.0, zero, zero, given, NO_MODE, step=1.0, samples=2)
 
 
 @pytest.mark.parametrize("way", WAYS)
