@@ -311,6 +311,7 @@ def _compiled(system: mbs.System) -> list[Call]:
         Call("compiled hybrid dynamics", hybrid.__call__, {**tree, "udot": [0.3]}),
         Call("function at a state", asked.__call__, {**tree, "out": None, "threads": 1, "sparse": False}),
         Call("Function", asked.derivative, {"by": "q", "inputs": None}),
+        Call("with derivatives", partial(asked.with_derivatives, "q"), {"of": "udot", "inputs": None}),
         Call("vjp", partial(_vjp, asked), {"weights": [1.0]}),
         Call("ode", asked.ode().__call__, {"t": 0.0, "x": [0.1, 0.2]}),
         Call("jac", asked.ode().jac, {"t": 0.0, "x": [0.1, 0.2]}),

@@ -14,17 +14,17 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from multibody_sym.derivation.routes import verify_formalism
-from multibody_sym.dynamics.programs.state_functions import (
+from multibody_sym.dynamics.programs.function_derivatives import (
     VARIABLES,
-    Axes,
-    Name,
+    Derivatives,
     Variable,
-    acceleration_derivative,
-    derivative_program,
+    differentiated,
+    differentiated_accelerations,
+    differentiated_forces,
     independent_parameters,
     state_jacobian,
-    with_declared_inputs,
 )
+from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
 from multibody_sym.mechanics.mechanism import Source
@@ -43,6 +43,11 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats, number
 
+_ALONG_TREES: Final[Mapping[str, Callable[..., Derivatives]]] = {
+    "state_derivative": differentiated_accelerations,
+    "inverse_dynamics": differentiated_forces,
+}
+"""Functions that are differentiated along a tree."""
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
 _ASKED: Final = ("what", "given", "drives", "mode", "frame", "axes", "formalism", "by")
@@ -162,6 +167,15 @@ class _Library:
         return replace(self.compiled, functions=own, remake=None)
 
 
+@dataclass(frozen=True)
+class _Step:
+    """A differentiation by some variables; of the results of these names beside them, or of all in place of them."""
+
+    by: tuple[Variable, ...]
+    inputs: Free | None
+    of: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Function:
     """A function of the state of a system: f(t, q, u), or f(t, q, u, udot), for one state or for n of them.
@@ -173,7 +187,7 @@ class Function:
     _question: FunctionQuestion
     _program: Program
     _total: Program
-    _by: tuple[tuple[Variable, Free | None], ...]
+    _by: tuple[_Step, ...]
     _code: Native
     _derivatives: dict[Any, Function] = field(default_factory=dict, repr=False, compare=False)
     _library: tuple[_Library, str] | None = field(default=None, repr=False, compare=False)
@@ -210,7 +224,8 @@ class Function:
     @property
     def name(self) -> str:
         """What it returns, and by what it is differentiated."""
-        return "_by_".join((self._question.name, *(variable for variable, _ in self._by)))
+        steps = (f"_{'with' if step.of else 'by'}_{'_'.join(step.by)}" for step in self._by)
+        return "".join((self._question.name, *steps))
 
     @property
     def arguments(self) -> tuple[str, ...]:
@@ -581,29 +596,53 @@ class Function:
         functions of the state, but for the derivative by inputs, and where `inputs` are "free": then they keep their
         values. Raises InputError for a variable that the function does not have.
         """
-        if inputs is not None and not (isinstance(inputs, str) and inputs == "free"):
-            raise InputError(f'inputs is "free" or left out, not {short_repr(inputs)}')
-        if not isinstance(by, str) or by not in self._variables:
-            known = ", ".join(self._variables)
-            raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
-        if by == "inputs":
-            self._arguments._verify_free(self.inputs)
-        if (by, inputs) not in self._derivatives:
-            self._derivatives[by, inputs] = self._differentiated(by, inputs)
-        return self._derivatives[by, inputs]
+        return self._differentiated(_Step((by,), inputs))
 
-    def _differentiated(self, by: Variable, free: Free | None) -> Function:
-        of_tree = self.name == "state_derivative" and not self._question.mechanism.rows
-        differentiated = acceleration_derivative if of_tree else derivative_program
+    @door
+    def with_derivatives(self, *by: Variable, of: Sequence[str] | str = (), inputs: Free | None = None) -> Function:
+        """Return a Function of results and of their derivatives by some variables, all computed together.
+
+        `of`: names of results, or all; their derivatives have one axis more, and names such as udot_by_q:
+        f.with_derivatives("q", "u", "inputs", of="udot"). `inputs` as in `derivative`. Raises InputError for what the
+        function does not have, or would have twice.
+        """
+        names = listed_names("of", of) or self.names
+        for name in names:
+            if name not in self.names:
+                raise InputError(f"{self.name} returns no {name}", number="M106", word=name, known=self.names)
+        every = [*names, *(f"{name}_by_{variable}" for name in names for variable in by)]
+        if not by or len(set(every)) < len(every):
+            raise InputError(f"{self.name} with derivatives needs variables and has each result once: {every}")
+        return self._differentiated(_Step(by, inputs, names))
+
+    def _differentiated(self, step: _Step) -> Function:
+        if step.inputs is not None and not (isinstance(step.inputs, str) and step.inputs == "free"):
+            raise InputError(f'inputs is "free" or left out, not {short_repr(step.inputs)}')
+        for by in step.by:
+            if not isinstance(by, str) or by not in self._variables:
+                known = ", ".join(self._variables)
+                raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
+            if by == "inputs":
+                self._arguments._verify_free(self.inputs)
+        if step not in self._derivatives:
+            self._derivatives[step] = self._made(step)
+        return self._derivatives[step]
+
+    def _made(self, step: _Step) -> Function:
+        mechanism = self._question.mechanism
+        derive = differentiated if mechanism.rows else _ALONG_TREES.get(self.name, differentiated)
+
+        def made(program: Program, declared: bool) -> Program:
+            found = derive(mechanism, program, step.by, declared=declared)
+            return found.with_values(step.of) if step.of else found.alone()
+
         try:
-            program = differentiated(self._question.mechanism, self._program, by, declared=False)
-            total = program
-            if self.inputs:
-                total = differentiated(self._question.mechanism, self._total, by, declared=free is None)
+            program = made(self._program, declared=False)
+            total = made(self._total, declared=step.inputs is None) if self.inputs else program
         except TypeError as error:
             raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
-        by_all = *self._by, (by, free)
-        return replace(self, _program=program, _total=total, _by=by_all, _derivatives={}, _library=None)
+        every = *self._by, step
+        return replace(self, _program=program, _total=total, _by=every, _derivatives={}, _library=None)
 
     # --- for optimisers and solvers -----------------------------------------------------------------------------------
 
@@ -729,13 +768,11 @@ def _result(name: str, names: tuple[str, ...], values: tuple[Floats, ...]) -> An
     return _result_type(name, names)(*values)
 
 
-def _again(
-    system: System, what: Any, options: Mapping[str, Any], by: Sequence[tuple[Variable, Free | None]]
-) -> Function:
+def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function:
     """Return a Function as it comes out of a pickle."""
     found = function(system, what, **options)
-    for variable, inputs in by:
-        found = found.derivative(variable, inputs=inputs)
+    for step in by:
+        found = found._differentiated(step)
     return found
 
 

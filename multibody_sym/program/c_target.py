@@ -61,7 +61,7 @@ from multibody_sym.scalars.node import ZERO, Node
 _LONGEST: Final = 400
 """Operations after which a new C function begins: compilers take more than twice the time for twice the length."""
 _LONGEST_WITH_LOOPS: Final = 16 * _LONGEST
-"""The same where loops fill arrays, which pieces would hand on element by element."""
+"""The same where loops fill arrays, which pieces would hand on element by element, and in what loops inline."""
 _GATHERED: Final = 64
 """Elements from which on an array of values that stand in others is filled by a loop."""
 _STRIDES: Final = 16
@@ -82,11 +82,11 @@ _OWN_FUNCTIONS: Final = {"min": "minimum", "max": "maximum", "sign": "sign"}
 def head_of(function: Function) -> str:
     """Return the head of a function's definition or declaration."""
     inputs, outputs = parameters(function.program, RESERVED)
-    return _signature(function.name, [*_declarations(function.program, inputs, outputs).values()], function.exported)
+    kind = "void" if function.exported else "MBS_INLINE void" if function.inlined else "static void"
+    return _signature(function.name, [*_declarations(function.program, inputs, outputs).values()], kind)
 
 
-def _signature(name: str, declarations: Sequence[str], exported: bool) -> str:
-    kind = "void" if exported else "static void"
+def _signature(name: str, declarations: Sequence[str], kind: str) -> str:
     return wrap_items(f"{kind} {name}(", declarations or ["void"], ")", indent=" " * (len(kind) + len(name) + 2))
 
 
@@ -166,7 +166,8 @@ class Printer:
         self.patterns: dict[str, tuple[Sequence[Span], int]] = {}
         self.masked: dict[str, tuple[list[tuple[tuple[int, ...], ...]], int]] = {}
         self.pieces: list[_Piece] = []
-        self.longest = _LONGEST_WITH_LOOPS if any(isinstance(x, Scan) for x in program.statements) else _LONGEST
+        loops = function.inlined or any(isinstance(x, Scan) for x in program.statements)
+        self.longest = _LONGEST_WITH_LOOPS if loops else _LONGEST
         self._cut()
 
     def text(self, write: Callable[[Printer, Statement], None]) -> str:
@@ -206,7 +207,7 @@ class Printer:
             declared["w"] = "double *w"
         parts = []
         for name, piece in zip(names, self.pieces, strict=True):
-            signature = _signature(name, [text for d, text in declared.items() if d in piece.used], exported=False)
+            signature = _signature(name, [text for d, text in declared.items() if d in piece.used], "static void")
             parts.append("\n".join([signature, "{", *piece.loads, *piece.lines, *piece.stores, "}", ""]))
             body.append(wrap_items(f"    {name}(", [d for d in declared if d in piece.used], ");", indent=" " * 8))
         return "\n".join([*patterns, *parts, head, *body, "}"])
@@ -639,7 +640,8 @@ def _storage(size: int) -> str:
 
 
 def _loop(printer: Printer, loop: Loop, names: Sequence[str], tables: dict[Progression, str]) -> list[str]:
-    lines = [f"        for (int k = 0; k < {loop.count}; k++) {{"]
+    lines = ["        MBS_SIDE_BY_SIDE"] if loop.side_by_side else []
+    lines.append(f"        for (int k = 0; k < {loop.count}; k++) {{")
     if loop.gate is not None:
         closed = f"({names[loop.gate.array]})[{_place(loop.gate.first, tables, loop.count)}] == 0.0"
         lines += [f"            if ({closed}) {{", "                continue;", "            }"]

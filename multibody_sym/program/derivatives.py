@@ -168,18 +168,23 @@ def jacobian_along(program: Program, directions: Sequence[Direction], *, name: s
 
     Its outputs have the names of those of `program`, and one axis more, the last, as long as there are directions.
     """
-    sweep = _Forward(resume_trace(program, name, ()))
-    moving = list(dict.fromkeys(name for way in directions for name in way))
-    still = {name: (ZERO,) * program.input(name).size for name in moving}
-    outputs = [output.name for output in program.outputs]
-    columns = _columns(sweep, program, outputs, [{**still, **way} for way in directions], _LARGEST_SPARSE)
+    trace, columns = traced_rates(program, directions, name=name)
     found: dict[str, tuple[tuple[int, ...], list[Node]]] = {}
     first = 0
     for output in program.outputs:
         rows = range(first, first + len(output.values))
         found[output.name] = (*output.shape, len(columns)), [column[row] for row in rows for column in columns]
         first = rows.stop
-    return sweep.trace.finish(found)
+    return trace.finish(found)
+
+
+def traced_rates(program: Program, directions: Sequence[Direction], *, name: str) -> tuple[Trace, list[Vector]]:
+    """Return a Trace in which `program` is done, and the rates of all elements of its outputs along each direction."""
+    sweep = _Forward(resume_trace(program, name, ()))
+    moving = list(dict.fromkeys(name for way in directions for name in way))
+    still = {name: (ZERO,) * program.input(name).size for name in moving}
+    outputs = [output.name for output in program.outputs]
+    return sweep.trace, _columns(sweep, program, outputs, [{**still, **way} for way in directions], _LARGEST_SPARSE)
 
 
 def _columns(
@@ -333,7 +338,7 @@ class _Forward:
             rates = trace.call(tangent, [trace[array.name] for array in tangent.inputs])
             names = [output.name for output in program.outputs]
             outputs = dict(zip(names, _with_shapes(program.outputs, values), strict=True))
-            further = [unused_name(name, "_rate", names) for name in names]
+            further = [array.name for array in _arrays_beside(names, "_rate", [(name, ()) for name in names])]
             outputs |= dict(zip(further, _with_shapes(program.outputs, rates), strict=True))
             self.paired[id(program), active] = trace.finish(outputs)
         return self.paired[id(program), active]

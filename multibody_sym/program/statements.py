@@ -16,6 +16,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 from typing import ClassVar, Final, Protocol, assert_never
 
 import numpy as np
@@ -303,6 +304,23 @@ class Loop:
     kernels: tuple[Kernel, ...]
     choice: Progression = Progression((0,))
     gate: Window | None = None
+
+    @property
+    def side_by_side(self) -> bool:
+        """Whether each turn writes the next numbers of rows that no turn reads, so that several can run at once."""
+        if self.gate is not None or len(self.kernels) > 1:
+            return False
+        (kernel,) = self.kernels
+        shapes = [part.shape for parts in (kernel.program.inputs, kernel.program.outputs) for part in parts]
+        windows, read = (*kernel.reads, *kernel.writes), {window.array for window in kernel.reads}
+        rows = sorted((window.array, window.first.pattern[0]) for window in kernel.writes)
+        return (
+            all(len(window.first.pattern) == 1 for window in windows)
+            and all(w.first.step == 0 or (w.first.step == 1 and not x) for w, x in zip(windows, shapes, strict=True))
+            and all(window.first.step == 1 and not window.adds for window in kernel.writes)
+            and not any(array in read for array, _ in rows)
+            and all(a[0] < b[0] or a[1] + self.count <= b[1] for a, b in pairwise(rows))
+        )
 
     def turns(self) -> Iterator[tuple[Kernel, Integers]]:
         """Yield each kernel with the iterations in which it runs; raises IndexError where there is no such kernel."""

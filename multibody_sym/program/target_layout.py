@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from multibody_sym.program.program import Program, interpret, operation_count, program_hash, verify_program_name
 from multibody_sym.program.runtime_constants import GOLDEN, constants_header
-from multibody_sym.program.statements import Callee, ProgramError, Solve, callees
+from multibody_sym.program.statements import Callee, ProgramError, Scan, Solve, callees
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.tabulated import Tabulated
@@ -24,11 +24,15 @@ _WIDTH: Final = 110
 
 @dataclass(frozen=True)
 class Function:
-    """A Program under the name that generated code gives it; others only call it unless it is `exported`."""
+    """A Program under the name that generated code gives it; others only call it unless it is `exported`.
+
+    It is `inlined` where loops run it side by side for several numbers.
+    """
 
     name: str
     program: Callee
     exported: bool
+    inlined: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,23 +64,28 @@ def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, 
     found: list[Function] = []
     for name, program in programs.items():
         verify_program_name(name)
-        for callee in _callees(program, names):
+        for callee, inlined in _callees(program, names):
             identity = program_hash(callee)
             if identity not in by_hash:
                 by_hash[identity] = f"{callee_prefix}{len(by_hash) + 1}"
-                found.append(Function(by_hash[identity], callee, exported=False))
+                found.append(Function(by_hash[identity], callee, exported=False, inlined=inlined))
             names[id(callee)] = by_hash[identity]
         found.append(Function(exported[name], program, exported=True))
     return Functions(tuple(found), names)
 
 
-def _callees(program: Callee, known: Mapping[int, str]) -> Iterator[Callee]:
-    """Yield the Programs that `program` runs, directly or not, callees first, those not known yet."""
+def _callees(program: Callee, known: Mapping[int, str]) -> Iterator[tuple[Callee, bool]]:
+    """Yield the Programs that `program` runs, directly or not, callees first, those not known yet.
+
+    With each comes whether the statement that runs it does so side by side.
+    """
     for statement in program.statements:
+        loops = statement.loops if isinstance(statement, Scan) else ()
+        inlined = {id(kernel.program) for loop in loops if loop.side_by_side for kernel in loop.kernels}
         for callee in callees(statement):
             if id(callee) not in known:
                 yield from _callees(callee, known)
-                yield callee
+                yield callee, id(callee) in inlined
 
 
 def parameters(program: Callee, reserved: Collection[str]) -> tuple[list[str], list[str]]:

@@ -18,6 +18,13 @@
 #define MBS_CALLED static inline
 #endif
 
+/* Before loops whose turns read nothing that others write */
+#ifdef MBS_VECTORS
+#define MBS_SIDE_BY_SIDE _Pragma("omp simd")
+#else
+#define MBS_SIDE_BY_SIDE
+#endif
+
 /* Write zeros: a call, since GCC writes so many as it knows by an instruction that takes long to begin. */
 MBS_CALLED void mbs_zeros(int n, double *x)
 {

@@ -393,6 +393,30 @@ def test_results_are_pickled_by_their_names() -> None:
     assert again.kinetic == found.kinetic
 
 
+@pytest.mark.parametrize("what", ["state_derivative", "inverse_dynamics", "energies"])
+def test_results_come_together_with_their_derivatives(what: Any) -> None:
+    f = mbs.function(mbs.loads(BALL), what)
+    given, name = state(f), f.names[-2:][0]
+    by = ("q", "u", *(["udot"] if "udot" in f.arguments else []))
+    g = f.with_derivatives(*by, of=name)
+    assert g.names == (name, *(f"{name}_by_{x}" for x in by))
+    alone = [f, *(f.derivative(x) for x in by)]
+    for found, one in zip(parts(g(*given)), alone, strict=True):
+        wanted = dict(zip(one.names, parts(one(*given)), strict=True))[name]
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * max(1.0, np.abs(wanted).max()))
+    slow = mbs.function(f.system, what, backend="python").with_derivatives(*by, of=name)
+    for quick, plain in zip(parts(g(*given)), parts(slow(*given)), strict=True):
+        np.testing.assert_array_equal(quick, plain)
+    again = pickle.loads(pickle.dumps(g))
+    assert (again.name, again.names, again.units) == (g.name, g.names, g.units)
+    with pytest.raises(mbs.InputError, match="returns no speed"):
+        f.with_derivatives("q", of="speed")
+    with pytest.raises(mbs.InputError, match="each result once"):
+        f.with_derivatives("q", "q")
+    with pytest.raises(mbs.InputError, match="no function of"):
+        f.with_derivatives("force")  # type: ignore[arg-type]
+
+
 def test_third_derivatives_are_functions(system: mbs.System) -> None:
     f = mbs.function(system, "state_derivative")
     second = f.derivative("u").derivative("u")

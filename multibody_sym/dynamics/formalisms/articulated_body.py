@@ -21,7 +21,7 @@ from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Final, Protocol
 
-from multibody_sym.dynamics.formalisms.composite_body import bias_wrenches, unbalanced_wrenches
+from multibody_sym.dynamics.formalisms.composite_body import needed_wrenches, unbalanced_wrenches
 from multibody_sym.dynamics.formalisms.equations import (
     BodyAxes,
     MassFactors,
@@ -83,7 +83,8 @@ class RecursiveDynamics(TreeDynamics):
 def recursive_dynamics(motion: Motion, factors: TreeRecursion) -> RecursiveDynamics:
     """Return the dynamics of a mechanism at a state by a recursion."""
     given = applied_forces(motion, weight=False)
-    left = [(negate(force), negate(moment)) for force, moment in bias_wrenches(motion, given.of_body)]
+    needed = needed_wrenches(motion, [0] * len(motion.state.u), given.of_body)
+    left = [(negate(force), negate(moment)) for force, moment in needed]
     forcing = [q + x for q, x in zip(given.of_speed, generalized_forces(motion, left), strict=True)]
     tree = tree_dynamics(motion, factors, forcing, row_motions(motion))
     return RecursiveDynamics(**vars(tree), of_speed=given.of_speed, of_body=left)

@@ -40,9 +40,9 @@ def inverse_dynamics(motion: Motion, udot: Sequence[S]) -> list[S]:
     return joint_projection(motion, carried_wrenches(motion, inertia_wrenches(motion, udot)))
 
 
-def bias_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
-    """Return the wrench that each body needs without udot, less its weight and the wrenches `of_body` on it."""
-    reached = accelerations(motion, [0] * len(motion.state.u), negate(motion.gravity))
+def needed_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wrench]) -> list[Wrench]:
+    """Return the wrench that each body needs for udot, less its weight and the wrenches `of_body` on it."""
+    reached = accelerations(motion, udot, negate(motion.gravity))
     found = []
     for moved, inertia, (a, alpha), given in zip(motion.bodies, base_inertias(motion), reached, of_body, strict=True):
         force, moment = inertia.rate_of_momentum(a, spread(alpha, moved.w_WB))
@@ -70,9 +70,10 @@ def unbalanced_wrenches(motion: Motion, udot: Sequence[S], of_body: Sequence[Wre
 def composite_body(mechanism: Mechanism, state: State) -> EquationsOfMotion:
     motion = economical_motion(mechanism, state)
     forces = applied_generalized_forces(motion, applied_forces(motion))
-    velocity_terms = inverse_dynamics(motion, [0] * len(state.u))
+    at_rest = [0] * len(state.u)
+    velocity_terms = inverse_dynamics(motion, at_rest)
     own = applied_forces(motion, weight=False)
-    needed = joint_projection(motion, carried_wrenches(motion, bias_wrenches(motion, own.of_body)))
+    needed = joint_projection(motion, carried_wrenches(motion, needed_wrenches(motion, at_rest, own.of_body)))
     forcing = [q - c for q, c in zip(own.of_speed, needed, strict=True)]  # Q - c in one pass
     return equations(motion, mass_matrix(motion), forces, velocity_terms, row_motions(motion), forcing)
 

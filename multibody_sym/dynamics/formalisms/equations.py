@@ -314,6 +314,7 @@ def tree_dynamics(motion: Motion, factors: MassFactors, forcing: list[S], rows: 
 class BodyAxes:
     """Three `speeds` of a body along directions at right angles, the rows of `directions` in the body's axes."""
 
+    body: int
     speeds: tuple[int, ...]
     directions: Mat
 
@@ -346,6 +347,6 @@ def along_body_axes(motion: Motion) -> tuple[Motion, tuple[BodyAxes, ...]]:
             and not any(body.given)
         ):
             x, y, z, *others = moved.linear
-            axes.append(BodyAxes(body.u[:3], (x, y, z)))
+            axes.append(BodyAxes(index, body.u[:3], (x, y, z)))
             bodies[index] = replace(moved, linear=(*UNIT_MATRIX, *others))
     return replace(motion, bodies=tuple(bodies)), tuple(axes)

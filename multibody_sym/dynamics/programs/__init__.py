@@ -5,7 +5,8 @@
     law_programs       the problem of contact laws: all rows, gaps and rates
     reactions          forces of joints, ropes and contacts; switching functions, which end a mode
     quantities         positions, reactions, momenta that outputs name; events: `stop`, kinks of inputs (`min`, `where`)
-    state_functions    the Programs of `function`: one entry a name, and their derivatives
+    state_functions    the Programs of `function`: one entry a name
+    function_derivatives    derivatives of functions, alone or together with their values
     tree_functions     mass matrix, inverse and hybrid dynamics, equations in momenta
     repeated_bodies, repeated_contacts    loops over like bodies; over contacts of a kind
 """

@@ -1,18 +1,17 @@
-"""What can be asked of a system at a state, each as one Program with named outputs; and their derivatives.
+"""What can be asked of a system at a state, each as one Program with named outputs.
 
-Inputs of all are t, q, u, parameters, inputs, modes as of every system Program; `udot` follows where it is read. Column
-k of a derivative by q is the rate of the function while speed k alone is one: q moves along the tangent of the
-configuration, a quaternion on its sphere.
+Inputs of all are t, q, u, parameters, inputs, modes as of every system Program; `udot` follows where it is read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
 from multibody_sym.dynamics.formalisms.equations import Formalism
+from multibody_sym.dynamics.programs.function_derivatives import directions, rates_along
 from multibody_sym.dynamics.programs.law_programs import column
 from multibody_sym.dynamics.programs.quantities import (
     Sources,
@@ -31,21 +30,10 @@ from multibody_sym.dynamics.programs.tree_functions import (
     inverse_dynamics_program,
     mass_matrix_program,
 )
-from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
-from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.motion import (
-    Motion,
-    accelerations,
-    arrays,
-    coordinate_rates,
-    motion_of,
-    pose,
-    qdot_of,
-    slot_state,
-    spread,
-)
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion, accelerations, arrays, motion_of, pose, slot_state, spread
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
@@ -58,14 +46,12 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.model.bodies import COM
-from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace
+from multibody_sym.program.derivatives import callee_value, jacobian_along, resume_trace
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.calculus import gradient
-from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
@@ -188,7 +174,7 @@ def _coriolis_matrix(mechanism: Mechanism, _: FunctionOptions) -> Program:
             "bias has the terms of velocities of any model",
             number="M110",
         )
-    slopes = jacobian_along(mass_matrix_program(mechanism), _directions(mechanism, "q"), name="mass_matrix_by_q")
+    slopes = jacobian_along(mass_matrix_program(mechanism), directions(mechanism, "q"), name="mass_matrix_by_q")
     trace = resume_trace(slopes, "coriolis_matrix", ())
     values, u = slopes.outputs[0].values, trace["u"]
 
@@ -315,9 +301,9 @@ def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
     def velocities(motion: Motion) -> Outputs:
         return {"jacobian": column(_Moved.of(motion, marker).velocity_in(options.axes))}
 
-    jacobian = jacobian_along(_at_state("twist", velocities, mechanism), _directions(mechanism, "u"), name="columns")
+    jacobian = jacobian_along(_at_state("twist", velocities, mechanism), directions(mechanism, "u"), name="columns")
     state = slot_state(mechanism)
-    onward = {"t": (ONE,), "q": _rates(mechanism, state.u)}
+    onward = {"t": (ONE,), "q": rates_along(mechanism, state.u)}
     rate = jacobian_along(jacobian, [onward], name="rates")
     trace = Trace("jacobian", arrays(mechanism))
     given = [trace[array.name] for array in jacobian.inputs]
@@ -471,124 +457,3 @@ def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
     given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
     found = zip(program.outputs, trace.call(program, given), strict=True)
     return trace.finish({output.name: (output.shape, list(map(callee_value, x, output.values))) for output, x in found})
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Derivatives.
-
-
-Variable = Literal["t", "q", "u", "s", "udot", "inputs", "parameters"]
-"""By what a function is differentiated; by q along the tangent, by s along the declared states, the last of q."""
-VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
-
-
-def derivative_program(mechanism: Mechanism, program: Program, variable: Variable, *, declared: bool) -> Program:
-    """Return the Program of the derivatives of all outputs of one: one axis more, the last.
-
-    By "q" along the tangent (nu), by "parameters" by those that follow from no others, which the others follow. Inputs
-    move as they are `declared`, or stand still.
-    """
-    name = f"{program.name}_by_{variable}"
-    return jacobian_along(program, _directions(mechanism, variable, declared=declared), name=name)
-
-
-def acceleration_derivative(mechanism: Mechanism, whole: Program, variable: Variable, *, declared: bool) -> Program:
-    """Return the Program of d(qdot, udot) / d variable of a tree: M d(udot) = -d(M udot + c - Q) at fixed udot."""
-    ways = _directions(mechanism, variable, declared=declared)
-    slopes = jacobian_along(inverse_dynamics_program(mechanism), ways, name=f"forces_by_{variable}")
-    qdot, udot, multipliers = (output.name for output in whole.outputs)
-    trace = Trace(f"{whole.name}_by_{variable}", whole.inputs)
-    given = {array.name: trace[array.name] for array in whole.inputs}
-    rates = trace.call(whole, list(given.values()))[1]
-    (forces,) = trace.call(slopes, [*given.values(), rates])
-    count, width = len(mechanism.speeds), len(ways)
-    forces = tuple(map(callee_value, forces, slopes.outputs[0].values))
-    factors = tree_factors(motion_of(mechanism, slot_state(mechanism)))
-    columns = [factors.solve([-forces[row * width + k] for row in range(count)]) for k in range(width)]
-    of_q = jacobian_along(_qdot_program(mechanism, whole), ways, name=f"rates_by_{variable}")
-    found: Outputs = {
-        qdot: ((len(mechanism.coordinates), width), list(of_q.outputs[0].values)),
-        udot: ((count, width), [as_node(column[row]) for row in range(count) for column in columns]),
-        multipliers: ((0, width), []),
-    }
-    return trace.finish(found)
-
-
-def _qdot_program(mechanism: Mechanism, whole: Program) -> Program:
-    qdot = [as_node(x) for x in qdot_of(slot_state(mechanism), mechanism)]
-    return Trace("qdot", whole.inputs).finish({"qdot": column(qdot)})
-
-
-def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
-    """Return -> jacobian (nq + nu, nq + nu) of a state derivative by the elements of x = (q, u), inputs as declared.
-
-    Quaternions have length one there.
-    """
-    nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
-    ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
-    slopes = jacobian_along(whole, [_with_inputs(mechanism, way) for way in ways], name="state_jacobian")
-    of_q, of_u, *_ = (output.values for output in slopes.outputs)
-    trace = resume_trace(slopes, "state_jacobian", ())
-    return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
-
-
-def _directions(mechanism: Mechanism, variable: Variable, *, declared: bool = False) -> list[Direction]:
-    """Return the directions in which a variable moves, with inputs as they are `declared`, or at rest."""
-    count = len(mechanism.speeds)
-    ways: list[Direction]
-    if variable == "q":
-        ways = [{"q": _rates(mechanism, way)} for way in _units(count)]
-    elif variable == "parameters":
-        ways = [{"parameters": way} for way in _parameter_ways(mechanism)]
-    elif variable == "s":
-        states = [c.rate is not None for c in mechanism.coordinates]
-        ways = [{"q": way} for way, state in zip(_units(len(states)), states, strict=True) if state]
-    else:
-        size = {"t": 1, "u": count, "udot": count, "inputs": len(mechanism.inputs)}[variable]
-        ways = [{variable: way} for way in _units(size)]
-    if not declared or variable == "inputs":
-        return ways
-    return [_with_inputs(mechanism, way) for way in ways]
-
-
-def _with_inputs(mechanism: Mechanism, way: Direction) -> Direction:
-    """Return a direction with the rates that declared inputs have along it."""
-    moving = {slot(name, k): rate for name, rates in way.items() for k, rate in enumerate(rates) if rate is not ZERO}
-    found = []
-    for expression in mechanism.inputs.values():
-        on = [x for x in leaves([expression], "slot") if x in moving]
-        slopes = zip(on, gradient(expression, on), strict=True)
-        found.append(sum((slope * moving[leaf] for leaf, slope in slopes), ZERO))
-    return {**way, "inputs": tuple(found)} if found else way
-
-
-def _units(size: int) -> list[tuple[Node, ...]]:
-    return [tuple(ONE if i == k else ZERO for i in range(size)) for k in range(size)]
-
-
-def _rates(mechanism: Mechanism, u: Sequence[Node]) -> tuple[Node, ...]:
-    return tuple(as_node(x) for x in coordinate_rates(mechanism, slot_state(mechanism).q, u))
-
-
-def _parameter_ways(mechanism: Mechanism) -> list[tuple[Node, ...]]:
-    """Return by how much all parameters (np) move with each that follows from no others."""
-    entries, places = mechanism.parameters, [slot("parameters", k) for k in range(len(mechanism.parameters))]
-    ways = []
-    for k in independent_parameters(mechanism):
-        moving: dict[Node, Node] = {places[k]: ONE}
-        for index in evaluation_order(mechanism, {}):
-            expression = entries[index].value
-            if expression is None or index == k:
-                continue
-            if on := [x for x in leaves([expression], "slot") if x in moving]:
-                slopes = zip(on, gradient(expression, on), strict=True)
-                moving[places[index]] = sum((slope * moving[leaf] for leaf, slope in slopes), ZERO)
-        ways.append(tuple(moving.get(place, ZERO) for place in places))
-    return ways
-
-
-def independent_parameters(mechanism: Mechanism) -> list[int]:
-    """Return the places of the parameters that are declared by a number."""
-    entries = enumerate(mechanism.parameters)
-    declared = ((k, entry) for k, entry in entries if entry.source is Source.DECLARED)
-    return [k for k, entry in declared if entry.value is None or not leaves([entry.value], "slot")]

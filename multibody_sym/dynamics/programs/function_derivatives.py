@@ -1,0 +1,397 @@
+"""Derivatives of functions of the state, as Programs: of accelerations and forces along the tree, of others forward.
+
+Column k of a derivative by q is the rate of the function while speed k alone is one: q moves along the tangent of the
+configuration, a quaternion on its sphere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from string import ascii_lowercase
+from typing import Final, Literal, get_args
+
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed_wrenches
+from multibody_sym.dynamics.formalisms.equations import BodyAxes, along_body_axes, coupled_groups
+from multibody_sym.dynamics.formalisms.force_slopes import force_slopes
+from multibody_sym.dynamics.programs.law_programs import column
+from multibody_sym.dynamics.start.parameters import evaluation_order
+from multibody_sym.mechanics.alignment import economical_motion
+from multibody_sym.mechanics.forces import applied_forces, varies
+from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.motion import Motion, arrays, coordinate_rates, qdot_of, slot_state
+from multibody_sym.mechanics.points import Wrench, carried_wrenches, generalized_forces, joint_projection
+from multibody_sym.program.derivatives import Direction, callee_value, jacobian_along, resume_trace, traced_rates
+from multibody_sym.program.program import Program
+from multibody_sym.program.statements import Array, Kernel, Loop, Progression, Window
+from multibody_sym.program.trace import Trace
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import gradient
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.vectors import Factors, S, Vec, apply, cross, factorize
+
+Variable = Literal["t", "q", "u", "s", "udot", "inputs", "parameters"]
+"""By what a function is differentiated; by q along the tangent, by s along the declared states, the last of q."""
+VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
+Columns = list[list[Node]]
+Elements = tuple[tuple[int, ...], Sequence[Node]]
+"""The shape of a result and its elements, row by row."""
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """The `values` of a function by name and their `slopes` by name and variable, as `trace` computes them."""
+
+    trace: Trace
+    values: dict[str, Elements]
+    slopes: dict[tuple[str, Variable], Elements] = field(default_factory=dict)
+
+    def add(self, name: str, by: Variable, columns: Sequence[Sequence[Node]]) -> None:
+        """Take over the columns of the derivative of a value."""
+        (shape, values), width = self.values[name], len(columns)
+        self.slopes[name, by] = (*shape, width), [column[row] for row in range(len(values)) for column in columns]
+
+    def alone(self) -> Program:
+        """Return the Program of the derivatives by one variable, which have the names of the values."""
+        return self.trace.finish({name: found for (name, _), found in self.slopes.items()})
+
+    def with_values(self, names: Sequence[str]) -> Program:
+        """Return the Program of some values, and of their derivatives as NAME_by_VARIABLE."""
+        found = {name: self.values[name] for name in names}
+        found |= {f"{name}_by_{by}": slope for (name, by), slope in self.slopes.items() if name in names}
+        return self.trace.finish(found)
+
+
+def differentiated(
+    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: bool
+) -> Derivatives:
+    """Return the derivatives of all outputs of a Program: one axis more, the last.
+
+    By "q" along the tangent (nu), by "parameters" by those that follow from no others, which the others follow. Inputs
+    move as they are `declared`, or stand still.
+    """
+    ways = [directions(mechanism, variable, declared=declared) for variable in variables]
+    name = f"{program.name}_by_{'_'.join(variables)}"
+    trace, columns = traced_rates(program, [way for each in ways for way in each], name=name)
+    found = Derivatives(trace, {output.name: (output.shape, output.values) for output in program.outputs})
+    first = 0
+    for output in program.outputs:
+        last, rest = first + len(output.values), iter(columns)
+        for variable, each in zip(variables, ways, strict=True):
+            found.add(output.name, variable, [next(rest)[first:last] for _ in each])
+        first = last
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Along the tree, with forces and accelerations along the axes of free bodies: forces = M udot + c - Q.
+
+
+def differentiated_accelerations(
+    mechanism: Mechanism, whole: Program, variables: Sequence[Variable], *, declared: bool
+) -> Derivatives:
+    """Return the derivatives of qdot, udot and no multipliers of a tree: M d(udot) = -d(forces) at fixed udot."""
+    qdot, udot, multipliers = (output.name for output in whole.outputs)
+    trace = Trace(f"{whole.name}_by_{'_'.join(variables)}", whole.inputs)
+    tree = _Tree.of(mechanism)
+    accelerations = tree.accelerations()
+    slopes = tree.forces_by(trace, accelerations, variables, declared=declared, hold=True)
+    columns = iter(tree.solved(trace, [[-x for x in each] for by in variables for each in slopes.columns[by]]))
+    rates = column(qdot_of(slot_state(mechanism), mechanism))
+    values: dict[str, Elements] = {qdot: rates, udot: column(tree.in_space(accelerations)), multipliers: ((0,), [])}
+    of_q = Trace("qdot", whole.inputs).finish({qdot: rates})
+    found = Derivatives(trace, values, differentiated(mechanism, of_q, variables, declared=declared).slopes)
+    for by in variables:
+        own = [next(columns) for _ in slopes.columns[by]]
+        if by == "q":
+            for k, shift in slopes.shifts.items():
+                own[k] = [x - as_node(y) for x, y in zip(own[k], tree.in_space(shift), strict=True)]
+        found.add(udot, by, own)
+        found.add(multipliers, by, [()] * len(own))
+    return found
+
+
+def differentiated_forces(
+    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: bool
+) -> Derivatives:
+    """Return the derivatives of inverse dynamics of a tree: by udot they are M."""
+    trace = Trace(f"{program.name}_by_{'_'.join(variables)}", program.inputs)
+    tree = _Tree.of(mechanism)
+    udot = tree.along_axes(trace["udot"])
+    slopes = tree.forces_by(trace, udot, variables, declared=declared, hold=False)
+    (output,) = program.outputs
+    needed = tree.needed(udot)
+    found = Derivatives(trace, {output.name: column(tree.in_space(needed))})
+    for by in variables:
+        columns = list(map(tree.in_space, slopes.columns[by]))
+        for axes in tree.along if by == "q" else ():  # the axes turn with the body
+            force = [needed[k] for k in axes.speeds]
+            for k in mechanism.bodies[axes.body].u:
+                turned = apply(axes.directions, cross(tree.angular(axes.body, k), force))
+                for row, x in zip(axes.speeds, turned, strict=True):
+                    columns[k][row] = columns[k][row] + x
+        found.add(output.name, by, [list(map(as_node, each)) for each in columns])
+    return found
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Derivatives of forces by variable, one column a direction, and the `shifts` of udot beside those by q."""
+
+    columns: dict[Variable, Columns]
+    shifts: dict[int, list[S]]
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """A tree in slots, its free bodies `along` their axes."""
+
+    motion: Motion
+    along: tuple[BodyAxes, ...]
+
+    @staticmethod
+    def of(mechanism: Mechanism) -> _Tree:
+        return _Tree(*along_body_axes(economical_motion(mechanism, slot_state(mechanism))))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        return self.motion.mechanism
+
+    def angular(self, body: int, speed: int) -> Vec:
+        """Return the partial angular velocity of a body for a speed of its joint."""
+        return self.motion.bodies[body].angular[self.mechanism.bodies[body].u.index(speed)]
+
+    def in_space(self, x: Sequence[S]) -> list[S]:
+        """Return T x: what is along axes of free bodies along those of their parents."""
+        for axes in self.along:
+            x = axes.rates(x)
+        return list(x)
+
+    def along_axes(self, x: Sequence[S]) -> list[S]:
+        """Return T^T x."""
+        for axes in self.along:
+            x = axes.forces(x)
+        return list(x)
+
+    def needed(self, udot: Sequence[S]) -> list[S]:
+        """Return M udot + c - Q (n)."""
+        of_body, of_speed = self._loads
+        carried = carried_wrenches(self.motion, needed_wrenches(self.motion, udot, of_body))
+        return [x - q for x, q in zip(joint_projection(self.motion, carried), of_speed, strict=True)]
+
+    def accelerations(self) -> list[Node]:
+        """Return udot (n)."""
+        right = [-x for x in self.needed([0] * len(self.mechanism.speeds))]
+        return [as_node(x) for x in self._factors.to_left(self._divided(self._factors.from_right(right)))]
+
+    @cached_property
+    def _loads(self) -> tuple[list[Wrench], list[S]]:
+        """The loads but the weight: wrenches on bodies, forces on speeds."""
+        loads = applied_forces(self.motion, weight=False)
+        return loads.of_body, self.along_axes(loads.of_speed)
+
+    @cached_property
+    def _factors(self) -> Factors:
+        return factorize(mass_matrix(self.motion))
+
+    @cached_property
+    def _inverse_pivots(self) -> list[Node]:
+        return [1 / as_node(d) for d in self._factors.pivots]
+
+    def _divided(self, x: Sequence[S]) -> list[S]:
+        return [a * b for a, b in zip(x, self._inverse_pivots, strict=True)]
+
+    # --- slopes of forces ---------------------------------------------------------------------------------------------
+
+    def forces_by(
+        self, trace: Trace, udot: list[S], variables: Sequence[Variable], *, declared: bool, hold: bool
+    ) -> _Slopes:
+        """Return the derivatives of M udot + c - Q (n, along the axes of free bodies, as udot), at fixed T udot.
+
+        By q and u along the tree, loads forward; where masses change with the state, and by all others, forward.
+        """
+        columns, shifts, count = dict[Variable, Columns](), dict[int, list[S]](), len(udot)
+        tree = not any(map(varies, self.mechanism.bodies))
+        found = force_slopes(self.motion, udot, self.along, hold=hold) if tree else None
+        for by in variables:
+            of_tree = found is not None and by in ("q", "u")
+            program = self._loads_program() if of_tree else self._needed_program()
+            ways = directions(self.mechanism, by, declared=declared)
+            forward = jacobian_along(program, ways, name=f"{program.name}_by_{by}")
+            given = [self.in_space(udot) if array.name == "udot" else trace[array.name] for array in program.inputs]
+            (values,) = trace.call(forward, given)
+            values = tuple(map(callee_value, values, forward.outputs[0].values))
+            columns[by] = [list(values[k :: len(ways)]) for k in range(len(ways))]
+            if found is not None and of_tree:
+                matrix = found.by_q if by == "q" else found.by_u
+                columns[by] = [[matrix[i][k] - x for i, x in enumerate(each)] for k, each in enumerate(columns[by])]
+        if found is not None and hold:
+            for k, shift in found.shifts.items():
+                (axes,) = (axes for axes in self.along if k in self.mechanism.bodies[axes.body].u)
+                shifts[k] = [0] * count
+                for i, x in zip(axes.speeds, shift, strict=True):
+                    shifts[k][i] = x
+        return _Slopes(columns, shifts)
+
+    def _loads_program(self) -> Program:
+        """Return -> Q (n) of all loads but the weight."""
+        of_body, of_speed = self._loads
+        forces = [a + b for a, b in zip(generalized_forces(self.motion, of_body), of_speed, strict=True)]
+        return Trace("loads", arrays(self.mechanism)).finish({"forces": column(forces)})
+
+    def _needed_program(self) -> Program:
+        """Return (.., udot) -> M udot + c - Q (n, along the axes of free bodies)."""
+        trace = Trace("needed_forces", (*arrays(self.mechanism), Array("udot", (len(self.mechanism.speeds),))))
+        return trace.finish({"forces": column(self.needed(self.along_axes(trace["udot"])))})
+
+    # --- accelerations from forces ------------------------------------------------------------------------------------
+
+    def solved(self, trace: Trace, columns: Columns) -> Columns:
+        """Return T M^-1 of each column, by loops over columns that compilers vectorise.
+
+        A loop has the columns of one branch, which needs no elimination of the others, or those that concern several.
+        """
+        found = [[ZERO] * len(self.mechanism.speeds) for _ in columns]
+        for places, branches in self._groups:
+            together: dict[tuple[int, ...], list[int]] = {}
+            for k, each in enumerate(columns):
+                if moving := {i for i in places if each[i] is not ZERO}:
+                    branch = next((branch for branch in branches if moving <= {*branch}), places)
+                    together.setdefault(branch, []).append(k)
+            for branch, members in together.items():
+                right = {i: [columns[k][i] for k in members] for i in branch}
+                for i, row in zip(places, self._solved_together(trace, places, right), strict=True):
+                    for k, x in zip(members, row, strict=True):
+                        found[k][i] = x
+        return found
+
+    @cached_property
+    def _groups(self) -> list[tuple[tuple[int, ...], list[tuple[int, ...]]]]:
+        """Speeds that the mass matrix couples, in groups with their branches: a last speed and those that carry it."""
+        carrying = [{k, *(i for i, _ in row)} for k, row in enumerate(self._factors.below)]
+        last = set(range(len(carrying))) - {i for row in self._factors.below for i, _ in row}
+        groups = coupled_groups([*carrying, *(set(axes.speeds) for axes in self.along)])
+        return [(tuple(sorted(x)), [tuple(sorted(carrying[k])) for k in sorted(last & x)]) for x in groups]
+
+    def _solved_together(
+        self, trace: Trace, places: tuple[int, ...], right: Mapping[int, list[Node]]
+    ) -> list[tuple[Node, ...]]:
+        """Return the rows of T M^-1 at these places for some rows of right sides."""
+        along = [axes for axes in self.along if axes.speeds[0] in places]
+        factors = [factor for k in places for _, factor in self._factors.below[k]]
+        factors += [self._inverse_pivots[k] for k in places]
+        factors += [x for axes in along for row in axes.directions for x in row]
+        live = [k for k, row in right.items() if any(x is not ZERO for x in row)]
+        kernel = self._kernel(places, live, len(factors), along)
+        width, begin = len(right[live[0]]), Progression((0,))
+        reads = [Window(0, begin), *(Window(1, Progression((k * width,), 1)) for k in range(len(live)))]
+        writes = [Window(2, Progression((k * width,), 1)) for k in range(len(places))]
+        loop = Loop(width, (Kernel(kernel, tuple(reads), tuple(writes)),))
+        given = [list(map(as_node, factors)), [x for k in live for x in right[k]]]
+        (found,) = trace.scan(given, [len(places) * width], [], [loop])
+        return [found[k * width : (k + 1) * width] for k in range(len(places))]
+
+    def _kernel(
+        self, places: tuple[int, ...], live: Sequence[int], size: int, along: Sequence[BodyAxes]
+    ) -> Program:
+        """Return (factors, of each live row its force) -> acceleration of each place."""
+        trace = Trace("accelerations", [Array("factors", (size,)), *(Array(_letters("force", k)) for k in live)])
+        rest = iter(trace["factors"])
+        index = {k: place for place, k in enumerate(places)}
+        below = tuple(tuple((index[i], next(rest)) for i, _ in self._factors.below[k]) for k in places)
+        inverse = [next(rest) for _ in places]
+        factors = Factors(below, tuple(inverse))
+        right = [trace[_letters("force", k)][0] if k in live else ZERO for k in places]
+        x: Sequence[S] = factors.to_left([a * b for a, b in zip(factors.from_right(right), inverse, strict=True)])
+        for axes in along:
+            a, b, c = ((next(rest), next(rest), next(rest)) for _ in range(3))
+            x = replace(axes, speeds=tuple(index[k] for k in axes.speeds), directions=(a, b, c)).rates(x)
+        return trace.finish({_letters("rate", k): ((), [as_node(value)]) for k, value in enumerate(x)})
+
+
+def _letters(name: str, number: int) -> str:
+    """Return a name with a number in letters."""
+    high, low = divmod(number, len(ascii_lowercase))
+    return (_letters(name, high - 1) if high else f"{name}_") + ascii_lowercase[low]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Directions in which a state moves.
+
+
+def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
+    """Return -> jacobian (nq + nu, nq + nu) of a state derivative by the elements of x = (q, u), inputs as declared.
+
+    Quaternions have length one there.
+    """
+    nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
+    ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
+    slopes = jacobian_along(whole, [_with_inputs(mechanism, way) for way in ways], name="state_jacobian")
+    of_q, of_u, *_ = (output.values for output in slopes.outputs)
+    trace = resume_trace(slopes, "state_jacobian", ())
+    return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
+
+
+def directions(mechanism: Mechanism, variable: Variable, *, declared: bool = False) -> list[Direction]:
+    """Return the directions in which a variable moves, with inputs as they are `declared`, or at rest."""
+    count = len(mechanism.speeds)
+    ways: list[Direction]
+    if variable == "q":
+        ways = [{"q": rates_along(mechanism, way)} for way in _units(count)]
+    elif variable == "parameters":
+        ways = [{"parameters": way} for way in _parameter_ways(mechanism)]
+    elif variable == "s":
+        states = [c.rate is not None for c in mechanism.coordinates]
+        ways = [{"q": way} for way, state in zip(_units(len(states)), states, strict=True) if state]
+    else:
+        size = {"t": 1, "u": count, "udot": count, "inputs": len(mechanism.inputs)}[variable]
+        ways = [{variable: way} for way in _units(size)]
+    if not declared or variable == "inputs":
+        return ways
+    return [_with_inputs(mechanism, way) for way in ways]
+
+
+def _with_inputs(mechanism: Mechanism, way: Direction) -> Direction:
+    """Return a direction with the rates that declared inputs have along it."""
+    moving = {slot(name, k): rate for name, rates in way.items() for k, rate in enumerate(rates) if rate is not ZERO}
+    found = []
+    for expression in mechanism.inputs.values():
+        on = [x for x in leaves([expression], "slot") if x in moving]
+        slopes = zip(on, gradient(expression, on), strict=True)
+        found.append(sum((slope * moving[leaf] for leaf, slope in slopes), ZERO))
+    return {**way, "inputs": tuple(found)} if found else way
+
+
+def _units(size: int) -> list[tuple[Node, ...]]:
+    return [tuple(ONE if i == k else ZERO for i in range(size)) for k in range(size)]
+
+
+def rates_along(mechanism: Mechanism, u: Sequence[Node]) -> tuple[Node, ...]:
+    """Return the rates of all coordinates at speeds."""
+    return tuple(as_node(x) for x in coordinate_rates(mechanism, slot_state(mechanism).q, u))
+
+
+def _parameter_ways(mechanism: Mechanism) -> list[tuple[Node, ...]]:
+    """Return by how much all parameters (np) move with each that follows from no others."""
+    entries, places = mechanism.parameters, [slot("parameters", k) for k in range(len(mechanism.parameters))]
+    ways = []
+    for k in independent_parameters(mechanism):
+        moving: dict[Node, Node] = {places[k]: ONE}
+        for index in evaluation_order(mechanism, {}):
+            expression = entries[index].value
+            if expression is None or index == k:
+                continue
+            if on := [x for x in leaves([expression], "slot") if x in moving]:
+                slopes = zip(on, gradient(expression, on), strict=True)
+                moving[places[index]] = sum((slope * moving[leaf] for leaf, slope in slopes), ZERO)
+        ways.append(tuple(moving.get(place, ZERO) for place in places))
+    return ways
+
+
+def independent_parameters(mechanism: Mechanism) -> list[int]:
+    """Return the places of the parameters that are declared by a number."""
+    entries = enumerate(mechanism.parameters)
+    declared = ((k, entry) for k, entry in entries if entry.source is Source.DECLARED)
+    return [k for k, entry in declared if entry.value is None or not leaves([entry.value], "slot")]
