@@ -114,6 +114,7 @@ GOLDEN: Annotated[float, "... each component differently, so that all difference
 
 BEYOND: Annotated[float, "part of a step by which its extension is followed beyond its end"] = 1e-6
 ROUNDED_TIME: Annotated[float, "part of a time by which a crossing at the end of a run may seem later"] = 16.0 * EPSILON
+JUST_BEFORE: Annotated[float, "part of a time by which the slope at a kink is taken before it"] = 8.0 * EPSILON
 SHORT_OF: Annotated[float, "part of the way to the crossing by which the repeated step ends before it, ..."] = 1e-7
 SHORTER: Annotated[float, "... this many times more whenever that was not enough"] = 100.0
 AT_ONCE: Annotated[float, "part of a step in which a function that crosses back after its own event chatters"] = 1e-3

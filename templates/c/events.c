@@ -1,7 +1,8 @@
 /* Events: where switching functions change sign within a step.
 
    A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
-   slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
+   slope is from beyond; its continuous extension then leads over it. A slope at a kink but for round-off is that just
+   before it, as a force may jump there, and the step ends just behind. What nothing crosses at the end of a step may cross
    and cross back within it: the functions are looked at until their signs are certain (looks.c). What has just been
    crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left
    it. A stop that is above zero counts anew once it has been below: a step in which it goes there and comes back ends in
@@ -251,7 +252,7 @@ int mbs_find_event(mbs_run *r, int status)
         double high = taken ? trouble(r) : 2.0;
         int below = taken && high > 1.0 && r->below <= 1.0 && round < MBS_REPEATS;
         if (taken && high > 1.0 && !r->beyond && !below)
-            return round ? end_clean(r) : pass_with_values(r);
+            return round || r->touched ? end_clean(r) : pass_with_values(r);
         if (below) {
             status = mbs_take(r, r->below * s->h, s->t + r->below * s->h);
             taken = status == MBS_RUNNING;

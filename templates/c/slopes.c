@@ -21,11 +21,10 @@ int mbs_derivative(mbs_run *r, double t, const double *x, double *slope)
     int status = MBS_RUNNING, near = r->state->near;
     if (near && (status = mbs_closed(r, t, x, r->settled)) != MBS_RUNNING)
         return status;
+    t = mbs_time_of_slope(r, t, x);
     mbs_evaluate(r, t, near ? r->settled : x);
     mbs_copy(r->n, r->known_slope, slope);
     ++r->state->evaluations;
-    if (r->watching && !r->beyond)
-        r->beyond = mbs_beyond_kink(r, t, x);
     if ((status = mbs_all_finite(r, t, slope)) == MBS_RUNNING && r->system->ns > 0) {
         note_report(r, t);
         mbs_note_independence(r, t);

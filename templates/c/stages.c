@@ -73,11 +73,10 @@ int mbs_stage_values(mbs_run *r, const mbs_stages *p, double t, const double *y,
         mbs_fill(p->rows, 0.0, values + p->n);
         return mbs_derivative(r, t, y, values);
     }
+    t = mbs_time_of_slope(r, t, y);
     r->further = y + p->n;
     mbs_call(r, r->system->index_2, t, y, out);
     ++r->state->evaluations;
-    if (r->watching && !r->beyond)
-        r->beyond = mbs_beyond_kink(r, t, y);
     return mbs_all_finite(r, t, values);
 }
 

@@ -57,7 +57,8 @@ struct mbs_run {
     double drift_position, drift_velocity, removed_position, removed_velocity, deviation; /* of the step on trial */
     double residual; /* largest scaled residual of dependent rows in it */
     int watching;    /* there are kinks to look out for */
-    int beyond;      /* a slope of the step on trial was taken beyond one */
+    int beyond;      /* a slope of the step on trial was taken beyond one, ... */
+    int touched;     /* ... or just before one that it is at but for round-off */
     double left;     /* so soon the function at whose event the step starts has left zero, ... */
     int chattering;  /* ... unless it turns back at once ... */
     int flipped;     /* ... and is let to */
@@ -200,8 +201,9 @@ void mbs_note_sides(mbs_run *r);
 /* Note on which side of zero the switching functions are at the start of a run. */
 void mbs_start_events(mbs_run *r);
 
-/* Whether (t, x) lies beyond a kink. */
-int mbs_beyond_kink(mbs_run *r, double t, const double *x);
+/* The time at which the slope of (t, x) is taken: slightly before a kink that it is at but for round-off, as a force may jump
+   there; `beyond` or `touched` tell of a kink. */
+double mbs_time_of_slope(mbs_run *r, double t, const double *x);
 
 /* ---- slopes.c ---- */
 

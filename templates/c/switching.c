@@ -82,11 +82,31 @@ double mbs_on_side(mbs_run *r, mbs_path along, int i, double theta)
     return r->sides[i] * r->values[i];
 }
 
-int mbs_beyond_kink(mbs_run *r, double t, const double *x)
+/* Whether (t, x) lies before all kinks, at one (0), or beyond one (-1). */
+static int before_kinks(mbs_run *r, double t, const double *x)
 {
+    int before = 1;
     mbs_switching(r, t, x);
-    for (int i = 0; i < r->system->ng; ++i)
-        if (!(i == r->state->origin && r->chattering) && !r->system->terminal[i] && mbs_crossed(r, i))
-            return 1;
-    return 0;
+    for (int i = 0; i < r->system->ng; ++i) {
+        if (r->system->terminal[i] || r->sides[i] == 0.0 || (i == r->state->origin && r->chattering))
+            continue;
+        if (mbs_crossed(r, i))
+            return -1;
+        before = before && r->values[i] != 0.0;
+    }
+    return before;
+}
+
+double mbs_time_of_slope(mbs_run *r, double t, const double *x)
+{
+    int here = r->watching && !r->beyond ? before_kinks(r, t, x) : 1;
+    if (here > 0)
+        return t;
+    double earlier = t - MBS_JUST_BEFORE * fabs(t);
+    if (before_kinks(r, earlier, x) > 0) {
+        r->touched = 1;
+        return earlier;
+    }
+    r->beyond = here < 0;
+    return t;
 }

@@ -4,7 +4,7 @@
 int mbs_attempt(mbs_run *r, double h, double t_new)
 {
     r->residual = 0.0;
-    r->beyond = 0;
+    r->beyond = r->touched = 0;
     r->state->crossing = -1;
     r->state->extended = 0;
     r->state->h = h;

@@ -13,12 +13,22 @@ from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import NO_MODE, Event, Problem
 from multibody_sym.motion.loop.python_loop import python_loop
-from multibody_sym.motion.methods.table import METHODS
+from multibody_sym.motion.methods.table import METHODS, LibraryMethod
 from multibody_sym.program.runtime_constants import Status
 
 LOOPS = pytest.mark.parametrize("loop", [native_loop, python_loop])
 STEPS = pytest.mark.parametrize(("method", "step"), [("dormand_prince", None), ("rk4", 0.07), ("heun", 0.03)])
 G = 9.81
+JUMPS = """multibody_sym: 1
+name: pushed
+gravity: [0, 0, 0]
+parameters: {a: 0.2, b: 0.3, c: 0.7}
+bodies: {body: {mass: 1}}
+joints: {rail: {type: prismatic, parent: ground, child: body, axis: x, q: x}}
+inputs: {F: "where(t < a, 1, 3) + where(t <= b, 0, 2) + sign(t - c)"}
+forces: {push: {type: force, on: body, value: [F, 0, 0]}}
+simulation: {t_end: 1 s, samples: 2}
+"""
 
 
 def problem(model, q, u, parameters, terminal, t_end, method="dormand_prince", **options):
@@ -195,3 +205,14 @@ forces: {m: {type: torque, joint: A, value: M}}
         run = mbs.simulate(system, t_end=t, samples=2, rtol=1e-11, atol=1e-12, backend=backend)
         exact = 50.0 + 80.0 * (5.0 * math.exp((t - first) / 4.0) - 5.0)
         assert run["u_phi"][-1] == pytest.approx(exact, rel=1e-11)
+
+
+@pytest.mark.parametrize("backend", ["c", "python"])
+def test_a_force_that_jumps_where_a_step_ends_acts_from_there_on(backend):
+    """Constant forces: all methods are exact. 6 * 0.05 is later than 0.3 by rounding, 4 * 0.05 is not."""
+    system, exact = mbs.loads(JUMPS), (0.2 + 3 * 0.8) + 2 * 0.7 + (0.3 - 0.7)
+    for step in (0.05, 0.01):
+        for method in METHODS:
+            if not isinstance(METHODS[method], LibraryMethod):
+                run = mbs.simulate(system, method=method, step=step, backend=backend)
+                assert run["u_x"][-1] == pytest.approx(exact, rel=1e-13), method

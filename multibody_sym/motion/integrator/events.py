@@ -1,7 +1,8 @@
 """Where switching functions change sign within a step; `events.c` and `switching.c` are the same in C.
 
 A step that crosses, or looks beyond a kink in one of its slopes, is taken again to just before the crossing, until no
-slope is from beyond; its continuous extension then leads over it. What nothing crosses at the end of a step may cross
+slope is from beyond; its continuous extension then leads over it. A slope at a kink but for round-off is that just
+before it, as a force may jump there, and the step ends just behind. What nothing crosses at the end of a step may cross
 and cross back within it: the functions are looked at until their signs are certain (`looks`). What has just been
 crossed counts as crossed whatever round-off says, and a function that starts at zero has no side until it has left it.
 A stop that is above zero counts anew once it has been below: a step in which it goes there and comes back ends in
@@ -25,6 +26,7 @@ from multibody_sym.motion.integrator.singular import strays
 from multibody_sym.program.runtime_constants import (
     AT_ONCE,
     BEYOND,
+    JUST_BEFORE,
     LOCATING_ROUNDS,
     MOST_CHANGE,
     MOST_OF_ALL,
@@ -132,9 +134,10 @@ Path = Callable[[float], Floats]
 class Watch:
     """The switching functions of a flow and the sides of zero on which they were last seen.
 
-    `beyond`: a slope of the step on trial was taken beyond a kink; `origin`: the function at whose event it starts,
-    which has `left` zero so soon, or is `chattering` if it turns back at once, and `flipped` if it was let to. `below`:
-    the first part of the step at which a stop that is above zero at both its ends was seen below it, None if none was.
+    `beyond`: a slope of the step on trial was taken beyond a kink, or just before one that is `touched`; `origin`: the
+    function at whose event it starts, which has `left` zero so soon, or is `chattering` if it turns back at once, and
+    `flipped` if it was let to. `below`: the first part of the step at which a stop that is above zero at both its ends
+    was seen below it, None if none was.
     """
 
     def __init__(self, flow: Flow, events: Events) -> None:
@@ -145,7 +148,7 @@ class Watch:
         self.sides = events.sides(flow.start, flow.x0)
         self.switches = len(events.margins)
         self.reach = Reach(events.limiting, events.margins)
-        self.beyond = False
+        self.beyond = self.touched = False
         self.origin: int | None = None
         self.chattering = self.flipped = False
         self.left = 0.0
@@ -156,24 +159,40 @@ class Watch:
         flow, stages, size = self.flow, self.flow.stages, len(self.flow.x0)
 
         def slope(t: float, x: Floats) -> Floats:
-            self._look(t, x)
-            return flow.derivative(t, x)
+            return flow.derivative(self._time_of_slope(t, x), x)
 
         if stages is None:
             return replace(flow, derivative=slope)
 
         def values(t: float, y: Floats) -> Floats:
-            self._look(t, y[:size])
-            return stages.values(t, y)
+            return stages.values(self._time_of_slope(t, y[:size]), y)
 
         return replace(flow, derivative=slope, stages=replace(stages, values=values))
 
-    def _look(self, t: float, x: Floats) -> None:
-        if not self.beyond and not self.terminal.all():
-            crossed = self._crossed(self.values(t, x)) & ~self.terminal
-            if self.origin is not None and self.chattering:
-                crossed[self.origin] = False
-            self.beyond = bool(crossed.any())
+    def _time_of_slope(self, t: float, x: Floats) -> float:
+        """Return the time at which the slope of (t, x) is taken, and note whether it is beyond a kink.
+
+        It is slightly before a kink that it is at but for round-off: a force may jump there.
+        """
+        here = 1 if self.beyond or self.terminal.all() else self._before_kinks(t, x)
+        if here > 0:
+            return t
+        earlier = t - JUST_BEFORE * abs(t)
+        if self._before_kinks(earlier, x) > 0:
+            self.touched = True
+            return earlier
+        self.beyond = here < 0
+        return t
+
+    def _before_kinks(self, t: float, x: Floats) -> int:
+        """Return 1 before all kinks, 0 at one, -1 beyond one."""
+        kinks = ~self.terminal & (self.sides != 0.0)
+        if self.origin is not None and self.chattering:
+            kinks[self.origin] = False
+        values = self.values(t, x)
+        if (kinks & self._crossed(values)).any():
+            return -1
+        return int(not (kinks & (values == 0.0)).any())
 
     def longest(self, t: float, x: Floats, slope: Floats) -> float:
         """Return the longest step that may be tried from (t, x), a run in modes being looked at now and then."""
@@ -220,7 +239,8 @@ class Watch:
             high = None if problem is not None else self._trouble(step, values, slope)
             below = self.below if problem is None and high is None and rounds < REPEATS else None
             if problem is None and high is None and not self.beyond and below is None:
-                return self._ended_clean(step, values) if rounds else self._passed(step, values)
+                clean = rounds or self.touched
+                return self._ended_clean(step, values) if clean else self._passed(step, values)
             if below is not None:
                 step, problem = self._taken(step, below * step.h, take)
                 values = self.values(step.t_new, step.x_new)

@@ -118,7 +118,7 @@ def _begin(course: _Course, before: Step) -> None:
 
 def _attempt(course: _Course, before: Step, h: float, t_new: float) -> TrialStep:
     if course.watch is not None:
-        course.watch.beyond = False
+        course.watch.beyond = course.watch.touched = False
     start = before.t_new, before.x_new
     course.approach.begin(*start, h)
     try:
