@@ -17,31 +17,23 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.start.number_checks import check_numbers
-from multibody_sym.dynamics.start.parameters import parameter_values
-from multibody_sym.errors import ArgumentError, InputError, ModelError, MultibodyError, at, short_repr
+from multibody_sym.errors import ArgumentError, InputError, MultibodyError, short_repr
 from multibody_sym.mechanics.changes import Overrides
-from multibody_sym.mechanics.spanning_tree import free_name, start_names
 from multibody_sym.model.argument_checks import door, whole_number
-from multibody_sym.model.argument_checks import names as listed_names
-from multibody_sym.model.fields import Names, scalar
-from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.integrate import held_at_start, loop_for
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import Hold, Problem
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.samples import RunStart
+from multibody_sym.motion.runs.held_inputs import HeldInputs, held_names, positive_time
 from multibody_sym.motion.runs.run import run
 from multibody_sym.program.native import StateStruct
-from multibody_sym.program.program import interpret
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ZERO, symbol
 from multibody_sym.scalars.numbers import floats, verify_finite
 
 if TYPE_CHECKING:
@@ -92,20 +84,20 @@ class Stepper:
         count: int | None,
         threads: int,
     ) -> None:
-        self.dt = _positive("dt", dt)
-        self.inputs = _held_names(system, check_numbers(system).driving_inputs if system.inputs else (), inputs)
+        self.dt = positive_time("dt", dt)
+        self.inputs = held_names(system, inputs)
         self.count = whole_number("count", count) if count is not None else None
         if self.count is not None and self.count > _MOST_SYSTEMS:
             raise InputError(f"at most {_MOST_SYSTEMS:,} systems are stepped together, not {short_repr(count)}")
         self._threads = whole_number("threads", threads)
         self._declared, self._start = system, start
-        _, self._names = _with_held_inputs(system, self.inputs)
+        self._held = HeldInputs.of(system, self.inputs)
         rows = self.count or 1
         begin = self._begin(None, None)
         self._ready: PreparedSystem = begin.ready
         self._problem = replace(begin.problem, t0=0.0, t_end=self.dt, samples=2)
         places = begin.ready.mechanism.parameters.places
-        self._places = [places[name] for name in self._names]
+        self._places = [places[name] for name in self._held.parameters.values()]
         self._runs: list[ModeRun | None] = [None] * rows
         self._stops: list[Stops | None] = [None] * rows
         self._begun, self._steps = np.zeros(rows), np.zeros(rows)
@@ -331,17 +323,10 @@ class Stepper:
     def _begin(self, parameters: Mapping[str, Any] | None, initial: Mapping[str, Any] | None) -> RunStart:
         """Return how a motion begins, its inputs as declared there. Raises InputError and NoSolutionError."""
         declared = Overrides(parameters, initial).of(self._declared)
-        changed, _ = _with_held_inputs(declared, self.inputs)
-        first = self._start(changed)
-        if not self.inputs:
-            return first
-        mechanism = check_numbers(declared)
-        given = 0.0, first.ready.q0, first.ready.u0, np.array(parameter_values(mechanism, {}))
-        values = dict(zip(mechanism.inputs, interpret(inputs_program(mechanism), *given)[0].tolist(), strict=True))
-        held = {own: values[name] for own, name in zip(self._names, self.inputs, strict=True)}
-        if not any(held.values()):
-            return first
-        return self._start(Overrides(held).of(changed))
+        changed = self._held.in_system(declared)
+        begin = self._start(changed)
+        values = self._held.declared(declared, begin)
+        return self._held.begun(begin, values, lambda: self._start(Overrides(values).of(changed)))
 
     def _enter(self, k: int, begin: RunStart) -> None:
         """Put system number k where a motion begins."""
@@ -412,8 +397,8 @@ class Stepper:
             problem = replace(self._problem, **span, q0=x[: self._nq], u0=x[self._nq :])
         else:
             going = going.copied()  # a step that fails leaves the run as it was
-            values = zip(self._names, self._parameters[k, self._places].tolist(), strict=True)
-            problem = going.resumed(t, until, x, dict(values))
+            values = zip(self._held.parameters.values(), self._parameters[k, self._places].tolist(), strict=True)
+            problem = going.resumed(t, Hold(until, dict(values)), x)
         try:
             reached = run(RunStart(self._ready, problem, going), None)
         except MultibodyError as error:
@@ -438,7 +423,7 @@ class Stepper:
             labels = RunLabels(ResolvedAlone(leg.program.mechanism))
             values = leg.of.parameters.copy()
             places = leg.program.mechanism.parameters.places
-            values[[places[name] for name in self._names]] = self._parameters[k, self._places]
+            values[[places[name] for name in self._held.parameters.values()]] = self._parameters[k, self._places]
             parts.append(LegSamples(labels, leg.of.compiled, values, t[here], q[here], u[here], leg.of.modes))
         return parts
 
@@ -501,47 +486,6 @@ class _Calls:
         return [] if done.all() else np.flatnonzero(~done).tolist()
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Inputs that are held.
-
-
-def _with_held_inputs(system: System, held: Sequence[str]) -> tuple[System, list[str]]:
-    """Return the system whose `held` inputs are parameters, and the names of these."""
-    names = list[str]()
-    for name in held:
-        taken = {*system.parameters, *system.inputs, *system.outputs, *start_names(system), *names}
-        names.append(free_name(f"held_{name}", taken))
-    parameters = {**system.parameters, **{name: Parameter(value=ZERO) for name in names}}
-    inputs = {**system.inputs, **{name: symbol(own) for name, own in zip(held, names, strict=True)}}
-    return replace(system, parameters=Names(parameters), inputs=Names(inputs)), names
-
-
-def _held_names(system: System, driving: Sequence[str], given: Any) -> tuple[str, ...]:
-    """Return the inputs that are held: those that are named, or all but those `driving` a motion or constraint.
-
-    Raises InputError for a name of none, and for a driving one.
-    """
-    if given is None:
-        return tuple(name for name in system.inputs if name not in driving)
-    named = listed_names("inputs", given)
-    for name in named:
-        if name not in system.inputs:
-            raise InputError(f"there is no input {name!r}", number="M106", word=name, known=system.inputs)
-        if name in driving:
-            message = f"{name} drives a motion or a constraint, whose speeds would jump where a held value does"
-            raise InputError(f"{message}: let a force follow it", number="M110")
-    return tuple(dict.fromkeys(named))
-
-
 def _values_of(begin: RunStart) -> Floats:
     """Return the parameters with which a motion begins: those of the mechanism in no mode where it has modes."""
     return begin.ready.parameters if begin.modes is not None else begin.problem.parameters
-
-
-def _positive(name: str, value: Any) -> float:
-    with at(name):
-        node = scalar(value, "s")
-    found = float("nan") if node.shadow is None else float(node.shadow)
-    if not 0.0 < found < float("inf"):
-        raise ModelError(f"{name} is a time in s, or text such as '1 ms', not {short_repr(value)}")
-    return found

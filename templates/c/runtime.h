@@ -174,7 +174,7 @@ typedef struct {
                              least one must hold for rows to count as consistent */
     double closure;       /* largest |phi| / (1 + |q|) that a projection may leave */
     double independent;   /* rows that are so but for singular positions */
-    double whole;         /* how long the run is of which this one repeats a part, in steps as long; 0: it is none */
+    double whole;         /* how long the run is of which this one is or repeats a part, in steps as long; 0: it is none */
     long long max_steps;
     long long samples;    /* from t0 to t_end, both among them: evenly spaced, ... */
     const double *times;  /* ... or at these times, rising; null: evenly spaced */

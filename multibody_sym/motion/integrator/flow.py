@@ -330,8 +330,8 @@ class Flow:
     normalised), or x itself; it may raise StepError, as may the derivative. `settle_sample` does so for states between
     steps and raises nothing. `step`: fixed, or None: adaptive by `rtol`, `atol`. `pairs`: which speeds in x = (q, u)
     are rates of which coordinates. `stages`: what the stages of implicit methods solve; these add to `counts`. `rows`:
-    of a constrained system. `whole`: how long the run is of which this one repeats a part, 0 if it is none. `noise()`:
-    the part of the state by which round-off may falsify the step on trial.
+    of a constrained system. `whole`: how long the run is of which this one is or repeats a part, 0 if it is none.
+    `noise()`: the part of the state by which round-off may falsify the step on trial.
     """
 
     method: Method

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
@@ -23,7 +23,7 @@ from multibody_sym.motion.loop.problem import (
     Statistics,
 )
 from multibody_sym.motion.methods.table import LibraryMethod
-from multibody_sym.program.runtime_constants import Status
+from multibody_sym.program.runtime_constants import LEAST_LEFT, Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -217,9 +217,9 @@ class Leg:
         """Return it as far as it has come, by the steps of its loop."""
         return replace(self, end=end, until=until, steps=steps - self.before)
 
-    def entered(self, of: Problem, at: Progress) -> Self:
-        """Return it as it begins where a run has come to, in a problem."""
-        return replace(self, of=of, first=at.written, end=at.written, until=at.time, steps=0, since=None, before=0)
+    def entered(self, of: Problem, at: Progress, first: int) -> Self:
+        """Return it as it begins where a run has come to, in a problem, with the sample number `first`."""
+        return replace(self, of=of, first=first, end=at.written, until=at.time, steps=0, since=None, before=0)
 
     def passed_into(self, since: Passage) -> Self:
         """Return it as it begins where the loop has passed into its mode once more."""
@@ -234,7 +234,8 @@ LegT = TypeVar("LegT", bound=Leg)
 class Switch:
     """Where a leg ended: the state x (nq + nu,) at `begun`, by switching function `index` of its mode.
 
-    Where no step leads on, as rows come to depend on each other, that is `NO_STEP`.
+    Where no step leads on, as rows come to depend on each other, that is `NO_STEP`; at the end of a part of the run,
+    which another one follows, it is `END`.
     """
 
     begun: Begun
@@ -243,6 +244,7 @@ class Switch:
 
 
 NO_STEP: Final = -1
+END: Final = -2
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,48 +282,90 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
 
     def loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
         done = Progress(0, problem.start, problem.x0, Statistics(), None)
-        legs[-1], run = legs[-1].entered(problem, done), first_loop(problem)
-        told = perf_counter()
+        legs[-1], run, shown = legs[-1].entered(problem, done, 0), first_loop(problem), perf_counter()
         while True:
-            latest = done
-            for progress in run(problem, samples):
-                problem = legs[-1].of  # the loop may have gone on from mode to mode
-                latest = _join_progress(done, progress, problem)
-                legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
-                if _switch_number(progress, problem) is None and not _is_singular(latest, problem):
-                    yield latest
-                    told = perf_counter()
-            at, following = Begun(latest.time, latest.written), None
-            if _is_singular(latest, problem):
-                following = next_leg(legs[-1], Switch(at, latest.x, NO_STEP))
+            latest, index = yield from _run_leg(run, done, samples, legs)
+            problem, following = legs[-1].of, None
+            if index is None:
+                return
+            if index == NO_STEP:
+                following = next_leg(legs[-1], Switch(Begun(latest.time, latest.written), latest.x, index))
                 if following is None:
                     yield latest
                     return
                 latest = replace(latest, failure=None)
-            index = _switch_number(progress, problem)
-            if following is None and (index is None or latest.failure is not None):
-                return
-            if problem.is_over(latest.time) or latest.written == len(samples):
-                yield _over(latest, latest.x, samples, legs)
-                return
-            following = following or next_leg(legs[-1], Switch(at, latest.x, index or 0))
-            assert following is not None  # a mode ends where another follows, or the run
+            if index != END and (problem.is_over(latest.time) or latest.written == len(samples)):
+                latest, index, following = _over(latest, samples, legs), END, None
+                if problem.is_last:
+                    yield latest
+                    return
+            following = following or next_leg(legs[-1], Switch(Begun(latest.time, latest.written), latest.x, index))
+            assert following is not None  # a leg ends where another follows, or the run
             if isinstance(following, End):
                 yield _end_progress(latest, following, problem, samples, legs)
                 return
-            left = problem.max_steps - progress.statistics.steps
-            problem, done = replace(following.of, max_steps=max(left, 1)), latest
-            legs[-1] = replace(legs[-1], until=following.start)  # before its last step ended, or behind it
-            legs.append(following.entered(problem, latest))
-            run = loop_for(problem)
-            if problem.is_over(problem.start):  # the end of the run is where it switched
-                yield _over(replace(latest, time=problem.start), problem.x0, samples, legs)
-                return
-            if perf_counter() - told > SECONDS:  # many short legs
+            done, problem = latest, following.of
+            if index != END:  # each part of a run may take so many steps
+                problem = replace(problem, max_steps=max(legs[-1].of.max_steps - legs[-1].before - legs[-1].steps, 1))
+            first = _first_sample(legs[-1], latest, index)
+            legs[-1] = replace(legs[-1], end=first, until=following.start)  # before its last step ended, or behind it
+            legs.append(following.entered(problem, latest, first))
+            run = _no_time if problem.is_over(problem.start) else loop_for(problem)
+            if perf_counter() - shown > SECONDS:  # many short legs
                 yield replace(latest, time=problem.start, x=problem.x0)
-                told = perf_counter()
+                shown = perf_counter()
 
     return loop
+
+
+def from_part(first: Problem, loop: Loop) -> Loop:
+    """Return the loop of a run in parts, of which this one is the first."""
+    return lambda _, samples: loop(first, samples)
+
+
+def _run_leg(
+    run: Loop, done: Progress, samples: Floats, legs: list[LegT]
+) -> Generator[Progress, None, tuple[Progress, int | None]]:
+    """Run the last leg, yielding progress; return how far it leads, and what ends it: None where the run is over."""
+    latest, index = done, None
+    for progress in run(legs[-1].of, samples):
+        problem = legs[-1].of  # the loop may have gone on from mode to mode
+        latest, index = _join_progress(done, progress, problem), _end_of_leg(progress, problem)
+        legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
+        if index is None:
+            yield latest
+    return latest, index
+
+
+def _end_of_leg(progress: Progress, problem: Problem) -> int | None:
+    """Return what ends a leg, as of `Switch`; None where it goes on, or the run is over."""
+    if _is_singular(progress, problem):
+        return NO_STEP
+    if progress.failure is not None:
+        return None
+    last = progress.events[-1] if progress.events else None
+    if last is not None and last.index >= problem.switches:
+        return last.index - problem.switches
+    goes_on = problem.is_last or progress.time < problem.t_end or _ends_run(progress.events)
+    return None if goes_on else END
+
+
+def _first_sample(leg: LegT, latest: Progress, index: int) -> int:
+    """Return the number of the first sample of what follows a leg: at a time at which inputs change it shows them."""
+    if index == END:
+        return min(latest.written, leg.of.samples_before(latest.time))
+    begun = leg.of.begun
+    took = leg.since is None and begun is not None and leg.first < begun.written
+    lasts = latest.time - leg.start > LEAST_LEFT * abs(latest.time)
+    return leg.first if took and not lasts else latest.written
+
+
+def _no_time(problem: Problem, samples: Floats) -> Iterator[Progress]:
+    """Write the samples of a problem that ends where it begins: a `Loop`."""
+    written = 0 if problem.begun is None else problem.begun.written
+    samples[written : problem.due] = problem.x0
+    end = problem.start if problem.is_last else problem.t_end
+    yield Progress(max(written, problem.due), end, problem.x0, Statistics(), None)
 
 
 def _end_progress(latest: Progress, end: End[LegT], problem: Problem, samples: Floats, legs: list[LegT]) -> Progress:
@@ -337,11 +381,12 @@ def _end_progress(latest: Progress, end: End[LegT], problem: Problem, samples: F
     return replace(latest, events=(*latest.events, end.stop))
 
 
-def _over(latest: Progress, x: Floats, samples: Floats, legs: list[LegT]) -> Progress:
-    """Return the progress at the end of the run, what is left of the samples being the state there."""
-    samples[latest.written :] = x
-    legs[-1] = replace(legs[-1], end=len(samples), until=latest.time)
-    return replace(latest, written=len(samples), x=x)
+def _over(latest: Progress, samples: Floats, legs: list[LegT]) -> Progress:
+    """Return the progress at the end of a part of the run, what is left of its samples being the state there."""
+    due = max(legs[-1].of.due, latest.written)
+    samples[latest.written : due] = latest.x
+    legs[-1] = replace(legs[-1], end=due, until=latest.time)
+    return replace(latest, written=due)
 
 
 def _sample_end(latest: Progress, problem: Problem, samples: Floats) -> Progress:
@@ -357,8 +402,8 @@ def _stopped_behind(latest: Progress, stop: Event, leg: LegT, samples: Floats, l
     """Return the progress that ends behind a switch, in a leg, the last sample telling the state there."""
     until, first, problem = stop.time, latest.written, leg.of
     passed = [each for each in problem.times()[first:].tolist() if each <= until]
-    for k, time in enumerate(passed, first):
-        samples[k] = shortly(problem, time)
+    for k, each in enumerate(passed, first):
+        samples[k] = shortly(problem, each)
     x = shortly(problem, until)
     told = _sample_end(replace(latest, x=x, time=until, written=first + len(passed)), problem, samples)
     first = min(first, told.written - 1)
@@ -383,12 +428,6 @@ def runge_kutta_step(rates: Callable[[float, Floats], Floats], t: float, x: Floa
     k4 = rates(whole, x + step * k3)
     state: Floats = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     return state
-
-
-def _switch_number(progress: Progress, problem: Problem) -> int | None:
-    """Return the number of the switching function of the mode at which the run stands, None where it goes on."""
-    last = progress.events[-1] if progress.events else None
-    return last.index - problem.switches if last is not None and last.index >= problem.switches else None
 
 
 def _is_singular(progress: Progress, problem: Problem) -> bool:

@@ -153,6 +153,7 @@ class NativeProblem:
         if len(self._given[2]):
             self._system.margins = self._given[2].ctypes.data
         self.structure = ProblemStruct.from_buffer_copy(like.structure)
+        self.structure.t0, self.structure.t_end = self.problem.t0, self.problem.t_end
         self.structure.system = ctypes.pointer(self._system)
         self._like = like  # which owns what the copies point into
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Final, NamedTuple
 
@@ -15,7 +15,7 @@ from multibody_sym.motion.methods.table import COLLOCATION, Method
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import LEAST_LEFT, Status
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.arrays import EPSILON, Floats
 
 SEVERAL: Final = "several states"
 """The word for the event of an element of which the laws leave several states."""
@@ -153,6 +153,17 @@ The run goes on from there in the same mode, and that function may not exceed ze
 """
 
 
+class Hold(NamedTuple):
+    """Inputs that are held `until` a time: their values, by the names of the parameters that they are."""
+
+    until: float
+    values: Mapping[str, float]
+
+
+Holds = Callable[[float, Floats], Hold]
+"""Returns what is held from a time and a state (nq + nu,) on."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """An initial value problem for the programs in `compiled`, x = (q, u).
@@ -162,8 +173,8 @@ class Problem:
     accepted step and each sample is put back onto the constraints. `contradiction`: rows contradict each other if both
     the scaled residual of dependent ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1
     + max |q|), and the like for u, that a projection may leave; `independent`: how many rows are so but in singular
-    positions; `crosses`: whether steps lead across these; `whole`: how long (s) the run is of which this one repeats a
-    part, in steps as long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the
+    positions; `crosses`: whether steps lead across these; `whole`: how long (s) the run is of which this one is or
+    repeats a part, in steps as long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the
     run stops where it becomes positive; where another one changes sign, a step ends and the next starts afresh.
     `pairs`: which speeds are rates of which coordinates; None where each is that of the coordinate in its place. The
     last switching functions are those of a mode, with `margins` by which they may exceed zero, of which those at the
@@ -233,6 +244,45 @@ class Problem:
     def lasts(self) -> float:
         """How long (s) the whole run is."""
         return self.whole or self.t_end - self.t0
+
+    @property
+    def run_end(self) -> float:
+        """The end of the run of which it may be a part."""
+        return self.t_end if isinstance(self.samples, int) else self.samples.times[-1]
+
+    @property
+    def is_last(self) -> bool:
+        """Whether the run ends where it does."""
+        return self.t_end == self.run_end
+
+    @property
+    def due(self) -> int:
+        """The number of samples of the run until its end."""
+        if self.is_last:
+            return self.sample_count
+        return int(np.searchsorted(self._times, self.t_end + 8.0 * EPSILON * abs(self.t_end), side="right"))
+
+    def samples_before(self, time: float) -> int:
+        """Return the number of samples of the run that are earlier than a time, by more than round-off."""
+        return int(np.searchsorted(self._times, time - 8.0 * EPSILON * abs(time)))
+
+    @property
+    def in_parts(self) -> Problem:
+        """The problem with the times of its samples, and with the length of the run, which its parts keep."""
+        if self.whole and not isinstance(self.samples, int):
+            return self
+        samples = SampleTimes(tuple(self._times.tolist())) if isinstance(self.samples, int) else self.samples
+        return replace(self, samples=samples, whole=self.lasts)
+
+    def part(self, until: float, parameters: Floats, begun: Begun | None, x: Floats) -> Problem:
+        """Return the part of the run, from a state x (nq + nu,) on until a time, by other parameters."""
+        part = self.in_parts.with_numbers(parameters, *np.split(x, [len(self.q0)]))
+        vars(part).update(t0=self.t0 if begun is None else begun.time, t_end=until, begun=begun)
+        return part
+
+    def is_like(self, other: Problem) -> bool:
+        """Return whether another one differs in numbers alone."""
+        return self.compiled is other.compiled and np.array_equal(self.modes, other.modes)
 
     def with_numbers(self, parameters: Floats, q0: Floats, u0: Floats) -> Problem:
         """Return the problem with other numbers, of the same shapes: what was verified of this one holds of it."""
@@ -334,6 +384,10 @@ class Problem:
 
     def times(self) -> Floats:
         """Return the times of all samples, which may be written."""
+        return self._times.copy()
+
+    @property
+    def _times(self) -> Floats:
         kept = (self.like or self).kept
         if "times" not in kept:
             kept["times"] = (
@@ -341,7 +395,7 @@ class Problem:
                 if isinstance(self.samples, int)
                 else np.array(self.samples.times)
             )
-        times: Floats = kept["times"].copy()
+        times: Floats = kept["times"]
         return times
 
 

@@ -460,7 +460,7 @@ def prescribed_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Pass the samples, which are empty, until the first stop; see `Loop`."""
     stop = _first_stop(problem) if any(problem.terminal) else None
     if stop is None:
-        yield Progress(len(samples), problem.t_end, problem.x0, Statistics(), None)
+        yield Progress(problem.due, problem.t_end, problem.x0, Statistics(), None)
         return
     times = problem.times().tolist()
     written = sum(reaches(stop, time) for time in times)

@@ -89,7 +89,8 @@ class FineLeg:
     @property
     def pieces(self) -> int:
         """How many pieces its steps ask for, which is even."""
-        least = LEAST if self.mechanism.mode is None else self.fewest
+        part = self.duration / self.problem.whole if self.problem.whole else 1.0
+        least = math.ceil(LEAST * part) if self.mechanism.mode is None else self.fewest
         return max(least, self.per_step * self.steps) + 1 & ~1
 
     def fine(self, pieces: int | None = None) -> LegSamples:

@@ -1,7 +1,8 @@
 """A run from its start to its result, one or many of a family, kept for the next command.
 
-    run         a run integrated; errors of a run that fails
-    failures    why a run ended early, in the names of the model
-    family      runs that differ in numbers: compiled once, started together
-    replay      runs recalled from the cache
+    run            a run integrated; errors of a run that fails
+    failures       why a run ended early, in the names of the model
+    held_inputs    inputs that are held, as parameters; sampled from functions
+    family         runs that differ in numbers: compiled once, started together
+    replay         runs recalled from the cache
 """

@@ -262,7 +262,7 @@ def stop_of_slip(switch: Switch, now: ModeLeg, facts: LawValues, part: FrictionP
     samples = problem.times()
     until = float(samples[sample]) if sample < len(samples) else problem.t_end
     left = min(left, until - t)
-    if not 0.0 < left <= _MOST * (problem.t_end - problem.t0):
+    if not 0.0 < left <= _MOST * problem.lasts:
         return switch
     x = np.concatenate([facts.q + left * rates, facts.u + left * udot])
     return replace(switch, begun=replace(switch.begun, time=t + left), x=x)

@@ -9,7 +9,7 @@ from copy import copy, deepcopy
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import friction_parts
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.model.settings import Settings
-from multibody_sym.motion.loop.integrate import NO_STEP, End, Switch, chain, shortly
-from multibody_sym.motion.loop.problem import Loop, Passage, Problem, Reason, RunFailure
+from multibody_sym.motion.loop.integrate import END, NO_STEP, End, Switch, chain, from_part, shortly
+from multibody_sym.motion.loop.problem import Begun, Hold, Holds, Loop, Passage, Problem, Reason, RunFailure
 from multibody_sym.motion.prepare.problem import compile_mechanism, own_coefficient, recall_laws
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of
@@ -295,10 +295,12 @@ _KEPT: Final = 1e4
 class ModeRun(Legs):
     """A run under way, or done: its legs, by what its system has `prepared`, and what of them counts for what follows.
 
-    That is what `switches` have met; the loop in C follows its `course`, if there is one.
+    That is what `switches` have met; the loop in C follows its `course`, if there is one. `holds` tells the inputs that
+    are held from time to time.
     """
 
     prepared: PreparedRuns
+    holds: Holds | None = None
 
     def __post_init__(self) -> None:
         """Begin the run. Raises NoSolutionError, and ModelError where a point moves across a thin bar it touches."""
@@ -307,6 +309,10 @@ class ModeRun(Legs):
         first, facts, self.switches.hidden = self.prepared.first
         self.switches.laws = facts.laws
         self.legs.append(_begin_leg(first, facts, facts.t, self))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy has: not the functions that told what was held, which another process may not know."""
+        return {**vars(self), "holds": None}
 
     @property
     def mechanism(self) -> Mechanism:
@@ -326,28 +332,47 @@ class ModeRun(Legs):
     @property
     def loop(self) -> Loop:
         """The loop that goes from leg to leg."""
-        return chain(partial(next_leg, run=self), self.legs)
+        loop = chain(partial(next_leg, run=self), self.legs)
+        return loop if self.holds is None else from_part(self.legs[0].of, loop)
 
-    def resumed(self, t: float, until: float, x: Floats, values: Mapping[str, float]) -> Problem:
-        """Return the problem in which the run goes on from a state x (nq + nu,), two samples long, by other parameters.
+    def begin(self, holds: Holds) -> ModeRun:
+        """Return the run, in which inputs are held from time to time."""
+        self.holds, first = holds, self.legs[0]
+        self.legs[0] = replace(first, of=self.hold(holds(first.start, first.of.x0), None, first.of.x0))
+        return self
+
+    def resumed(self, t: float, hold: Hold, x: Floats) -> Problem:
+        """Return the problem of a run of its own, two samples long, that goes on from a state with held inputs.
 
         The legs before are forgotten, but not what decisions to come ask for.
         """
         for shared in (self.prepared, self.prepared.modes):
-            shared.template = replace(shared.template, t0=t, t_end=until, samples=2)
-        leg, laws, nq = self.legs[-1], self.switches.laws, len(self.mechanism.coordinates)
-        own = leg.of.parameters.copy()
-        for parameters, of in ((laws.parameters, laws.mechanism), (own, leg.program.mechanism)):
-            for name, value in values.items():
-                parameters[of.parameters.places[name]] = value
-        self.course = None  # its modes have the parameters and the end of the run that they were met in
-        problem = replace(leg.problem, t0=t, t_end=until, samples=2, begun=None, q0=x[:nq], u0=x[nq:], parameters=own)
-        problem = replace(problem, jump=partial(_jump, self), course=None)
-        self.legs[:] = [replace(leg, of=problem, since=None, cause=None)]
+            template = shared.template
+            shared.template = replace(template, t0=t, t_end=hold.until, samples=2, whole=template.lasts)
+        problem = self.hold(hold, None, x)
+        self.legs[:] = [replace(self.legs[-1], of=problem, since=None, cause=None)]
         self.jumps.clear()
         for told in ("events", "blows", "account"):
             vars(self).pop(told, None)
         return problem
+
+    def hold(self, hold: Hold, begun: Begun | None, x: Floats) -> Problem:
+        """Return the problem of the mode it is in, from a state (nq + nu,) on, while inputs are held."""
+        for shared in (self.prepared, self.prepared.modes):
+            given = shared.template.in_parts
+            t0 = given.t0 if begun is None else begun.time
+            shared.template = replace(given, t0=t0, t_end=hold.until)
+        leg, laws, template = self.legs[-1], self.switches.laws, self.prepared.template
+        own = leg.of.parameters.copy()
+        for parameters, of in ((laws.parameters, laws.mechanism), (own, leg.program.mechanism)):
+            for name, value in hold.values.items():
+                parameters[of.parameters.places[name]] = value
+        self.switches.forget()
+        self.course = None  # its modes have the parameters and the end of the run that they were met in
+        q0, u0 = np.split(x, [len(self.mechanism.coordinates)])
+        span = {name: getattr(template, name) for name in ("t0", "t_end", "samples", "whole")}
+        jump = partial(_jump, self)
+        return replace(leg.problem, **span, begun=begun, q0=q0, u0=u0, parameters=own, jump=jump, course=None)
 
     def copied(self) -> ModeRun:
         """Return a run that goes on by itself from where this one is."""
@@ -389,6 +414,9 @@ def next_leg(leg: ModeLeg, switch: Switch, run: ModeRun) -> ModeLeg | End[ModeLe
     with stage("decide"):
         if switch.index == NO_STEP:
             return _leg_across_jam(leg, switch, run)
+        if switch.index == END and run.holds is not None:
+            held = run.hold(run.holds(switch.begun.time, switch.x), switch.begun, switch.x)
+            return replace(leg, of=held, since=None, cause=None)
         t, cause, switches = switch.begun.time, leg.switching(switch.index), run.switches
         reason = switches.hindered(t, switch.x, cause, lambda: run.changes)
         if reason is not None:

@@ -348,10 +348,14 @@ class Switches:
 
     def enter(self, leg: ModeLeg) -> ModeLeg:
         """Note a leg that begins, and return it."""
-        self._last = None
+        self.forget()
         self.bounces.rhythm.mode(leg.start, leg.program.key)
         self.bounces.rested([name for name, side in leg.mode.sides.items() if side])
         return leg
+
+    def forget(self) -> None:
+        """Forget the latest decision, as forces have jumped."""
+        self._last = None
 
     def hit(self, blow: ImpactOutcome, facts: LawValues) -> None:
         """Note an impact, and what holds after it."""
@@ -436,7 +440,7 @@ class PreparedRuns:
     @property
     def soon(self) -> float:
         """The time (s) within which a return to a mode is no motion."""
-        return _AT_ONCE * self.template.t_end / 200.0
+        return _AT_ONCE * self.template.run_end / 200.0
 
     @cached_property
     def memory(self) -> SwitchMemory:
@@ -449,7 +453,7 @@ class PreparedRuns:
         scale = replace(self.scale, unseen=unseen, steps=0.0 if self.template.step else self.template.rtol)
         if isinstance(self.template.method, LibraryMethod):
             scale = replace(scale, rtol=self.template.rtol, atol=self.template.atol)
-        standstill = Standstill(self.template.t_end - self.template.t0)
+        standstill = Standstill(self.template.lasts)
         return Switches(self.laws, scale, self.bars, standstill, Returns(self.soon))
 
     @cached_property
