@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack
 
-from multibody_sym.errors import InputError
+from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import start_names
 from multibody_sym.model.argument_checks import callback, door, flag, values_by_name
@@ -20,6 +20,13 @@ from multibody_sym.motion.prepare.problem import prepare_system, problem_of, set
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.results.samples import RunStart, Samples
 from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.held_inputs import (
+    HeldInputs,
+    SampledInputs,
+    held_names,
+    sampled_inputs,
+    sampled_start,
+)
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.records import dataclass
@@ -46,6 +53,8 @@ def simulate(
     by name, None for the cheapest; `native` and `backend` ("c", "python"), the code that is made
     (`program.backend.Native`); `on_progress`, called about ten times a second with the samples that are new and the
     part of the time that is done.
+    A function among `inputs` is a controller, `inputs={"tau": law, "every": "1 ms"}`: law(t, q, u), with q (nq,) and u
+    (nu,), returns the value that is held until the next sample; of several inputs, `("tau1", "tau2"): law`, all values.
     Returns what was computed until then if Ctrl-C interrupts it.
     Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
     """
@@ -66,6 +75,7 @@ def prepare(system: System, **options: Unpack[RunOptions]) -> Prepared:
 
 def prepared_by(system: System, options: RunOptions) -> Prepared:
     """Return the system as options change it and say how it is run; nothing is computed yet. Raises InputError."""
+    inputs, sampled = sampled_inputs(options.get("inputs"))
     settings: dict[str, Any] = {name: options.get(name) for name in RUN_SETTINGS}
     word = settings["constraints"]
     if isinstance(word, Baumgarte):
@@ -73,14 +83,15 @@ def prepared_by(system: System, options: RunOptions) -> Prepared:
     elif isinstance(word, str):
         named = {"baumgarte": {"baumgarte": {}}, "projection": {"projection": True}, "index_2": {"index_2": True}}
         settings["constraints"] = named.get(word, word)
-    changed = with_settings(with_overrides(system, options), settings)
+    own: RunOptions = {**options, "inputs": inputs}
+    changed = with_settings(with_overrides(system, own), settings)
     native = flag("native", options.get("native", False))
-    return Prepared(changed, options.get("formalism"), native, options.get("backend"))
+    return Prepared(changed, options.get("formalism"), native, options.get("backend"), sampled)
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A `system` that is resolved, started and compiled once, for many runs.
+    """A `system` that is resolved, started and compiled once, for many runs, with inputs that are `sampled` in them.
 
     Runs with other values are resolved and started anew, since other contacts may touch or slide then; Programs are not
     compiled again.
@@ -90,6 +101,7 @@ class Prepared:
     formalism: str | None = None
     native: bool = False
     backend: Backend | None = None
+    sampled: SampledInputs | None = None
 
     @door
     def run(
@@ -111,7 +123,11 @@ class Prepared:
         if t_end is not None or samples is not None:
             other = self._until(t_end, samples)
             return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
-        if inputs is None and (found := self._in_numbers(parameters, initial)) is not None:
+        inputs, sampled = sampled_inputs(inputs)
+        if sampled is not None:
+            other = replace(self, sampled=sampled)
+            return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
+        if inputs is None and self.sampled is None and (found := self._in_numbers(parameters, initial)) is not None:
             (one,) = self.runs(*found)
             return one(on_progress)
         if any(values is not None for values in (parameters, initial, inputs)):
@@ -130,6 +146,9 @@ class Prepared:
         """
         from multibody_sym.motion.stepper import Stepper  # which few runs need
 
+        if self.sampled is not None:
+            named = ", ".join(self.sampled.names)
+            raise InputError(f"{named}: a Stepper holds its inputs itself; give `step` what the functions return")
         return Stepper(self.system, partial(_start_of, self), dt, inputs, count, threads)
 
     def _until(self, t_end: Any, samples: Any) -> Prepared:
@@ -153,6 +172,10 @@ class Prepared:
         that are no numbers or of several lengths.
         """
         parameters, initial = self._columns(parameters, initial)
+        if self.sampled is not None:
+            for k in range(len(next(iter((*parameters.values(), *initial.values()))))):
+                yield partial(self._run_of, None, k, parameters, initial)
+            return
         key = tuple(parameters), tuple(initial)
         family = self._families.get(key)
         if family is None:
@@ -228,8 +251,22 @@ class Prepared:
 
     def verify(self) -> None:
         """Prepare everything now. Raises InputError and NoSolutionError."""
-        if self._problem and self._one_way is not None:
+        if self.sampled is not None:
+            self._held.verify()
+        elif self._problem and self._one_way is not None:
             self._one_way()
+
+    @cached_property
+    def _held_inputs(self) -> HeldInputs:
+        """The inputs that are sampled, as parameters."""
+        assert self.sampled is not None
+        with at("inputs"):
+            return HeldInputs.of(self.system, held_names(self.system, list(self.sampled.names)))
+
+    @cached_property
+    def _held(self) -> Prepared:
+        """The system whose inputs that are sampled are parameters."""
+        return replace(self, system=self._held_inputs.in_system(self.system), sampled=None)
 
     @cached_property
     def _start(self) -> tuple[System, tuple[Mapping[str, Any], ...]]:
@@ -278,6 +315,13 @@ def system_to_run(prepared: Prepared) -> PreparedSystem:
 
 def run_start(prepared: Prepared) -> RunStart:
     """Return the start of a run of a prepared system."""
+    if prepared.sampled is not None:
+        held = prepared._held
+
+        def again(values: Mapping[str, float]) -> RunStart:
+            return _start_of(held, Overrides(values).of(held.system))
+
+        return sampled_start(run_start(held), prepared._held_inputs, prepared.sampled, again)
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
     problem = prepared._problem.again() if modes is None else modes.legs[0].of

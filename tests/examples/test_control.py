@@ -68,6 +68,17 @@ def test_collocation_swings_a_pole_up() -> None:
     assert module.found.x.reshape(-1, 5)[20, :2] == pytest.approx(middle, abs=0.02)
 
 
+def test_a_sampled_controller_holds_what_its_discrete_model_holds() -> None:
+    """Near upright errors shrink from sample to sample as the eigenvalues say; past the limit the rod never rests."""
+    module = script("sampled")
+    run, factor = module.held_up(0.05)
+    off = np.abs(run["a"] - np.pi / 2)[75:300:25]  # two samples apart
+    np.testing.assert_allclose(off[1:] / off[:-1], factor**2, rtol=1e-3)
+    run, factor = module.held_up(0.09)
+    assert factor > 1
+    assert np.abs(run["a"][-250:] - np.pi / 2).max() > 0.1
+
+
 def test_masses_are_identified_as_far_as_torques_tell_them() -> None:
     """Without noise torques of other motions follow to rounding, whatever the model took the payload for."""
     module = script("identify")

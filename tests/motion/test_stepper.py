@@ -249,6 +249,22 @@ def test_a_held_input_finds_a_name_that_nothing_has() -> None:
     assert sim.step([3.0])["held_F"] == pytest.approx(1.5)
 
 
+def test_a_held_input_may_divide() -> None:
+    """Until a step gives it, it has the value of its expression: none is zero on the way there."""
+    table = {"table": [[0, 2], [1, 4]], "of": "x"}
+    system = mbs.System(
+        "slider",
+        gravity=[0, 0, 0],
+        bodies={"body": mbs.Body(mass=1)},
+        joints={"rail": mbs.Prismatic("ground", "body", axis="x", q="x")},
+        inputs={"F": "4 - 2*cos(t)", "G": table},
+        forces={"push": mbs.Force("body", [mbs.variable("G") / mbs.variable("F"), 0, 0])},
+    )
+    sim = mbs.prepare(system).stepper(0.5)
+    assert sim.held.tolist() == [2.0, 2.0]
+    assert sim.step({"F": 4, "G": 8})["x"] == pytest.approx(0.25, rel=1e-12)
+
+
 def test_loops_stay_closed() -> None:
     prepared = mbs.prepare(mbs.loads(FOUR_BAR))
     sim, whole = prepared.stepper(0.01), prepared.run(t_end=0.3, samples=4)

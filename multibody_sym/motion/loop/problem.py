@@ -174,14 +174,14 @@ class Problem:
     the scaled residual of dependent ones and max |phidot| / (1 + max |u|) exceed it; `closure`: the largest |phi| / (1
     + max |q|), and the like for u, that a projection may leave; `independent`: how many rows are so but in singular
     positions; `crosses`: whether steps lead across these; `whole`: how long (s) the run is of which this one is or
-    repeats a part, in steps as long; 0 if it is none. `terminal`: for each switching function of the program `events` whether the
-    run stops where it becomes positive; where another one changes sign, a step ends and the next starts afresh.
-    `pairs`: which speeds are rates of which coordinates; None where each is that of the coordinate in its place. The
-    last switching functions are those of a mode, with `margins` by which they may exceed zero, of which those at the
-    places `limiting` keep adaptive steps short, and no adaptive step leads over one of the `moments`
-    (`motion.integrator.flow.Events`). `like` is one that differs in numbers alone, from which it was made.
-    `begun`: the run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and
-    the loop in C may follow a `course` from mode to mode.
+    repeats a part, in steps as long; 0 if it is none. `terminal`: for each switching function of the program `events`
+    whether the run stops where it becomes positive; where another one changes sign, a step ends and the next starts
+    afresh. `pairs`: which speeds are rates of which coordinates; None where each is that of the coordinate in its
+    place. The last switching functions are those of a mode, with `margins` by which they may exceed zero, of which
+    those at the places `limiting` keep adaptive steps short, and no adaptive step leads over one of the `moments`
+    (`motion.integrator.flow.Events`). `like` is one that differs in numbers alone, from which it was made. `begun`: the
+    run goes on from q0, u0 at another time than t0. `jump` may let it go on where a mode would end, and the loop in C
+    may follow a `course` from mode to mode.
     Raises ValueError.
     """
 

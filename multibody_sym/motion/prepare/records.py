@@ -199,7 +199,9 @@ def _pairs(part: Any) -> tuple[tuple[int, int], ...]:
 
 @dataclass(frozen=True, eq=False)
 class LegSamples:
-    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by `parameters` (np,).
+    """Samples at times t (m,), with q (m, nq) and u (m, nu), of the mechanism that is `told`, by its `parameters`.
+
+    These are (np,), or (m, np) where inputs are held that change.
 
     `modes` (nm,) are the numbers of the mode that they are in.
     """
@@ -257,13 +259,32 @@ class LegSamples:
 def leg_samples(
     legs: Iterable[tuple[Leg, RunLabels]], samples: tuple[Floats, Floats, Floats], first: int
 ) -> tuple[LegSamples, ...]:
-    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in."""
-    found: list[LegSamples] = []
+    """Return samples t, q, u, which begin with number `first` of a run, by the legs they are in.
+
+    Those of legs that differ in what is held alone are together, with parameters (m, np).
+    """
+    found: list[list[LegSamples]] = []
+    before: Leg | None = None
     for leg, told in legs:
         t, q, u = (each[max(leg.first - first, 0) : max(leg.end - first, 0)] for each in samples)
-        if len(t) or not found:
-            found.append(LegSamples(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes))
-    return tuple(found)
+        if not len(t) and found:
+            continue
+        part = LegSamples(told, leg.of.compiled, leg.of.parameters, t, q, u, leg.of.modes)
+        if before is not None and before.of.whole and before.of.is_like(leg.of):
+            found[-1].append(part)
+        else:
+            found.append([part])
+        before = leg
+    return tuple(_together(parts) for parts in found)
+
+
+def _together(parts: list[LegSamples]) -> LegSamples:
+    """Return samples one after the other as one part."""
+    if len(parts) == 1:
+        return parts[0]
+    parameters = np.repeat([part.parameters for part in parts], [len(part.t) for part in parts], axis=0)
+    t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "q", "u"))
+    return replace(parts[0], parameters=parameters, t=t, q=q, u=u)
 
 
 def asked_parts(parts: Sequence[LegSamples], asked: slice) -> Sequence[LegSamples]:
@@ -274,7 +295,8 @@ def asked_parts(parts: Sequence[LegSamples], asked: slice) -> Sequence[LegSample
     for part in parts:
         own = slice(max(asked.start - begun, 0), max(asked.stop - begun, 0))
         begun += len(part.t)
-        cut = replace(part, t=part.t[own], q=part.q[own], u=part.u[own])
+        held = part.parameters if part.parameters.ndim == 1 else part.parameters[own]
+        cut = replace(part, parameters=held, t=part.t[own], q=part.q[own], u=part.u[own])
         if len(cut.t) or (part is parts[-1] and not found):
             found.append(cut)
     return found

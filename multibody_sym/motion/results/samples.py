@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
-from multibody_sym.motion.loop.problem import Loop, Problem, RunFailure
+from multibody_sym.motion.loop.problem import Holds, Loop, Problem, RunFailure
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, asked_parts
 from multibody_sym.motion.prepare.run_labels import RunLabels
 from multibody_sym.records import dataclass
@@ -20,7 +20,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.values import Units, chosen_units
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.loop.integrate import LegAnswer
+    from multibody_sym.motion.loop.integrate import Leg, LegAnswer
     from multibody_sym.motion.results.integrals import FineLeg, ImpactBalance
     from multibody_sym.motion.switching.legs import ModeLeg
     from multibody_sym.scalars.node import Node
@@ -96,13 +96,17 @@ class RunInModes(Protocol):
 
 
 class RunStart(NamedTuple):
-    """The start of a run: the prepared system, the problem, its modes, the events of an impact before it."""
+    """The start of a run: the prepared system, the problem, its modes, the events of an impact before it.
+
+    `holds`: the inputs of a run without modes that are held from time to time.
+    """
 
     ready: PreparedSystem
     problem: Problem
     modes: RunInModes | None = None
     events: tuple[Mapping[str, Any], ...] = ()
     hints: tuple[str, ...] = ()
+    holds: Holds | None = None
 
 
 class Departed(Exception):  # noqa: N818
@@ -142,7 +146,7 @@ class Sampled(Protocol):
 class RunRecord(Sampled, Protocol):
     """A run: the `problem` and its `integration`, the `modes` it went through, events of the impact it goes on from.
 
-    Of its samples those were `asked` for.
+    Of its samples those were `asked` for. Without modes it has `legs` where its inputs are held from time to time.
     """
 
     @property
@@ -157,6 +161,8 @@ class RunRecord(Sampled, Protocol):
     def begun(self) -> tuple[Mapping[str, Any], ...]: ...
     @property
     def asked(self) -> slice: ...
+    @property
+    def legs(self) -> Sequence[Leg]: ...
 
 
 class NewSamples(NamedTuple):
@@ -184,6 +190,7 @@ class SingleRun(NamedTuple):
     parts: Sequence[LegSamples] = ()
     modes: RunInModes | None = None
     begun: tuple[Mapping[str, Any], ...] = ()
+    legs: Sequence[Leg] = ()
 
     @property
     def told(self) -> RunLabels:

@@ -93,7 +93,8 @@ class Trajectory(Samples):
 
         parts = motion_at(self.stretches, self.t_final, t, before=flag("before", before))
         t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in "tqu")
-        return _Between(NewSamples(self.ready, self.parameters, t, q, u, parts if self.modes is not None else ()), self)
+        whole = self.modes is None and not self._made.legs
+        return _Between(NewSamples(self.ready, self.parameters, t, q, u, () if whole else parts), self)
 
     @property
     def t_final(self) -> float:
@@ -170,12 +171,14 @@ class Trajectory(Samples):
 
     @property
     def stretches(self) -> list[FineLeg]:
-        """The parts of the run between switches of its mode; one where it has no modes."""
+        """The parts of the run between switches of its mode, and between changes of inputs that are held."""
         if self.modes is not None:
             return self.modes.along
         from multibody_sym.motion.results.integrals import FineLeg
 
         end, ready = self.integration, self.ready
+        if legs := self._made.legs:
+            return [FineLeg(ready.mechanism, ready.compiled, leg.of, leg.until, leg.steps) for leg in legs]
         return [FineLeg(ready.mechanism, ready.compiled, self.problem, end.t_final, end.statistics.steps)]
 
     def verified(self) -> dict[str, Miss]:
@@ -236,8 +239,8 @@ class Trajectory(Samples):
 
     @cached_property
     def end_changes(self) -> EndChanges | None:
-        """What a coarser run changes of `final`, where one is made: none from mode to mode, nor of long runs."""
-        if self.modes is not None:
+        """What a coarser run changes of `final`; none of long runs, those in modes, and those whose inputs are held."""
+        if self.modes is not None or self._made.legs:
             return None
         from multibody_sym.motion.loop.integrate import end_changes
 

@@ -33,7 +33,7 @@ from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.system import System
-from multibody_sym.motion.loop.integrate import Integration
+from multibody_sym.motion.loop.integrate import Integration, Leg
 from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import compile_mechanism, problem_of, settings_of
@@ -201,6 +201,7 @@ class VariedRun:
     parts: Final[Sequence[LegSamples]] = ()
     modes: Final = None
     begun: Final[tuple[Mapping[str, Any], ...]] = ()
+    legs: Final[Sequence[Leg]] = ()
     failure: Final = None
 
     def __init__(self, batch: Batch, k: int) -> None:

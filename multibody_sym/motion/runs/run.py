@@ -6,11 +6,14 @@ from collections.abc import Callable
 from typing import Any
 
 from multibody_sym.errors import RunError
-from multibody_sym.motion.loop.integrate import first_loop, integrate
+from multibody_sym.motion.loop.integrate import Leg, first_loop, integrate
 from multibody_sym.motion.loop.problem import Chunk
+from multibody_sym.motion.prepare.records import LegSamples, leg_samples
 from multibody_sym.motion.results.samples import Departed, NewSamples, RunRecord, RunStart, Samples, SingleRun
 from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.held_inputs import held_loop
 from multibody_sym.program.runtime_constants import Status
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.stages import stage
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -46,18 +49,26 @@ Progressed = Callable[[Samples, float], None] | None
 
 def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
     """Return the motion, from mode to mode where some holds one way only; of `told` samples progress tells no more."""
-    ready, problem, modes, events, _hints = begin
+    ready, problem, modes, events, _hints, holds = begin
+    legs: list[Leg] = []
 
     def report(chunk: Chunk) -> None:
         nonlocal told
         new, told = chunk.beyond(told), max(told, chunk.first + len(chunk.t))
         new = new.part(problem.asked(new.first, new.t))
         if on_progress is not None:
-            parts = () if modes is None else modes.parts(new.t, new.q, new.u, new.first)
+            parts = parts_of(new.t, new.q, new.u, new.first)
             piece = NewSamples(ready, problem.parameters, new.t, new.q, new.u, parts)
             on_progress(Samples(piece), new.time / problem.t_end)
 
+    def parts_of(t: Floats, q: Floats, u: Floats, first: int = 0) -> tuple[LegSamples, ...]:
+        if modes is not None:
+            return modes.parts(t, q, u, first)
+        return leg_samples(((leg, ready.told) for leg in legs), (t, q, u), first)
+
     loop = first_loop(problem) if modes is None else modes.loop
+    if holds is not None:
+        loop, legs = held_loop(begin, holds)
     try:
         with stage("integrate"):
             done = integrate(problem, on_chunk=report, loop=loop)
@@ -67,8 +78,9 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
                 done = until_departure(ready.mechanism, problem, done)
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
-    parts = () if modes is None else modes.parts(done.t, done.q, done.u)
-    return trajectory_of(SingleRun(ready, problem, done, parts, modes, events))
+    if legs and done.failure is not None:  # which is looked into with what was held then
+        problem = problem.with_numbers(legs[-1].of.parameters, problem.q0, problem.u0)
+    return trajectory_of(SingleRun(ready, problem, done, parts_of(done.t, done.q, done.u), modes, events, legs))
 
 
 def trajectory_of(made: RunRecord) -> Trajectory:

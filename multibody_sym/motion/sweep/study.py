@@ -682,6 +682,9 @@ def sweep(
     is one for which `reduce` does, unless no other is among the first 20 runs: that ends the study with InputError.
     """
     prepared = prepared_by(system, options)
+    if prepared.sampled is not None:
+        message = "a sweep takes no functions: call `run` of what `prepare` returns in a loop"
+        raise ArgumentError(message, where=Where(path=("inputs",)))
     sobol = flag("sobol", sobol)
     if rows is not None:
         plan = plan_of_rows(prepared.system, rows, vary=vary, sample=sample, seed=seed, sobol=sobol)
