@@ -137,9 +137,12 @@ class DeviationFlow:
         qdot, udot = self.rates(self.known(q, u))
         return np.concatenate([udot, qdot[len(qdot) - len(self._state_names) :]])
 
-    def multipliers(self, q: npt.ArrayLike, u: npt.ArrayLike | None = None) -> Floats:
-        """Return the multipliers (nr) of the rows, at rest where no speeds are given."""
-        return self._rates(*self.known(q, np.zeros(len(self.mechanism.speeds)) if u is None else u))[2]
+    def multipliers(
+        self, q: npt.ArrayLike, u: npt.ArrayLike | None = None, inputs: npt.ArrayLike | None = None
+    ) -> Floats:
+        """Return the multipliers (nr) of the rows, at rest where no speeds are given, under declared inputs."""
+        *known, declared, modes = self.known(q, np.zeros(len(self.mechanism.speeds)) if u is None else u)
+        return self._rates(*known, declared if inputs is None else inputs, modes)[2]
 
     def jacobian(self, q: npt.ArrayLike) -> Floats:
         """Return the Jacobian (nr x nu) of the rows."""

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import DeviationFlow, coordinate_bounds, deviation_names, displaced
 from multibody_sym.analysis.equilibrium_search import find_equilibria, guesses
+from multibody_sym.analysis.kinks import verify_keeps_mode
 from multibody_sym.analysis.linearize import flow_at, place_of
 from multibody_sym.analysis.positions import Positions
 from multibody_sym.analysis.state_asked_about import errors_at, friction_left_out, no_equilibrium_error, tried_sets_text
@@ -28,8 +29,9 @@ from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
 from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import NoSolutionError, Where
+from multibody_sym.errors import InputError, NoSolutionError, Where
 from multibody_sym.mechanics.changes import Overrides
+from multibody_sym.mechanics.declared_rows import driving_inputs
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -430,16 +432,19 @@ def trim(
 ) -> Trim:
     """Return the inputs with which no speed changes where the coordinates and speeds named in `at` have these values.
 
-    `unknown` inputs are found, all if none are named; others are as declared at t = 0. Coordinates that `at` does not
-    name are found as well, near the start and within the limits of joints; other speeds are zero, or follow from
-    constraints. Of more unknowns than equations those of the shortest steps from the start and from zero.
-    `parameters` .. `inputs`: what the call changes of the system. Friction has the mode of the start.
-    Raises InputError for unknown names, NoSolutionError where nothing holds it.
+    `unknown` inputs are found, all but those that drive motions if none are named; others are as declared at t = 0.
+    Coordinates that `at` does not name are found as well, near the start and within the limits of joints; other speeds
+    are zero, or follow from constraints. Of more unknowns than equations those of the shortest steps from the start and
+    from zero. `parameters` .. `inputs`: what the call changes of the system. Contacts, ropes and friction have the mode
+    of the start. Raises InputError for unknown names, NoSolutionError where nothing holds it in this mode.
     """
     verify_system(system)
-    names = tuple(dict.fromkeys(listed_names("unknown", unknown))) or tuple(system.inputs)
+    free = tuple(name for name in system.inputs if name not in driving_inputs(system))
+    names = tuple(dict.fromkeys(listed_names("unknown", unknown))) or free
     for name in names:
         place_of("input", name, tuple(system.inputs))
+        if name not in free:
+            raise InputError(f"{name} drives a motion or a constraint, whose rates a number does not give")
     changed = Overrides(parameters, initial, inputs).of(system)
     return _trim(Overrides(inputs=dict.fromkeys(names, 0)).of(changed), at, names)
 
@@ -466,6 +471,9 @@ def _trim(system: System, at: Mapping[str, Any] | None, names: tuple[str, ...]) 
         u = np.where(asked, begin.u, 0.0)
         following = flow.dependent_speeds(q, u, set(np.flatnonzero(asked).tolist()))
         q, u, w = _Search(flow, names, free, following, bounds).run(q, u)
+        inputs = np.array(flow.known(q, u)[4], dtype=float)
+        inputs[[list(mechanism.inputs).index(name) for name in names]] = w
+        verify_keeps_mode(flow, q, u, inputs)
     every = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     return Trim(dict(zip(every, (*q.tolist(), *u.tolist()), strict=True)), dict(zip(names, w.tolist(), strict=True)))
 

@@ -43,6 +43,24 @@ _WHY: Final = {
     "slip": "is about to stick or to slip",
 }
 
+_PASSED: Final = {
+    "force": "would have to hold the other way",
+    "gap": "is inside what it touches",
+    "side": "presses on the other side",
+    "cone": "would slip",
+    "slip": "slips the other way",
+}
+
+
+def verify_keeps_mode(flow: DeviationFlow, q: Floats, u: Floats, inputs: Floats | None = None) -> None:
+    """Raise NoSolutionError where an element is past a limit of the mode of the start, under declared or given inputs.
+
+    A rope would push, friction exceed its limit or point along the slip.
+    """
+    for element, why in _Limits(flow, q, u, inputs).passed() if flow.mechanism.mode is not None else ():
+        message = f"{element.name} {why} in this state, unlike at the start; give the start another state (initial: ..)"
+        raise NoSolutionError(message, where=Where(path=element.path), number="N111")
+
 
 def verify_no_limit(flow: DeviationFlow, q: Floats, u: Floats) -> None:
     """Raise NoSolutionError where an element is about to act or to let go, to stick or to slip.
@@ -167,6 +185,24 @@ class _Limits:
     flow: DeviationFlow
     q: Floats
     u: Floats
+    inputs: Floats | None = None
+
+    def passed(self) -> Iterator[tuple[LawElement, str]]:
+        """Yield the elements that are past a limit of their mode, and past which."""
+        for limit in self._forces.mode_limits:
+            if self._is_passed(limit):
+                yield limit.element, _PASSED[limit.kind]
+
+    def _is_passed(self, limit: Limit) -> bool:
+        element, part = limit.element, limit.part
+        if limit.kind == "gap":
+            return self._rows.standing(element) == "inside"
+        if limit.kind == "slip":
+            assert part is not None
+            if len(part.rows) > 1:  # along its velocity, wherever that goes
+                return False
+            return bool(self._forces.forward(part, self._rows.phidot) < -self._rows.allowed_speed(part.rows[0]))
+        return self._acts(limit) and self._forces.value(limit, self._rows.phidot) < -self._allowed(limit)
 
     def reached(self) -> Iterator[tuple[LawElement, str]]:
         """Yield the elements that are at a limit of their mode, and at which."""
@@ -184,13 +220,18 @@ class _Limits:
             slow = abs(self._rows.phidot(row)) <= self._rows.allowed_speed(row)
             stands = slow if part is not None else self._rows.standing(element) == "touching"
             return stands and abs(self._acceleration(row)) <= _ROUNDED * self._accelerating / self._length(row)
-        normal = element.normals[limit.normal]
-        if limit.kind == "side" and not any(x.sliding for x in forces.mechanism.rows if x.name == normal.name):
-            return False
+        return self._acts(limit) and bool(abs(forces.value(limit, self._rows.phidot)) <= self._allowed(limit))
+
+    def _acts(self, limit: Limit) -> bool:
+        """Return whether forces depend on a limit of forces: on the side of a reaction alone where something slides."""
+        name = limit.element.normals[limit.normal].name
+        return limit.kind != "side" or any(x.sliding for x in self._forces.mechanism.rows if x.name == name)
+
+    def _allowed(self, limit: Limit) -> float:
+        """Return the part of a force that is rounding."""
+        normal = limit.element.normals[limit.normal]
         allowed = _ROUNDED * self._mass * self._accelerating * self._length(normal)
-        if part is not None:
-            allowed += _ROUNDED * abs(forces.most(element, part))
-        return bool(abs(forces.value(limit, self._rows.phidot)) <= allowed)
+        return allowed if limit.part is None else allowed + _ROUNDED * abs(self._forces.most(limit.element, limit.part))
 
     def _length(self, row: Row) -> float:
         """Return the length by which moments are forces and angles ways, 1 where they are."""
@@ -205,7 +246,7 @@ class _Limits:
     def _forces(self) -> LawForces:
         mechanism = self.flow.mechanism
         state = state_of(mechanism, float, 0.0, self.q.tolist(), self.u.tolist(), self.flow.parameters)
-        return LawForces(motion_of(mechanism, state), self.flow.multipliers(self.q, self.u).tolist())
+        return LawForces(motion_of(mechanism, state), self.flow.multipliers(self.q, self.u, self.inputs).tolist())
 
     @cached_property
     def _rows(self) -> OneWayRows:

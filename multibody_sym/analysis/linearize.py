@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import NO_EIGENVALUES, DeviationFlow, constancy_of
-from multibody_sym.analysis.kinks import verify_no_limit, verify_one_valued
+from multibody_sym.analysis.kinks import verify_keeps_mode, verify_no_limit, verify_one_valued
 from multibody_sym.analysis.state_asked_about import begin_at, errors_at, number_asked
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
@@ -346,6 +346,8 @@ def _linearize(system: System, formalism: str | None, place: At, moving: bool) -
     flow, begin = flow_at(system, formalism, place)
     mechanism, q, u = flow.mechanism, np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
     with errors_at(place):
+        if place is not None:
+            verify_keeps_mode(flow, q, u)
         verify_no_limit(flow, q, u)
         found = _with_outputs(verified_linearization(flow, q, u, moving=moving), flow, q, u)
     names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]

@@ -145,3 +145,27 @@ def test_rates_of_states_have_kinks_too() -> None:
     with pytest.raises(mbs.NoSolutionError, match=r"states\.p: A has two values in this state: p has a kink"):
         mbs.linearize(bent)
     np.testing.assert_allclose(mbs.linearize(smooth).A, [[0, 1, 0], [-1.5, 0, 0.5], [0, 0, 0]], atol=1e-15)
+
+
+def test_a_state_keeps_the_mode_of_the_start() -> None:
+    """Above its hook a rope would push; a block that slides back is rubbed the other way than at the start."""
+    text = """
+multibody_sym: 1
+name: hung
+gravity: [0, -9.81, 0]
+bodies: {bob: {mass: 2, points: {p: [0, 0, 0]}}, ground: {points: {hook: [0, 0, 0]}}}
+joints: {J: {type: point, parent: ground, child: bob, q: [x, y], initial: {q: [0, -1]}}}
+constraints: {rope: {type: rope, path: [ground.hook, bob.p], slack: true}}
+inputs: {F: 0, G: 0}
+forces: {f: {type: force, on: bob, value: [F, G, 0]}}
+"""
+    hung = mbs.loads(text)
+    assert mbs.linearize(hung, at={"x": 0}).eigenvalues[0].imag == pytest.approx(-math.sqrt(9.81))
+    assert mbs.trim(hung, {"x": 0.6}, unknown="F").inputs["F"] == pytest.approx(2 * 9.81 * 0.75)
+    for question in (mbs.linearize, lambda system, at: mbs.trim(system, at, unknown="F")):
+        with pytest.raises(mbs.NoSolutionError, match="rope would have to hold the other way in this state"):
+            question(hung, at={"x": 0, "y": 1})
+    sliding = mbs.loads(INCLINE.replace("MU", "0.3").replace("G,", "9.81,").replace("u: [0, 0]", "u: [1, tan(a)]"))
+    assert mbs.linearize(sliding, at={"u_J_x": 2}).states == ("J_x", "u_J_x")
+    with pytest.raises(mbs.NoSolutionError, match="c slips the other way in this state, unlike at the start"):
+        mbs.linearize(sliding, at={"u_J_x": -2})

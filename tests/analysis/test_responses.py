@@ -228,3 +228,22 @@ def test_transfer_matrices_take_numbers_alone() -> None:
             near.response(wrong)  # type: ignore[arg-type]
     with pytest.raises(mbs.InputError, match="K is to be finite"):
         near.feedback([[np.nan, 1]])
+
+
+def test_trim_leaves_prescribed_motions_as_they_are() -> None:
+    """A hinge below a cart that is driven with a = 0.4 m/s^2: M = m g l sin(th) + m a l cos(th)."""
+    text = """
+multibody_sym: 1
+name: driven
+gravity: [0, -9.81, 0]
+bodies: {cart: {mass: 1}, bob: {mass: 2, com: [0, -0.5, 0]}}
+joints:
+  slide: {type: prismatic, parent: ground, child: cart, axis: x, motion: w}
+  hinge: {type: revolute, parent: cart, child: bob, q: th}
+inputs: {w: 0.2*t^2, M: 0}
+forces: {m: {type: torque, joint: hinge, value: M}}
+"""
+    held = mbs.trim(mbs.loads(text), {"th": 0.3})
+    assert held.inputs == pytest.approx({"M": 9.81 * np.sin(0.3) + 0.4 * np.cos(0.3)}, rel=1e-12)
+    with pytest.raises(mbs.InputError, match="w drives a motion or a constraint"):
+        mbs.trim(mbs.loads(text), {"th": 0.3}, unknown="w")
