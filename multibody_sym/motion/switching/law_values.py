@@ -155,6 +155,18 @@ class Laws(Numbered):
         return places, turns if turns.any() else None
 
     @cached_property
+    def rate_pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The places of coordinates, and those of the speeds that are their rates."""
+        pairs = [pair for body in self.mechanism.bodies for pair in body.rate_pairs]
+        coordinates, speeds = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+        return coordinates, speeds
+
+    @cached_property
+    def turned_coordinates(self) -> NDArray[np.bool_]:
+        """Which coordinates (nq,) are angles."""
+        return np.array([each.unit == "rad" for each in self.mechanism.coordinates], dtype=bool)
+
+    @cached_property
     def two_sided_rub(self) -> bool:
         """Whether there is friction in what does not only press: it may act at any time."""
         always = (part.name for x in self.mechanism.one_way if not x.unilateral for part in x.frictions)
@@ -333,9 +345,8 @@ class LawValues(RowNumbers):
     def _reach_of_speeds(self) -> Floats:
         """How far (nu,) from zero the coordinates are whose rates the speeds are; 2 rad for a unit quaternion's."""
         reached = np.full(len(self.u), 2.0)
-        for body in self.laws.mechanism.bodies:
-            for coordinate, speed in body.rate_pairs:
-                reached[speed] = abs(self.q[coordinate])
+        coordinates, speeds = self.laws.rate_pairs
+        reached[speeds] = np.abs(self.q[coordinates])
         return reached
 
     def taken_over(self, element: LawElement, active: Collection[str]) -> list[str]:
@@ -355,8 +366,7 @@ class LawValues(RowNumbers):
     @cached_property
     def _farthest(self) -> tuple[float, float]:
         """The largest coordinate that is a length, and the largest angle."""
-        turns = np.array([each.unit == "rad" for each in self.laws.mechanism.coordinates], dtype=bool)
-        sizes = np.abs(self.q)
+        turns, sizes = self.laws.turned_coordinates, np.abs(self.q)
         return float(sizes[~turns].max(initial=0.0)), float(sizes[turns].max(initial=0.0))
 
     def falling(self, element: LawElement, udot: Floats) -> float:
