@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, hybrid_dynamics, tree_factors
-from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches, mass_matrix
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed_wrenches
 from multibody_sym.dynamics.formalisms.constrained import PASSES
 from multibody_sym.dynamics.formalisms.equations import massless_speeds, verify_massive
 from multibody_sym.dynamics.programs.quantities import generalized_momenta
@@ -32,7 +32,7 @@ from multibody_sym.mechanics.motion import (
     state_of,
     turning_momenta,
 )
-from multibody_sym.mechanics.points import joint_projection
+from multibody_sym.mechanics.points import carried_wrenches, joint_projection
 from multibody_sym.mechanics.row_kinematics import acting_rows, along_reactions, row_motions
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
@@ -51,7 +51,7 @@ OF_MOMENTA: Final = "canonical equations are those of coordinates and momenta al
 def mass_matrix_program(mechanism: Mechanism) -> Program:
     """Return -> mass_matrix (nu, nu) of the tree, whatever its rows."""
     trace = Trace("mass_matrix", arrays(mechanism))
-    matrix = mass_matrix(motion_of(mechanism, slot_state(mechanism)))
+    matrix = mass_matrix(economical_motion(mechanism, slot_state(mechanism)))
     return trace.finish({"mass_matrix": ((len(matrix), len(matrix)), [x for row in matrix for x in row])})
 
 
@@ -62,15 +62,15 @@ def inverse_dynamics_program(mechanism: Mechanism) -> Program:
     """
     _verify_tree(mechanism, "say which joints are driven (function(.., drives=[..])), ")
     trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
-    forces = _needed_forces(motion_of(mechanism, slot_state(mechanism)), trace["udot"])
+    forces = _needed_forces(economical_motion(mechanism, slot_state(mechanism)), trace["udot"])
     return trace.finish({"forces": ((len(forces),), forces)})
 
 
 def _needed_forces(motion: Motion, udot: Sequence[S]) -> list[S]:
     """Return M udot + c - Q (nu)."""
-    loads = applied_forces(motion)
-    transmitted = joint_projection(motion, joint_wrenches(motion, udot, loads.of_body))
-    return [x - drive for x, drive in zip(transmitted, loads.of_speed, strict=True)]
+    loads = applied_forces(motion, weight=False)
+    carried = carried_wrenches(motion, needed_wrenches(motion, udot, loads.of_body))
+    return [x - drive for x, drive in zip(joint_projection(motion, carried), loads.of_speed, strict=True)]
 
 
 def driven_dynamics_program(mechanism: Mechanism, drives: Collection[str]) -> Program:
