@@ -374,6 +374,9 @@ class Grid(Tabled):
     def __post_init__(self) -> None:
         given = self.values
         super().__post_init__()
+        if len(self.x) * len(self.y) > MOST_OF_GRID or min(len(self.x), len(self.y)) > _MOST_TERMS:
+            most = f"{MOST_OF_GRID:,} values, and {_MOST_TERMS} along its shorter side"
+            raise ModelError(f"a grid has at most {most}; this one is {len(self.x)} x {len(self.y)}", number="M103")
         for index, row in enumerate(self.values):
             if len(row) != len(self.y):
                 with at("values", index):
@@ -381,9 +384,6 @@ class Grid(Tabled):
         with at("values"):
             if len(self.values) != len(self.x):
                 raise ModelError(f"there are {len(self.x)} numbers x, but values for {len(self.values)}", number="M103")
-            if len(self.x) * len(self.y) > MOST_OF_GRID or min(len(self.x), len(self.y)) > _MOST_TERMS:
-                most = f"{MOST_OF_GRID:,} values, and {_MOST_TERMS} along its shorter side"
-                raise ModelError(f"a grid has at most {most}; this one is {len(self.x)} x {len(self.y)}", number="M103")
         self.verify_arguments(["s" if of is symbol("t") else None for of in self.of])
         cells = (x for row in list_items(given) or () for x in list_items(row) or ())
         self._take_dimension("values", (x for x in cells if isinstance(x, str) and not DECIMAL.fullmatch(x)))

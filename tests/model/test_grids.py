@@ -162,4 +162,4 @@ def test_wrong_grids(was: str, now: str, message: str) -> None:
 
 def test_too_large_grids() -> None:
     with pytest.raises(mbs.InputError, match="a grid has at most 250,000 values, and 256 along its shorter side"):
-        mbs.Grid(x=range(300), y=range(300), values=np.zeros((300, 300)), of=["x", "t"])
+        mbs.Grid(x=range(300), y=range(300), values=[[0]], of=["x", "t"])
