@@ -324,7 +324,6 @@ def _parser(names: Sequence[str] = COMMANDS) -> tuple[argparse.ArgumentParser, M
 # Shell completion, by the library shtab: a script for bash, zsh or tcsh that knows commands, options and words.
 
 
-SHELLS: Final = ("bash", "zsh", "tcsh")
 _FILES: Final = ("FILE", "OUT", "PNG")
 
 

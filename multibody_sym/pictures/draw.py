@@ -70,10 +70,6 @@ class FigureContent:
     undrawn: tuple[str, ...] = ()
     marked: Mapping[Path, str] = field(default_factory=dict)
 
-    def mark_of(self, path: Path) -> str | None:
-        """Return the word of what is declared at a path, None where nothing marks it."""
-        return next((word for marked, word in self.marked.items() if path[: len(marked)] == marked), None)
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The legend below a figure: what its dashes mean, what it leaves out, lengths that it has no room for.

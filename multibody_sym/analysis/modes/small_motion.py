@@ -273,8 +273,8 @@ def _mode_in_numbers(value: complex, error: float, shape: dict[str, complex], tu
     return Mode("oscillates", *swings, rate if value.real else None, parts, quarter)
 
 
-def damped_modes(given: Matrices, formulas: Formulas, name: str) -> tuple[list[Mode], list[Root]]:
-    """Return the modes of one freedom with a damper, and omega^2 of the one that swings, if any.
+def damped_modes(given: Matrices, formulas: Formulas, name: str) -> tuple[Mode, ...]:
+    """Return the modes of one freedom with a damper.
 
     M x'' + C x' + K x = 0 swings with sqrt(K/M - d^2), d = C/(2 M), and fades as -d.
     """
@@ -283,15 +283,15 @@ def damped_modes(given: Matrices, formulas: Formulas, name: str) -> tuple[list[M
     square = K / M - fading * fading
     shape = {name: Value(1.0)}
     if square.vanishes:
-        return [Mode("decays", rate=formulas.value(-fading, "1/s"), shape=shape)], []
+        return (Mode("decays", rate=formulas.value(-fading, "1/s"), shape=shape),)
     if square.sample > 0:
         root = root_of(square)
         rate = formulas.value(-fading, "1/s")
-        return [Mode("oscillates", formulas.frequency(root), formulas.period(root), rate, shape)], [root]
+        return (Mode("oscillates", formulas.frequency(root), formulas.period(root), rate, shape),)
     spread = PRECISE.sqrt(-square.sample)
     rates = [Value(float(-fading.sample + side * spread), None, "1/s") for side in (1, -1)]
     words = ("grows" if x.value and x.value > 0.0 else "decays" for x in rates)
-    return [Mode(word, rate=rate, shape=shape) for word, rate in zip(words, rates, strict=True)], []  # type: ignore[arg-type]
+    return tuple(Mode(word, rate=rate, shape=shape) for word, rate in zip(words, rates, strict=True))  # type: ignore[arg-type]
 
 
 # --- the state and the characteristic polynomial ---------------------------------------------------------------------
@@ -513,27 +513,16 @@ class SmallMotion:
         return M, G, K
 
     @cached_property
-    def swinging(self) -> tuple[Root, ...]:
-        """omega^2 of the modes that oscillate, from the smallest on, repeated ones as often as they are."""
-        return self._modes_and_squares[1]
-
-    @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """The modes, those that oscillate first."""
-        return self._modes_and_squares[0]
-
-    @cached_property
-    def _modes_and_squares(self) -> tuple[tuple[Mode, ...], tuple[Root, ...]]:
         given = self.matrices
         if given is not None and len(given.places) == 1 and given.is_damped:
-            found, roots = damped_modes(given, self.formulas, self.names[0])
-            return tuple(found), tuple(roots)
+            return damped_modes(given, self.formulas, self.names[0])
         if self.spectrum is None:
-            return modes_in_numbers(self.place.linear, deviation_names(self.mechanism)), ()
-        pairs = [(root, mode) for root in self.spectrum.roots for mode in self._modes(root)]
+            return modes_in_numbers(self.place.linear, deviation_names(self.mechanism))
         order = {"oscillates": 0, "free": 1, "grows": 2, "decays": 3}
-        pairs.sort(key=lambda pair: order[pair[1].motion])
-        return tuple(mode for _, mode in pairs), tuple(root for root, mode in pairs if mode.motion == "oscillates")
+        found = (mode for root in self.spectrum.roots for mode in self._modes(root))
+        return tuple(sorted(found, key=lambda mode: order[mode.motion]))
 
     def _modes(self, root: Root) -> list[Mode]:
         vectors = shapes_in_numbers(*self._in_floats, complex(root.value), root.times)

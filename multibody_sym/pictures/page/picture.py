@@ -447,8 +447,6 @@ DARK: Final = "#c3c9d1"
 PAPER: Final = "#ffffff"
 BLACK: Final = "#000000"
 
-TYPE: Final = 10.0
-"""Size of labels; their subscripts are of 8 pt."""
 PIN: Final = 2.6
 """Radius of a joint's pin."""
 ROD: Final = 6.0
