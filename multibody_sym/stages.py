@@ -1,7 +1,11 @@
-"""What the stages of a run take: each is named where it is, and nothing is measured unless somebody asks."""
+"""What the stages of a run take, and the log of what it does: nothing is measured or written unless somebody asks.
+
+The log is that of `logging.getLogger("multibody_sym")`, at DEBUG.
+"""
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,6 +44,25 @@ class Times:
             self.counts[name] = self.counts.get(name, 0) + 1
             self._inside = before + whole
 
+
+LOGGER: Final = "multibody_sym"
+"""The name of the logger under which the package writes."""
+
+
+def is_logged() -> bool:
+    """Return whether somebody reads the log, who has imported `logging` then."""
+    logging = sys.modules.get("logging")
+    return logging is not None and logging.getLogger(LOGGER).isEnabledFor(logging.DEBUG)
+
+
+def log(message: str, *values: object) -> None:
+    """Write a line to the log, with the values in place of %s and the like."""
+    logging = sys.modules.get("logging")
+    if logging is not None:
+        logging.getLogger(LOGGER).debug(message, *values)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 _TIMES: Final[ContextVar[Times | None]] = ContextVar("times", default=None)
 

@@ -35,7 +35,7 @@ from multibody_sym.program.backend import PORTABLE, Backend, Native
 from multibody_sym.program.native import NativeFunction, Signature, open_library
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.stages import stage
+from multibody_sym.stages import log, stage
 
 if TYPE_CHECKING:
     from multibody_sym.program.program import Program
@@ -181,6 +181,8 @@ def build_library(compiler: Compiler, sources: Mapping[str, str]) -> Path:
         found = cache.find(library_key)
         if found is not None:
             return found.path
+        size = sum(map(len, sources.values()))
+        log("compile %d files of %d characters by %s", len(sources), size, compiler.command[0])
         with tempfile.TemporaryDirectory(prefix="multibody_sym-") as place:
             content = _Build(compiler, sources, origin, Path(place)).library()
         library = cache.keep(content, library_key, ".so")
@@ -705,6 +707,7 @@ def load_python(signatures: Sequence[Signature], key: str, source: Callable[[], 
     found = _load_stored("python", full_key, _PYTHON, signatures)
     if found is not None:
         return found
+    log("write Python: %s", ", ".join(each.program for each in signatures))
     module = cache.keep(source().encode("ascii"), full_key, ".py")
     cache.store(full_key, module, {"numbers": []})
     return _open_compiled("python", module, _PYTHON, signatures)
@@ -716,7 +719,9 @@ def _load_stored(backend: Backend, key: str, origin: str, signatures: Sequence[S
         artifact = cache.find(key)
         if artifact is not None:
             with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
-                return _open_compiled(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+                found = _open_compiled(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+                log("found in the cache (%s): %s", backend, ", ".join(each.program for each in signatures))
+                return found
     return None
 
 
@@ -768,6 +773,7 @@ def _load_recalled(key: str, backend: Backend, origin: str) -> Recalled | None:
         try:
             signatures = [Signature.from_json(entry) for entry in artifact.metadata["programs"]]
             made = _open_compiled(backend, artifact.path, origin, signatures, artifact.metadata["numbers"])
+            log("recalled without deriving (%s): %s", backend, ", ".join(each.program for each in signatures))
             return Recalled(made, artifact.metadata["caller"])
         except (OSError, ValueError, KeyError, TypeError):
             return None

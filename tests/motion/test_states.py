@@ -227,6 +227,31 @@ def test_runs_are_those_of_the_equations_written_by_hand(name: str) -> None:
 
 
 
+@pytest.mark.parametrize(
+    ("rate", "force", "message"),
+    [
+        ("1/p", "0", "states.p.rate: 1/p has no finite value with p = 0"),
+        ("sqrt(1 - t)", "0", r"t = 1 s: states.p.rate: sqrt\(1 - t\) has no finite value with t = 1"),
+        ("(p + 1)^2", "0", "p grows without bound there.*look for a wrong sign in states.p.rate"),
+        ("0", "log(x)", "forces.push.value.0: log.x. has no finite value with x = -"),
+    ],
+)
+def test_a_rate_or_a_force_without_a_value_is_named(rate: str, force: str, message: str) -> None:
+    """x falls to zero before 1 s, 1/(1 - t) is p + 1."""
+    system = mbs.System(
+        "slider",
+        gravity=[0, 0, 0],
+        bodies={"body": mbs.Body(mass=1)},
+        joints={"rail": mbs.Prismatic("ground", "body", axis="x", q="x", initial={"q": 1, "u": -1})},
+        states={"p": mbs.StateVariable(rate=rate, initial=0)},
+        forces={"push": mbs.Force("body", [force, 0, 0])},
+        simulation={"t_end": 2, "samples": 5},
+    )
+    for run in (mbs.prepare(system).run, mbs.prepare(system).stepper(2).step):
+        with pytest.raises(mbs.MotionEndsError, match=message):
+            run()
+
+
 def test_states_are_continuous_over_impacts() -> None:
     system = mbs.loads(
         """

@@ -26,6 +26,7 @@ from multibody_sym.motion.methods.table import LibraryMethod
 from multibody_sym.program.runtime_constants import LEAST_LEFT, Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.stages import log
 
 
 @dataclass(frozen=True)
@@ -310,6 +311,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             first = _first_sample(legs[-1], latest, index)
             legs[-1] = replace(legs[-1], end=first, until=following.start)  # before its last step ended, or behind it
             legs.append(following.entered(problem, latest, first))
+            log("leg %d from t = %g s", len(legs), problem.start)
             run = _no_time if problem.is_over(problem.start) else loop_for(problem)
             if perf_counter() - shown > SECONDS:  # many short legs
                 yield replace(latest, time=problem.start, x=problem.x0)

@@ -45,7 +45,7 @@ from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.elementary import postorder
 from multibody_sym.scalars.node import Node, symbol, without_collection
 from multibody_sym.scalars.sign_changes import known_zeros
-from multibody_sym.stages import stage
+from multibody_sym.stages import log, stage
 
 if TYPE_CHECKING:
     from multibody_sym.motion.switching.law_mechanism import LawMechanism
@@ -293,6 +293,7 @@ def compile_mechanism(
         programs,  # a run that recalls needs none of it
     )
 
+    log("derive %s by %s, %s", mechanism.name, formalism, form)
     with without_collection():
         with stage("derive"):
             derived, closing = programs(mechanism, FORMALISMS[formalism], form).of_runs(), closing_programs(mechanism)
@@ -336,6 +337,7 @@ def recall_laws(
     from multibody_sym.dynamics.programs.law_programs import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program
 
+    log("derive the laws of %s%s, %s", mechanism.name, f" and its modes by {formalism}" if formalism else "", form)
     with without_collection():
         with stage("derive"):
             if not formalism:

@@ -15,13 +15,15 @@ from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, mass_diagonal
 from multibody_sym.dynamics.programs.reactions import ropes
 from multibody_sym.dynamics.redundancy import contradiction_of, nearly_dependent
+from multibody_sym.dynamics.start.parameters import undefined_text, value_or_none
 from multibody_sym.errors import InputError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS, fits, flat_rims
 from multibody_sym.mechanics.forces import apart, applied_forces, applied_generalized_forces, varies
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import TIME, Mechanism, Source
 from multibody_sym.mechanics.motion import Motion, state_of, why_locked
 from multibody_sym.mechanics.row_records import Marker, VelocityRow
 from multibody_sym.model.bodies import GROUND, used_up
+from multibody_sym.model.system import expressions_in
 from multibody_sym.motion.integrator.flow import Flow, StepError
 from multibody_sym.motion.integrator.loop import first_step, least_step
 from multibody_sym.motion.loop.integrate import Integration
@@ -30,7 +32,7 @@ from multibody_sym.motion.methods.multistep import Collocation
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ZERO
+from multibody_sym.scalars.node import ZERO, slot, symbol
 
 if TYPE_CHECKING:
     from multibody_sym.motion.results.trajectory import Trajectory
@@ -153,6 +155,8 @@ _VANISHED: Final = 1e-6
 """The part of the inertia along a speed at the start of a run that is next to nothing."""
 _NEXT: Final = (0.0, 1e-12, 1e-9, 1e-6)
 """Parts of a run's time after its end at which inputs are looked at, which may have a value up to there."""
+_BEHIND: Final = (0.0, 1e-9, 1e-6, 1e-4)
+"""Parts of a run's time behind its end at which expressions are evaluated that may have no value there."""
 _SIZED: Final = 20
 """Samples of a run at which sizes of rows are looked at."""
 
@@ -215,6 +219,7 @@ def _cause(run: Trajectory, time: float) -> str | None:
         or _in_line(first, last)
         or _about_nothing(first, last)
         or _growing_speed(run, time, last)
+        or _growing_state(run, time)
         or _load_grown(run, time, last)
     )
 
@@ -352,6 +357,21 @@ def _growing_speed(run: Trajectory, time: float, last: Motion) -> str | None:
     )
 
 
+def _growing_state(run: Trajectory, time: float) -> str | None:
+    """Return which declared state grows without bound at the end of a run; None for none."""
+    end, gone = run.integration, time - run.problem.t0
+    problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else run.problem
+    rates = problem.rates(end.t_final, np.concatenate([end.q_final, end.u_final]))
+    for k, coordinate in enumerate(run.ready.mechanism.coordinates):
+        x, before = end.q_final[k], run.problem.q0[k]
+        grows = gone > 0.0 and x * rates[k] > 0.0 and x / rates[k] < _SUDDEN * gone
+        if coordinate.name in run.ready.system.states and grows and abs(x) > _GROWN * abs(before):
+            told = f"{coordinate.name} grows without bound there: it is {x:.3g}, and doubles within"
+            cure = f"look for a wrong sign in states.{coordinate.name}.rate, or end the run before"
+            return f"{told} {x / rates[k]:.1g} s; {cure}"
+    return None
+
+
 def _turns_fast(run: Trajectory, time: float, last: Motion) -> str | None:
     """Return which joint or body turns so fast that its turns take most of the steps of a run; None for none."""
     end, gone = run.integration, time - run.problem.t0
@@ -448,7 +468,7 @@ def _not_finite(run: Trajectory, time: float) -> Reason:
         left = [name for name, outside in declared.items() if outside == "error"]
         where = "; an argument is outside of its table, or grid: give more of it, or `outside: hold` or `extrapolate`"
         return Reason(told + where * bool(left), ends=True)
-    if cause := _cause(run, time):
+    if cause := _cause(run, time) or _without_value(run, time):
         return Reason(cause, ends=True)
     fastest = max(zip(mechanism.speeds, end.u_final.tolist(), strict=True), key=lambda each: abs(each[1]), default=None)
     if fastest is None:
@@ -471,6 +491,30 @@ def _inputs_without_value(run: Trajectory, time: float) -> list[str]:
         if names:
             return names
     return []
+
+
+def _without_value(run: Trajectory, time: float) -> str | None:
+    """Return which force or rate has no finite value at the end of a run, or just behind it; None for none."""
+    system, end, (entered, values) = run.ready.system, run.integration, _ended_in(run)
+    x, nq = np.concatenate([end.q_final, end.u_final]), len(end.q_final)
+    problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else run.problem
+    slope = np.nan_to_num(problem.rates(end.t_final, x))
+    given = {symbol(e.name): v for e, v in zip(entered.parameters, values, strict=True) if e.source is Source.DECLARED}
+    named = [symbol(c.name) for c in entered.coordinates] + [symbol(s.name) for s in entered.speeds]
+    written = expressions_in(system, ("forces", "states"))
+    for part in _BEHIND:
+        ahead = part * (time - run.problem.t0)
+        known = {**given, symbol("t"): time + ahead, **dict(zip(named, (x + ahead * slope).tolist(), strict=True))}
+        slots = {slot("parameters", k): v for k, v in enumerate(values)} | {TIME: time + ahead}
+        slots |= {slot("q" if k < nq else "u", k if k < nq else k - nq): known[n] for k, n in enumerate(named)}
+        inputs = {symbol(name): value_or_none(node, slots) for name, node in entered.inputs.items()}
+        known |= {name: v for name, v in inputs.items() if v is not None}
+        for path, node, _ in written:
+            if node.shadow is None and all(leaf in known for leaf in leaves([node], "symbol", "quantity")):
+                found = value_or_none(node, known)
+                if found is None or not math.isfinite(found):
+                    return f"{'.'.join(path)}: {undefined_text(node, known)}"
+    return None
 
 
 def mass_used_up(run: Trajectory) -> str | None:

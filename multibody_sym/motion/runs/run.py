@@ -11,10 +11,9 @@ from multibody_sym.motion.loop.problem import Chunk
 from multibody_sym.motion.prepare.records import LegSamples, leg_samples
 from multibody_sym.motion.results.samples import Departed, NewSamples, RunRecord, RunStart, Samples, SingleRun
 from multibody_sym.motion.results.trajectory import Trajectory
-from multibody_sym.motion.runs.held_inputs import held_loop
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.stages import stage
+from multibody_sym.stages import is_logged, log, stage
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a run that could not go on raises.
@@ -68,8 +67,11 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
 
     loop = first_loop(problem) if modes is None else modes.loop
     if holds is not None:
+        from multibody_sym.motion.runs.held_inputs import held_loop  # which few runs need
+
         loop, legs = held_loop(begin, holds)
     try:
+        log("integrate %s to t = %g s by %s", ready.told.name, problem.t_end, problem.method.name)
         with stage("integrate"):
             done = integrate(problem, on_chunk=report, loop=loop)
             if ready.told.rows and done.failure is None and not done.statistics.drift_position <= problem.closure:
@@ -78,6 +80,9 @@ def run(begin: RunStart, on_progress: Progressed, told: int = 0) -> Trajectory:
                 done = until_departure(ready.mechanism, problem, done)
     except Departed as departed:
         return run(departed.begin(), on_progress, told)
+    if is_logged():
+        taken = done.statistics
+        log("%s at t = %g s: %d steps, %d evaluations", done.status.name, done.t_final, taken.steps, taken.evaluations)
     if legs and done.failure is not None:  # which is looked into with what was held then
         problem = problem.with_numbers(legs[-1].of.parameters, problem.q0, problem.u0)
     return trajectory_of(SingleRun(ready, problem, done, parts_of(done.t, done.q, done.u), modes, events, legs))

@@ -62,7 +62,7 @@ from multibody_sym.program.runtime_constants import Status
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ONE, Node
-from multibody_sym.stages import stage
+from multibody_sym.stages import is_logged, log, stage
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What friction took in a run, at each part and from each body, and what loads gave: power, integrated by stretches.
@@ -545,7 +545,16 @@ def _begin_leg(leg: ModeLeg, facts: LawValues, t: float, run: ModeRun) -> ModeLe
     following = switches.enter(replace(leg, of=replace(leg.of, jump=partial(_jump, run), course=course)))
     if leg.cause is not None and leg.cause.blow is not None:
         switches.hit(leg.cause.blow, facts)
+    _log_mode(following, t)
     return following
+
+
+def _log_mode(leg: ModeLeg, t: float) -> None:
+    """Log a mode that begins: the state of each of its elements, and what struck."""
+    if is_logged():
+        struck = leg.cause is not None and leg.cause.blow is not None
+        states = ", ".join(f"{name} {word}" for name, word in leg.program.words.items())
+        log("t = %g s: %s%s", t, "an impact; " if struck else "", states or "free")
 
 
 def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
@@ -562,6 +571,7 @@ def _jump(run: ModeRun, t: float, x: Floats, index: int) -> Floats | None:
         if stop_jumped((leg, leg), t, (x, met.after), switches.scale.speed) is not None:
             return None
         switches.hit(blow, met.facts)
+        log("t = %g s: an impact", t)
     run.jumps.append(LegJump(len(run.legs) - 1, t, index, met.after, met.moved, met.cause))
     return met.after.copy()
 
@@ -575,6 +585,7 @@ def _note_turn(run: ModeRun, passage: Passage) -> None:
     leg = switches.enter(run.prepared.memory.legs[passage.to].passed_into(passage))
     switches.returns.to(passage.time, leg.program.key)
     run.legs.append(leg)
+    _log_mode(leg, passage.time)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
