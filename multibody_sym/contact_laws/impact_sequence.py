@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.contact_laws.enumeration import SPHERE
 from multibody_sym.contact_laws.impact_problem import (
     Chosen,
     ImpactProblem,
@@ -24,7 +25,6 @@ from multibody_sym.contact_laws.impact_problem import (
     select_rows,
     start_impact,
 )
-from multibody_sym.contact_laws.lemke import SPHERE
 from multibody_sym.contact_laws.problem import (
     IN_SPACE,
     STICKS,

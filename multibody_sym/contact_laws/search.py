@@ -15,8 +15,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.contact_laws.enumeration import MOST, candidate_modes, count_modes
-from multibody_sym.contact_laws.lemke import Proposal, closer_edges, propose
+from multibody_sym.contact_laws.enumeration import MOST, Proposal, candidate_modes, closer_edges, count_modes, propose
 from multibody_sym.contact_laws.problem import (
     IN_SPACE,
     STICKS,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from multibody_sym.contact_laws.lemke import lemke
+from multibody_sym.contact_laws.enumeration import lemke
 
 
 def residual(M: np.ndarray, q: np.ndarray, z: np.ndarray) -> float:

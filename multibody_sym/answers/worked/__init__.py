@@ -1,7 +1,7 @@
 """Worked steps: balances of bodies, elimination, states that contradict themselves.
 
-    worked          the steps of a solved instant in order
+    worked          the steps of a solved instant in order; "Other assumption": directions and sticking that lead to
+                    contradictions
     actions         what acts on each body that is cut free: weight, forces, unknown reactions
     equations       all equations, numbered, and eliminated by hand
-    alternatives    "Other assumption": directions and sticking that lead to contradictions
 """

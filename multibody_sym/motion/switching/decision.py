@@ -15,8 +15,7 @@ import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import NoImpulsesError
 from multibody_sym.contact_laws.problem import COLLIDE, LawState, LawStates
-from multibody_sym.dynamics.contact.contact_problem import PosedLaws
-from multibody_sym.dynamics.contact.indeterminate_forces import CLEAR
+from multibody_sym.dynamics.contact.contact_problem import CLEAR, PosedLaws
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.contact_geometry import ON_POINTS
 from multibody_sym.mechanics.law_elements import INACTIVE, STICKS, LawElement, Mode

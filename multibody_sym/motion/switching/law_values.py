@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from multibody_sym.contact_laws.problem import Flags, LawState, ModeArrays, Scaled, ScaledFriction, scaled
 from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, fulfils, solve_mode, sticking
-from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale
-from multibody_sym.dynamics.contact.indeterminate_forces import with_shares
+from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale, with_shares
 from multibody_sym.mechanics.contact_geometry import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
