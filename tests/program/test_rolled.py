@@ -12,7 +12,6 @@ from random_programs import ARITHMETIC, SMOOTH, Maker
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.programs import law_programs
-from multibody_sym.dynamics.programs import system as derivation
 from multibody_sym.dynamics.programs.law_programs import row_program
 from multibody_sym.dynamics.programs.system import programs
 from multibody_sym.mechanics.resolve import mechanism
@@ -50,7 +49,7 @@ def windows(count: int) -> System:
 
 def unrolled(count: int, monkeypatch: pytest.MonkeyPatch) -> Programs:
     with monkeypatch.context() as patched:
-        patched.setattr(derivation, "all_rolled", lambda every: every)
+        patched.setattr(rolling, "all_rolled", lambda every: every)
         return programs(mechanism(windows(count)), composite_body)
 
 
