@@ -7,6 +7,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from twins import EXAMPLES
 
 import multibody_sym as mbs
@@ -77,6 +78,26 @@ def test_a_sampled_controller_holds_what_its_discrete_model_holds() -> None:
     run, factor = module.held_up(0.09)
     assert factor > 1
     assert np.abs(run["a"][-250:] - np.pi / 2).max() > 0.1
+
+
+def test_an_acceleration_that_is_prescribed_brings_a_load_to_rest() -> None:
+    """The same by scipy on theta'' = -(g*sin(theta) + a*cos(theta))/l, whose trolley has no force."""
+    module = script("crane")
+    g, length = 9.81, 4.0
+    rates = np.array([[0, 0, 0, 1], [0, 0, 1, 0], [0, -g / length, 0, 0], [0, 0, 0, 0]])
+    np.testing.assert_allclose(module.near.A, rates, atol=1e-12)
+    np.testing.assert_allclose(module.near.B[:, 0], [0, 0, -1 / length, 1], atol=1e-12)
+    run, x = module.travel(), np.zeros(4)
+    for k in range(250):
+        a = module.law(k * module.EVERY, x[[0, 1, 3]], x[[3, 2]])
+
+        def rate(t: float, x: np.ndarray, a: float = a) -> list[float]:
+            return [x[3], x[2], -(g * np.sin(x[1]) + a * np.cos(x[1])) / length, a]
+
+        x = solve_ivp(rate, (0, module.EVERY), x, rtol=1e-10, atol=1e-12).y[:, -1]
+    k = np.searchsorted(run.t, 5.0 - 1e-9)
+    assert [run[name][k] for name in ("x", "theta", "u_theta", "v")] == pytest.approx(x, abs=1e-6)
+    assert run["reach"][-1] == pytest.approx(6.0, abs=0.01)
 
 
 def test_masses_are_identified_as_far_as_torques_tell_them() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
+from fractions import Fraction
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -407,7 +408,7 @@ class _Written:
                 self.lines.append(f"tuple {len(part)}")
                 self.add(*part)
             else:
-                assert part is None or isinstance(part, (str, int, range, Enum)), part
+                assert part is None or isinstance(part, (str, int, Fraction, range, Enum)), part
                 self.lines.append(repr(part))
 
     def _contents_of(self, part: Any) -> tuple[Any, ...]:
