@@ -176,10 +176,7 @@ def _with_withheld(resolved: Mechanism, system: System) -> Mechanism:
 
 
 def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
-    """Return the mechanism of a system as declared, or with its bodies freed.
-
-    The coordinates of joints cut there are measured, as far as they follow from poses.
-    """
+    """Return a system's mechanism; with bodies `freed` coordinates of cut joints are measured as far as poses tell."""
     tree = spanning_tree(system)
     doubled, measuring = _uncarried_joints(system, tree, freed)
     named = (*tree.carrying, *doubled)

@@ -20,13 +20,6 @@ from multibody_sym.motion.prepare.problem import prepare_system, problem_of, set
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.results.samples import RunStart, Samples
 from multibody_sym.motion.results.trajectory import Trajectory
-from multibody_sym.motion.runs.held_inputs import (
-    HeldInputs,
-    SampledInputs,
-    held_names,
-    sampled_inputs,
-    sampled_start,
-)
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.records import dataclass
@@ -34,6 +27,7 @@ from multibody_sym.scalars.numbers import floats
 
 if TYPE_CHECKING:
     from multibody_sym.motion.runs.family import VariedRun, VariedSystem
+    from multibody_sym.motion.runs.held_inputs import HeldInputs, SampledInputs
     from multibody_sym.motion.stepper import Stepper
     from multibody_sym.motion.switching.mode_run import ModeRun
 
@@ -73,9 +67,18 @@ def prepare(system: System, **options: Unpack[RunOptions]) -> Prepared:
     return prepared
 
 
+def _in_two_parts(inputs: Any) -> tuple[Any, SampledInputs | None]:
+    """Return inputs of a run for the model, and those that functions give, which few runs have."""
+    if not isinstance(inputs, Mapping) or not any(map(callable, inputs.values())):
+        return inputs, None
+    from multibody_sym.motion.runs.held_inputs import sampled_inputs
+
+    return sampled_inputs(inputs)
+
+
 def prepared_by(system: System, options: RunOptions) -> Prepared:
     """Return the system as options change it and say how it is run; nothing is computed yet. Raises InputError."""
-    inputs, sampled = sampled_inputs(options.get("inputs"))
+    inputs, sampled = _in_two_parts(options.get("inputs"))
     settings: dict[str, Any] = {name: options.get(name) for name in RUN_SETTINGS}
     word = settings["constraints"]
     if isinstance(word, Baumgarte):
@@ -123,7 +126,7 @@ class Prepared:
         if t_end is not None or samples is not None:
             other = self._until(t_end, samples)
             return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
-        inputs, sampled = sampled_inputs(inputs)
+        inputs, sampled = _in_two_parts(inputs)
         if sampled is not None:
             other = replace(self, sampled=sampled)
             return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
@@ -259,6 +262,8 @@ class Prepared:
     @cached_property
     def _held_inputs(self) -> HeldInputs:
         """The inputs that are sampled, as parameters."""
+        from multibody_sym.motion.runs.held_inputs import HeldInputs, held_names
+
         assert self.sampled is not None
         with at("inputs"):
             return HeldInputs.of(self.system, held_names(self.system, list(self.sampled.names)))
@@ -320,6 +325,8 @@ def run_start(prepared: Prepared) -> RunStart:
 
         def again(values: Mapping[str, float]) -> RunStart:
             return _start_of(held, Overrides(values).of(held.system))
+
+        from multibody_sym.motion.runs.held_inputs import sampled_start
 
         return sampled_start(run_start(held), prepared._held_inputs, prepared.sampled, again)
     one_way = prepared._one_way

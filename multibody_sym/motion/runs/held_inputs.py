@@ -161,13 +161,11 @@ class SampledInputs:
         return following if following < t_end - _LEAST_REST * self.every else t_end
 
 
-def sampled_inputs(inputs: Any) -> tuple[Any, SampledInputs | None]:
+def sampled_inputs(inputs: Mapping[Any, Any]) -> tuple[Any, SampledInputs]:
     """Return `inputs` as given to a run in two parts: those for the model, and those that functions give.
 
     Raises ArgumentError where `every` is missing.
     """
-    if not isinstance(inputs, Mapping) or not any(callable(value) for value in inputs.values()):
-        return inputs, None
     laws = {_names_of(key): _law(key, value) for key, value in inputs.items() if callable(value)}
     rest = {key: value for key, value in inputs.items() if not callable(value)}
     if "every" not in rest:
