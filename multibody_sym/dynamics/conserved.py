@@ -390,8 +390,6 @@ MANY: Final = 6
 _SPARE: Final = 3
 _PROPOSED: Final = 1e-7
 """The part of a column that combinations of others leave, up to which 50 digits decide."""
-_BY_FLOATS: Final = 1e-11
-"""The same part below which floats decide alone, where expressions have no value in 50 digits."""
 _SAME: Final = 1e-6
 """The part of a combination that others leave, below which it depends on them."""
 _SEED: Final = 11

@@ -306,11 +306,9 @@ def _nearly_touching(
     return found, rows
 
 
-def closed_at(
-    base: Mechanism, begin: Start, overrides: Mapping[str, float] | None = None, *, project: bool = False
-) -> tuple[list[LawElement], Start]:
+def closed_at(base: Mechanism, begin: Start, *, project: bool = False) -> tuple[list[LawElement], Start]:
     """Return the contacts and ropes that a start nearly closes, and the start with them closed and its own speeds."""
-    return _nearly_closed(rows_at(base, begin), begin, overrides, project)
+    return _nearly_closed(rows_at(base, begin), begin, None, project)
 
 
 def _nearly_closed(
