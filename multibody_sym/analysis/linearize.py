@@ -41,12 +41,13 @@ from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.fields import Scalar
 from multibody_sym.model.system import System
+from multibody_sym.motion.runs.held_inputs import positive_time
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.elimination import eigenvalues, without_rounding
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.numbers import complexes, floats, number, verify_finite
+from multibody_sym.scalars.numbers import complexes, floats, verify_finite
 
 if TYPE_CHECKING:
     from scipy.integrate import DOP853
@@ -177,25 +178,23 @@ class Linearization:
         return values[order], errors[order]
 
     @door
-    def discrete(self, dt: float) -> Linearization:
-        """Return x[k+1] = A x[k] + B w[k] for samples each `dt` (s), between which w is held: exact, by expm.
+    def discrete(self, dt: float | str) -> Linearization:
+        """Return x[k+1] = A x[k] + B w[k] for samples each `dt`, between which w is held: exact, by expm.
 
-        Raises InputError for a `dt` that is not positive, or of what is discrete already; NoSolutionError where A is
-        not constant.
+        `dt`: a time in s, or text such as `10 ms`. Raises InputError for a `dt` that is not positive, or of what is
+        discrete already; NoSolutionError where A is not constant.
         """
-        dt = number("dt", dt)
+        step = positive_time("dt", dt)
         self._verify_steady("samples")
         if self.dt is not None:
             raise InputError(f"these are samples each {self.dt:g} s already")
-        if not 0.0 < dt < np.inf:
-            raise InputError(f"dt is a positive time in s, not {dt:g}")
         from scipy.linalg import expm  # scipy takes longer to import than most answers take
 
         size, count = len(self.states), len(self.inputs)
         whole = np.zeros((size + count,) * 2)
         whole[:size, :size], whole[:size, size:] = self.A, self.B
-        found = expm(whole * dt)[:size]
-        return replace(self, A=found[:, :size], B=found[:, size:], dt=dt, rounding=None)
+        found = expm(whole * step)[:size]
+        return replace(self, A=found[:, :size], B=found[:, size:], dt=step, rounding=None)
 
     @door
     def feedback(self, K: npt.ArrayLike) -> dict[str, Node]:

@@ -42,11 +42,17 @@ def _verify_call(function: Callable[..., Any], values: Sequence[Any], named: Map
         every = [x for x in known.parameters.values() if x.kind not in (x.VAR_POSITIONAL, x.VAR_KEYWORD)]
         method = bool(every) and every[0].name == "self"
         every, values = (every[1:], values[1:]) if method else (every, values)
+        places = [x.name for x in every if x.kind is not x.KEYWORD_ONLY]
+        kinds = {x.kind for x in known.parameters.values()}
+        if Parameter.VAR_POSITIONAL in kinds:
+            values = values[: len(places)]
+        if Parameter.VAR_KEYWORD in kinds:
+            named = {name: value for name, value in named.items() if name in known.parameters}
         verify_arguments(
             function.__qualname__ if method else function.__name__,
             "argument",
-            {x.name: x.name for x in every if x.default is Parameter.empty},
-            [x.name for x in every if x.kind is not x.KEYWORD_ONLY],
+            {x.name: x.name if x.name in places else f"{x.name}=" for x in every if x.default is Parameter.empty},
+            places,
             [x.name for x in every],
             values,
             named,

@@ -217,6 +217,7 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
             for end, link in (("parent", joints[joint].parent), ("child", joints[joint].child)):
                 if link not in links:
                     raise ModelError(f"its {end}: no link is called {link!r}", number="M106", word=link, known=links)
+    _verify_mimics(elements, joints)
     skipped = tuple(dict.fromkeys(child.tag for child in tree.children if child.tag not in _READ))
     masses = {link: _read_inertial(link, element) for link, element in links.items()}
     meshed = []
@@ -378,8 +379,20 @@ def _find_root(
     return roots[0]
 
 
+def _verify_mimics(elements: Mapping[str, XmlElement], joints: Mapping[str, UrdfJoint]) -> None:
+    """Raise ModelError where a joint mimics one that the file does not have, or joints mimic each other in a loop."""
+    others = {name: joint.mimic.joint for name, joint in joints.items() if joint.mimic}
+    loop = _loop(others)
+    for name, other in others.items():
+        with _inside(_require_child(elements[name], "mimic"), "joint", name, "mimic"):
+            if other not in joints:
+                raise ModelError(f"no joint is called {other!r}", number="M106", word=other, known=joints)
+            if loop[:1] == [name]:
+                raise ModelError(f"it mimics itself: {' -> '.join([*loop, name][:6])}", number="F105")
+
+
 def _loop(parents: Mapping[str, str]) -> list[str]:
-    """Return links of which each is the parent of the one before, the last's the first; empty where there are none."""
+    """Return names of which each is the parent of the one before, the last's the first; empty where there are none."""
     grounded: set[str] = set()
     for start in parents:
         path: dict[str, None] = {}
@@ -428,7 +441,8 @@ def load_urdf(
     is `system.joints[name].limits.effort`. Angles within 1e-9 of a multiple of 90 degrees are exactly that. With
     `friction` joints rub with the constant force or moment that the file gives; else a UrdfNotice names them.
 
-    Raises InputError (with file, line and column) for a file that cannot be read or whose links make no tree.
+    Raises InputError (with file, line and column) for a file that cannot be read, whose links make no tree, or in which
+    a joint mimics itself or one that is not there.
     """
     name = path_name(path, "a robot description")
     given = {"floating": floating, "damping": damping, "mimic": mimic, "torques": torques, "friction": friction}
@@ -620,7 +634,7 @@ def _mimics(robot: Robot) -> dict[str, Mimic]:
     return {
         name: joint.mimic
         for name, joint in robot.joints.items()
-        if joint.type in ONE_COORDINATE and joint.mimic and joint.mimic.joint in possible - {name}
+        if joint.type in ONE_COORDINATE and joint.mimic and joint.mimic.joint in possible
     }
 
 

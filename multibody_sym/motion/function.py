@@ -33,7 +33,7 @@ from multibody_sym.model.argument_checks import door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
-from multibody_sym.motion.prepare.arguments import Arguments, Values
+from multibody_sym.motion.prepare.arguments import Arguments, Values, in_si_units
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import Door, NativeFunction, run_many
@@ -207,6 +207,10 @@ class Function:
         question = self._question
         made = {"formalism": question.formalism, "native": self._code.native, "backend": self._code.backend}
         return _again, (question.system, question.what, {**question.options, **made}, self._by)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another Function is made of an equal system by the same question."""
+        return self.__reduce__() == other.__reduce__() if isinstance(other, Function) else NotImplemented
 
     def __hash__(self) -> int:
         return hash(program_hash(self._program))
@@ -470,7 +474,7 @@ class Function:
 
     def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
         """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
-        numbers = self._arguments.in_si_units("parameters", given)
+        numbers = in_si_units(self._question.mechanism, "parameters", given)
         arrays = {name: _array(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
         count = _count(arrays)
         if count is None:
@@ -491,7 +495,7 @@ class Function:
         for name in given:
             if name not in self.inputs:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
-        numbers = self._arguments.in_si_units("inputs", given)
+        numbers = in_si_units(self._question.mechanism, "inputs", given)
         return {name: _array(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
 
     def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:

@@ -15,8 +15,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door, whole_number
@@ -25,6 +27,7 @@ from multibody_sym.motion.loop.integrate import held_at_start, loop_for
 from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
 from multibody_sym.motion.loop.problem import Hold, Problem
+from multibody_sym.motion.prepare.arguments import in_si_units
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
 from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
 from multibody_sym.motion.results.samples import RunStart
@@ -194,8 +197,8 @@ class Stepper:
     def step(self, inputs: Mapping[str, ArrayLike] | ArrayLike | None = None) -> Stepper:
         """Go on by `dt`, and return itself.
 
-        `inputs` are held from now on, by name or as a vector in their order; (n, nw) for n systems, or the same for
-        all. What is not given stays as it was. A system that has met a stop stays there.
+        `inputs` are held from now on, by name (numbers, or text such as `2 N`) or as a vector in their order; (n, nw)
+        for n systems, or the same for all. What is not given stays as it was. A system that has met a stop stays there.
         Raises InputError for wrong inputs, and of a single system that has met a stop; RunError where the step fails,
         which leaves everything as it was.
         """
@@ -220,14 +223,17 @@ class Stepper:
         initial: Mapping[str, Any] | None = None,
         parameters: Mapping[str, Any] | None = None,
         inputs: Mapping[str, ArrayLike] | ArrayLike | None = None,
-        rows: Sequence[int] | None = None,
+        rows: Sequence[int] | Sequence[bool] | npt.NDArray[Any] | None = None,
     ) -> Stepper:
         """Begin again at t = 0, and return itself; of n systems all begin alike, or those of some `rows` do.
 
-        `initial` and `parameters` as for `simulate`, `inputs` as for `step`, a row for each that begins. Raises
-        InputError and NoSolutionError, and leaves everything as it was then.
+        `rows`: numbers from 0 on, or n times True or False. `initial` and `parameters` as for `simulate`, the same for
+        all that begin; `inputs` as for `step`, a row for each that begins. Raises InputError and NoSolutionError, and
+        leaves everything as it was then.
         """
         chosen = self._chosen(rows)
+        self._verify_alike("initial", initial)
+        self._verify_alike("parameters", parameters)
         begin = self._begin(parameters, initial)
         values = self._parameters[chosen]
         values[:] = _values_of(begin)
@@ -290,10 +296,23 @@ class Stepper:
             return list(every)
         if not isinstance(rows, (list, tuple, range, np.ndarray)):
             raise ArgumentError(f"rows is a list of numbers, not {short_repr(rows)}")
+        if len(rows) and all(isinstance(k, (bool, np.bool_)) for k in rows):
+            if len(rows) != len(every):
+                raise InputError(f"rows has {len(rows)} times True or False for {len(every)} systems")
+            return [k for k in every if rows[k]]
         for k in rows:
             if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or k not in every:
                 raise InputError(f"rows has {short_repr(k)}; they are numbers from 0 to {len(every) - 1}")
         return list(dict.fromkeys(map(int, rows)))
+
+    def _verify_alike(self, kind: str, given: Any) -> None:
+        """Raise InputError where one of n systems would begin unlike another."""
+        if self.count is None or not isinstance(given, Mapping):
+            return
+        name = next((name for name, value in given.items() if isinstance(value, (list, tuple, np.ndarray))), None)
+        if name is not None:
+            message = "all systems that begin together begin alike"
+            raise InputError(f"{kind}[{name!r}] is one number: {message}; reset(rows=[k], {kind}=..) begins one")
 
     def _put(self, inputs: Any, parameters: Floats) -> None:
         """Put inputs into rows of parameters. Raises InputError for unknown names, wrong shapes, what is not finite."""
@@ -304,7 +323,7 @@ class Stepper:
                     known = name in self._declared.inputs
                     message = f"the input {name!r} is not held" if known else f"there is no input {name!r}"
                     raise InputError(message, number="M106", word=str(name), known=self.inputs)
-                values = floats(f"inputs[{name!r}]", value)
+                values = floats(f"inputs[{name!r}]", self._in_si_units(name, value))
                 if values.shape not in ((), (rows,)) or (values.ndim and self.count is None):
                     wanted = "a number" if self.count is None else f"a number or ({rows},)"
                     raise InputError(f"inputs[{name!r}] has the shape {values.shape}, not {wanted}")
@@ -319,6 +338,12 @@ class Stepper:
             raise InputError(f"inputs has the shape {values.shape}, not {wanted}: {', '.join(self.inputs) or 'none'}")
         verify_finite("inputs", values)
         parameters[:, self._places] = values
+
+    def _in_si_units(self, name: str, value: Any) -> Any:
+        """Return the value of an input, of text such as `2 N` its number in SI units."""
+        if not isinstance(value, str):
+            return value
+        return in_si_units(check_numbers(self._declared), "inputs", {name: value})[name]
 
     def _begin(self, parameters: Mapping[str, Any] | None, initial: Mapping[str, Any] | None) -> RunStart:
         """Return how a motion begins, its inputs as declared there. Raises InputError and NoSolutionError."""

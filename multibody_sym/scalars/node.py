@@ -336,6 +336,9 @@ class Node(Interned):
     def __pos__(self) -> Node:
         return self
 
+    def __abs__(self) -> Node:
+        return absolute(self)
+
     def __lt__(self, other: object) -> Node:
         return _binary(less, self, other)
 

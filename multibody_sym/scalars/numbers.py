@@ -17,10 +17,13 @@ _OBJECTS: Final = "O"
 def floats(name: str, given: Any) -> Floats:
     """Return an argument as an array of floats; raises ArgumentError for text, complex numbers and what is no number.
 
-    NumPy alone would read text, and drop imaginary parts.
+    NumPy alone would read text, and drop imaginary parts and masks.
     """
-    if isinstance(given, np.ndarray) and given.dtype == np.float64:
-        return given
+    if isinstance(given, np.ndarray):
+        if type(given) is not np.ndarray and np.ma.is_masked(given):
+            raise ArgumentError(f"{name} has masked elements, which have no number: leave them out, or give filled(..)")
+        if given.dtype == np.float64:
+            return np.asarray(given)
     try:
         found = np.asarray(given)
         if found.dtype.kind in _REAL:

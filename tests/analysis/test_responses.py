@@ -89,12 +89,13 @@ def test_samples_are_those_of_the_motion_between_them() -> None:
     dt, x, w = 0.13, np.array([0.2, -0.7]), np.array([3.0])
     run = solve_ivp(lambda _, y: found.A @ y + found.B @ w, (0, dt), x, rtol=1e-12, atol=1e-13)
     sampled = found.discrete(dt)
+    assert np.array_equal(sampled.A, found.discrete("130 ms").A)
     np.testing.assert_allclose(sampled.A @ x + sampled.B @ w, run.y[:, -1], rtol=1e-10)
     np.testing.assert_allclose(np.sort_complex(sampled.eigenvalues), np.sort_complex(np.exp(dt * found.eigenvalues)))
     np.testing.assert_allclose(mbs.bode(sampled, [1e-4]).gain[0, 0], 1 / 50, rtol=1e-6)
-    for wrong, match in ((0.0, "positive time"), (np.inf, "positive time"), ("soon", "dt")):
+    for wrong, match in ((0.0, "a time in s"), (np.inf, "a time in s|not a finite"), ("soon", "dt")):
         with pytest.raises(mbs.InputError, match=match):
-            found.discrete(wrong)  # type: ignore[arg-type]
+            found.discrete(wrong)
     with pytest.raises(mbs.InputError, match="these are samples each"):
         sampled.discrete(dt)
 

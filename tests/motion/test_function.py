@@ -206,6 +206,13 @@ def test_wrong_calls_are_told() -> None:
         f(t, q, u, u)
     with pytest.raises(mbs.InputError, match="contiguous arrays of floats"):
         f(t, q, u, out=np.empty((3, 2)))
+    with pytest.raises(mbs.InputError, match="q has masked elements"):
+        f(0.0, np.ma.array([0.1, 0.2, 0.3], mask=[False, True, False]), np.zeros(3))
+    f(0.0, np.ma.array([0.1, 0.2, 0.3]), np.zeros(3))
+    with pytest.raises(mbs.InputError, match=r"^Function\.jvp is missing rates=$"):
+        f.jvp(0.0, np.zeros(3), np.zeros(3), threads=2)
+    with pytest.raises(mbs.InputError, match=r"^Function\.vjp is missing by=$"):
+        f.vjp(0.0, np.zeros(3), np.zeros(3), weights=1.0)
     with pytest.raises(mbs.InputError, match="complex"):
         f(t, q + 1j, u)
     with pytest.raises(mbs.InputError, match="no function 'mass'"):
@@ -302,6 +309,8 @@ def test_functions_are_pickled_by_their_model() -> None:
     given = state(f)
     np.testing.assert_array_equal(again(*given).udot, f(*given).udot)
     assert hash(again) == hash(f)
+    assert again == f == mbs.function(arm(), "state_derivative").derivative("q")
+    assert f not in (mbs.function(arm(), "state_derivative"), mbs.function(arm(), "bias").derivative("q"), 1)
     assert repr(mbs.function(arm(), "bias")) == (
         "<Function bias of arm: (t [s], q (3,) [m, rad], u (3,) [m/s, rad/s]) -> bias (3,) [N, N*m]>"
     )

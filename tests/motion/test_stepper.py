@@ -301,6 +301,14 @@ def test_a_step_that_fails_changes_nothing() -> None:
     assert np.array_equal(many.step().q[0], sim.step().q)
 
 
+def test_a_text_with_its_unit_and_a_mask_are_read(cart: mbs.Prepared) -> None:
+    many = cart.stepper("20 ms", count=3).step({"F": "2 kN", "wind": "3"})
+    assert many.held.tolist() == [[2000.0, 3.0]] * 3
+    many.reset(rows=many.q[:, 0] > np.inf).reset(rows=np.array([True, False, True]), inputs={"wind": "5 N"})
+    assert many.t.tolist() == [0.0, 0.02, 0.0]
+    assert many.held[:, 1].tolist() == [5.0, 3.0, 5.0]
+
+
 def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
     sim, many = cart.stepper(0.1), cart.stepper(0.1, count=2)
     for call, message in (
@@ -316,6 +324,9 @@ def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
         (lambda: sim.step({"F": np.inf}), r"inputs\['F'\] is to be finite"),
         (lambda: sim.step("F"), "inputs is to be real numbers"),
         (lambda: many.step(np.zeros((3, 2))), r"inputs has the shape \(3, 2\), not \(2,\) or \(2, 2\)"),
+        (lambda: sim.step({"F": "2 m"}), r"^inputs\.F: '2 m' does not fit here"),
+        (lambda: many.reset(initial={"phi": [1, 2]}), r"initial\['phi'\] .*; reset\(rows=\[k\], initial=..\)"),
+        (lambda: many.reset(rows=[True]), "rows has 1 times True or False for 2 systems"),
         (lambda: many.reset(rows=[2]), "rows has 2; they are numbers from 0 to 1"),
         (lambda: many.reset(rows=1), "rows is a list of numbers, not 1"),
         (lambda: cart.stepper(0.1, inputs="F").step({"wind": 1}), "the input 'wind' is not held"),

@@ -206,6 +206,7 @@ def test_shadow_is_the_value_of_a_constant_expression() -> None:
         (log(ONE), ZERO),
         (absolute(-x), absolute(x)),
         (absolute(absolute(x)), absolute(x)),
+        (abs(x), absolute(x)),
         (absolute(as_node(-3)), as_node(3)),
         (sign(as_node(-3)), -ONE),
         (sign(-x), -sign(x)),

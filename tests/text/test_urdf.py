@@ -208,9 +208,26 @@ def test_inverse_dynamics_says_how_to_leave_out_what_mimics(tmp_path: Path) -> N
     assert forces == pytest.approx([3 * (0.5 + 9.81) + 2 * 0.25, 2 * (0.75 + 9.81)], rel=1e-12)
 
 
-@pytest.mark.parametrize("other", ["A", "nobody"])
-def test_what_cannot_be_mimicked_is_told(other: str, tmp_path: Path) -> None:
-    path = robot(tmp_path, A, B, HINGE.format("A", "a", "b", f'<mimic joint="{other}"/>'))
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("A", "A", r":4:\d+: joint\.A\.mimic: it mimics itself: A -> A$"),
+        ("nobody", "A", r":4:\d+: joint\.A\.mimic: no joint is called 'nobody'"),
+        ("B", "A", r":4:\d+: joint\.A\.mimic: it mimics itself: A -> B -> A$"),
+    ],
+)
+@pytest.mark.parametrize("mimic", [True, False])
+def test_a_joint_mimics_another_one(first: str, second: str, message: str, mimic: bool, tmp_path: Path) -> None:
+    joints = (HINGE.format(name, *ends, f'<mimic joint="{other}"/>') for name, ends, other in
+              (("A", "ab", first), ("B", "bc", second)))
+    path = robot(tmp_path, A, B, *joints, LINK.format("c"))
+    with pytest.raises(ModelError, match=message):
+        load_urdf(path, mimic=mimic)
+
+
+def test_a_joint_in_a_plane_mimics_none(tmp_path: Path) -> None:
+    other = HINGE.format("F", "a", "c", "").replace("revolute", "planar")
+    path = robot(tmp_path, A, B, LINK.format("c"), HINGE.format("A", "a", "b", '<mimic joint="F"/>'), other)
     with pytest.warns(UrdfNotice, match="^mimic is not applied: A$"):
         assert not load_urdf(path).constraints
 

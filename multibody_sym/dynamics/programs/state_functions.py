@@ -315,7 +315,8 @@ def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
 def _operational_space(mechanism: Mechanism, options: FunctionOptions) -> Program:
     """Return -> mobility J M^-1 J^T (6, 6) of a frame, and its inverse: the operational-space inertia (6, 6).
 
-    Both are those of the tree, whatever its rows. The inertia is not finite where fewer than six directions are free.
+    Both are those of the tree, whatever its rows. The inertia is not finite where fewer than six directions are free,
+    as with fewer than six speeds.
     Source: O. Khatib, A unified approach for motion and force control of robot manipulators (1987).
     """
     jacobian = _jacobian(mechanism, options)

@@ -68,7 +68,7 @@ class Arguments:
     def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
         if not isinstance(given, Mapping):
             return self._whole_vector(given)
-        given = self.in_si_units("parameters", given)
+        given = in_si_units(self.mechanism, "parameters", given)
         real = {name: number(f"parameters[{name!r}]", value) for name, value in given.items()}
         values = np.array(parameter_values(self.mechanism, real))
         undeclared = self.mechanism.parameters.places_from(Source.MEASURED, Source.CHOSEN)
@@ -83,23 +83,6 @@ class Arguments:
             return _whole("parameters", [p.name for p in entries], given)
         return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
 
-    def in_si_units(self, kind: Literal["parameters", "inputs"], given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return values by name with text such as `300 g` as a number in SI units.
-
-        Raises InputError for another dimension, and for an expression of what has no value here.
-        """
-        if not any(isinstance(value, str) for value in given.values()):
-            return given
-        units, found = getattr(MechanismUnits(self.mechanism), kind), dict(given)
-        for name, value in given.items():
-            if isinstance(value, str) and name in units:
-                with at(kind, name):
-                    node = scalar(value, units[name] or None)
-                    if node.shadow is None:
-                        raise InputError(f"{short_repr(value)} is no number: an expression has no value here")
-                    found[name] = node.shadow
-        return found
-
     def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
         names = list(self.mechanism.inputs)
         if given is not None and not isinstance(given, Mapping):
@@ -107,7 +90,7 @@ class Arguments:
             return _whole("inputs", names, given)
         self._verify_free(given or ())
         (values,) = self.compiled["inputs"](*state)
-        for name, value in self.in_si_units("inputs", given or {}).items():
+        for name, value in in_si_units(self.mechanism, "inputs", given or {}).items():
             if name not in names:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
@@ -120,6 +103,26 @@ class Arguments:
             raise InputError(
                 f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
             )
+
+
+def in_si_units(
+    mechanism: Mechanism, kind: Literal["parameters", "inputs"], given: Mapping[str, Any]
+) -> Mapping[str, Any]:
+    """Return values by name with text such as `300 g` as a number in SI units.
+
+    Raises InputError for another dimension, and for an expression of what has no value here.
+    """
+    if not any(isinstance(value, str) for value in given.values()):
+        return given
+    units, found = getattr(MechanismUnits(mechanism), kind), dict(given)
+    for name, value in given.items():
+        if isinstance(value, str) and name in units:
+            with at(kind, name):
+                node = scalar(value, units[name] or None)
+                if node.shadow is None:
+                    raise InputError(f"{short_repr(value)} is no number: an expression has no value here")
+                found[name] = node.shadow
+    return found
 
 
 def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
