@@ -204,40 +204,54 @@ def in_every_mode(mechanism: Mechanism, *, shares: bool = False) -> Mechanism:
     It has those of shares where forces may be shared, or as one contact of several has them.
     """
     rows = every_row(mechanism)
+    return replace(
+        mechanism,
+        rows=rows,
+        parameters=mechanism.parameters.with_rows(len(rows)),
+        mode_numbers=tuple(mode_numbers(mechanism, shares=shares or may_share(mechanism))),
+    )
+
+
+def mode_numbers(mechanism: Mechanism, *, shares: bool) -> list[str]:
+    """Return the names of the numbers of a mode, with those of shares or without."""
+    rows = every_row(mechanism)
     names = [_entry("acts", row.name) for row in rows]
     for element in mechanism.one_way:
         names += [] if element.unilateral else [_entry("side", row.name) for row in element.normals]
     for _, part in friction_parts(mechanism):
         names += [_entry("slip", part.name), _entry("at limit", part.name)]
         names += direction_names(part) if len(part.rows) > 1 else []
-    if shares or may_share(mechanism):
+    if shares:
         names += [share_name(row.name) for row in rows]
         names += [way_name(row.name, other.name) for group in _groups(mechanism) for row, other in _pairs(group)]
     names += [_entry("held", speed.name) for speed in mechanism.speeds]
     names += [_ACTS, _STANDS, _LENGTHS, _SHARES]
-    names += [_entry("watched", function) for function in functions(mechanism)]
-    return replace(
-        mechanism,
-        rows=rows,
-        parameters=mechanism.parameters.with_rows(len(rows)),
-        mode_numbers=tuple(names),
-    )
+    return [*names, *(_entry("watched", function) for function in functions(mechanism))]
 
 
 @once
 def functions(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the switching functions that a mode may have."""
-    names: list[str] = []
-    for element in mechanism.one_way:
-        if not element.unilateral:
-            names += [f"turns {element.normals[k].name}" for k in sided_normals(element)]
-            continue
-        names.append(f"normal {element.name}")
-        names += [f"edge {element.name}"] * has_end(element) + [f"flat {element.name}"] * has_rim(element)
-    for _, part in friction_parts(mechanism):
-        names.append(f"slip {part.name}")
-        names += [f"onward {part.name}", f"back {part.name}"] if len(part.rows) > 1 else []
-    return tuple(names)
+    normals = (name for element in mechanism.one_way for name in _functions_of_normals(element))
+    return (*normals, *(name for _, part in friction_parts(mechanism) for name in _functions_of_slip(part)))
+
+
+def functions_of(element: LawElement) -> list[str]:
+    """Return the names of the switching functions of an element."""
+    slips = (name for part in element.frictions if part.rubs for name in _functions_of_slip(part))
+    return [*_functions_of_normals(element), *slips]
+
+
+def _functions_of_normals(element: LawElement) -> list[str]:
+    if not element.unilateral:
+        return [f"turns {element.normals[k].name}" for k in sided_normals(element)]
+    ends = [f"edge {element.name}"] * has_end(element) + [f"flat {element.name}"] * has_rim(element)
+    return [f"normal {element.name}", *ends]
+
+
+def _functions_of_slip(part: FrictionPart) -> list[str]:
+    turned = [f"onward {part.name}", f"back {part.name}"] if len(part.rows) > 1 else []
+    return [f"slip {part.name}", *turned]
 
 
 def may_share(mechanism: Mechanism) -> bool:

@@ -200,8 +200,10 @@ def carried_wrenches(motion: Motion, of_body: Sequence[Wrench]) -> list[Wrench]:
     """
     total = list(of_body)
     for index in range(len(total) - 1, -1, -1):
+        if total[index] is NO_WRENCH:
+            continue
         parent = motion.mechanism.bodies[index].parent
-        if parent >= 0 and total[index] is not NO_WRENCH:
+        if parent >= 0:
             force, moment = to_parent(motion.bodies[index], total[index])
             total[parent] = (add(total[parent][0], force), add(total[parent][1], moment))
     return total

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field
-from itertools import accumulate
+from itertools import accumulate, repeat
 from types import MappingProxyType
 from typing import Final
 
@@ -291,7 +291,7 @@ class Printer:
         numbers = [atom.shadow for atom in atoms]
         if len(atoms) >= _GATHERED and None not in numbers:
             return self.constants.array([x for x in numbers if x is not None]), ""
-        if list(runs(atoms, self.places)) == [(0, len(atoms))] and atoms[0] in self.places:
+        if next(runs(atoms, self.places), None) == (0, len(atoms)) and atoms[0] in self.places:
             whole, first = self.places[atoms[0]]
             self._use(whole)
             return (f"{whole} + {first}" if first else whole), ""
@@ -307,16 +307,17 @@ class Printer:
         Not in functions that others may call, with one array for what is given and what is found.
         """
         there = self.wanted.get(leaves[0]) if leaves and not self.function.exported else None
-        if there and list(runs(leaves, self.wanted)) == [(0, len(leaves))] and len(leaves) >= SHORTEST_RUN:
+        if there and next(runs(leaves, self.wanted)) == (0, len(leaves)) and len(leaves) >= SHORTEST_RUN:
             output, first = there
             self.piece.used.add(output)
             self.written |= {(output, k) for k in range(first, first + len(leaves))}
             self.piece.lines.append(f"    double *{name} = {output}{f' + {first}' if first else ''};")
         else:
             self.piece.lines.append(f"    {storage}double {name}[{max(1, len(leaves))}];")
-        for k, leaf in enumerate(leaves):
-            self.define(leaf, f"{name}[{k}]")
-            self.places[leaf] = name, k
+        texts = [f"{name}[{k}]" for k in range(len(leaves))]
+        self.names.update(zip(leaves, texts, strict=True))
+        self.origins.update(zip(leaves, zip(repeat(self.piece), texts), strict=True))
+        self.places.update(zip(leaves, zip(repeat(name), range(len(leaves))), strict=True))
 
     def _is_written(self, name: str, start: int, end: int) -> bool:
         """Return whether some elements of an output stand there already."""

@@ -178,7 +178,7 @@ def _order_nodes(roots: list[Node], records: list[Record], makers: dict[Node, in
             needed = [atom for part in operands(record) for atom in part]
             atoms.update(needed)
             stack += (record, None)
-            stack += needed[::-1]
+            stack += [x for x in reversed(needed) if x.args or (x in makers and makers[x] not in done)]
     return _Order(items, uses, atoms)
 
 

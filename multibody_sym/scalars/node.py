@@ -124,9 +124,29 @@ def intern_slots(cls: type[E], array: str, begin: int, end: int) -> list[E]:
     if len(known) < end:
         with _changing:
             known = _arrays.get(array, [])
-            known += [intern(cls, "slot", (), (array, k)) for k in range(len(known), end)]
+            known += _made_slots(cls, array, len(known), end)
             _arrays[array] = known
     return known[begin:end]
+
+
+def _made_slots(cls: type[E], array: str, begin: int, end: int) -> list[E]:
+    """Return what `intern` gives for slots of an array in a row; a large mechanism has some 100,000 of them."""
+    if len(_table) + end - begin >= _limit[0]:
+        forget_unused()
+    code, head, found = _CODE["slot"], repr((array, 0))[:-2], list[E]()
+    for k in range(begin, end):
+        data = (array, k)
+        node: E | None = _table.get(("slot", data, ()))
+        if node is None:
+            node = object.__new__(cls)
+            _set_op(node, "slot")
+            _set_args(node, ())
+            _set_data(node, data)
+            _set_key(node, hash((code, _text_key(f"{head}{k})"))))
+            _set_shadow(node, None)
+            node = _table.setdefault(("slot", data, ()), node)
+        found.append(node)
+    return found
 
 
 def in_order(a: E, b: E) -> tuple[E, E]:
@@ -199,6 +219,10 @@ def _data_key(data: Any) -> int:
     if isinstance(data, (int, float, Fraction)):
         return hash(data)
     text = data if isinstance(data, str) else repr(data if isinstance(data[1], (int, tuple)) else data[0])
+    return _text_key(text)
+
+
+def _text_key(text: str) -> int:
     return int.from_bytes(text.encode("utf-8", "surrogatepass"), "big") % ((1 << 61) - 1)
 
 

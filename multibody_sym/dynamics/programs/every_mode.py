@@ -41,6 +41,7 @@ from multibody_sym.mechanics.modes import (
     ModeNodes,
     friction_parts,
     functions,
+    functions_of,
     has_end,
     has_rim,
     in_every_mode,
@@ -682,7 +683,7 @@ class _EveryMode:
         for make in (ends_of_normal, ends_of_touching):
             of_normal = make is ends_of_normal
             for place, values in zip(self.known.contacts.places, self._of_contacts(trace, make, given), strict=False):
-                own = functions(replace(self.mechanism, one_way=(self.mechanism.one_way[place],)))
+                own = functions_of(self.mechanism.one_way[place])
                 names = [name for name in own if is_of_normal(name) == of_normal]
                 ends = dict(zip(names, values["values"], strict=True))
                 found |= ends if of_normal else watch(ends)

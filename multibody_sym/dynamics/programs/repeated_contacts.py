@@ -9,18 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate, count, pairwise
 from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.dynamics.programs.repeated_bodies import vectors
-from multibody_sym.mechanics.law_elements import LawElement
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.modes import MODES, every_row, in_every_mode
+from multibody_sym.mechanics.modes import MODES, every_row, in_every_mode, mode_numbers
 from multibody_sym.mechanics.motion import BodyMotion, Motion, PlacedMotion, State, accelerations
-from multibody_sym.mechanics.row_records import Bent, Level, Marker, Vertex
+from multibody_sym.mechanics.row_records import Bent, Level, Marker, Row, Vertex
 from multibody_sym.model.bodies import ORIGIN, Pose
 from multibody_sym.program.statements import Integers
 from multibody_sym.program.trace import Trace
@@ -327,14 +327,17 @@ class _Local:
         if not _may_be_alike(element):
             raise _UnlikeError
         skins = element.surfaces or ()
-        self.place, self.numbers = place, numbers
+        self.place = place
         self.slots: dict[Node, Node] = {}
-        self._done: dict[Any, Any] = {}
-        self.atoms: dict[str, list[int]] = {name: [] for name in (*_OWN, "number")}
+        self.atoms: dict[str, Sequence[int]] = {name: [] for name in _OWN}
         self._bodies = list(dict.fromkeys(skin.place.body for skin in skins if skin.place.body >= 0))
         self.touched = [bodies.of(body) for body in self._bodies]
-        self._axes = self._local_numbers("axes")
-        self.element: LawElement = self._renamed(_with_local_names(element))
+        self._features: list[Any] = []
+        self._read: dict[Any, int] = {}
+        own: list[Node] = []
+        self._look_at(element, own)
+        self.atoms["number"] = range(len(numbers), len(numbers) + len(own))
+        numbers += own
         self.speeds = list(dict.fromkeys(speed for body in self.touched for speed in body.speeds))
         for name in bodies.values:
             counts = [sum(not _in_text(x) for x in body.numbers[name]) for body in self.touched]
@@ -349,15 +352,18 @@ class _Local:
     @cached_property
     def identity(self) -> Any:
         """The features that contacts of one kind share."""
-        return self.element, tuple(body.pattern for body in self.touched), self.ways
+        return tuple(self._features), tuple(body.pattern for body in self.touched), self.ways
 
     def kind(self, mechanism: Mechanism) -> ContactKind:
+        self._axes, self._numbers_left = self._local_numbers("axes"), count()
+        self._done: dict[Any, Any] = {}
+        element = self._renamed(_with_local_names(mechanism.one_way[self.place]))
         numbers = {name: self._local_numbers(name) for name in _NUMBERS_OF_BODIES}
         moved = [_body_motion(*each) for each in zip(*(numbers[x] for x in ("place", "rates", "bias")), strict=True)]
         speeds = [range(_SPEEDS * k, _SPEEDS * (k + 1)) for k in range(len(moved))]
         bodies = (replace(mechanism.bodies[0], name="", parent=-1, q=(), u=tuple(own)) for own in speeds)
         alone = replace(
-            mechanism, bodies=tuple(bodies), coordinates=(), speeds=(), loads=(), rows=(), one_way=(self.element,)
+            mechanism, bodies=tuple(bodies), coordinates=(), speeds=(), loads=(), rows=(), one_way=(element,)
         )
         every = in_every_mode(alone, shares=True)
         numbers_of = (slots(name, len(self.atoms[name])) for name in ("axes", "place", "rates", "number"))
@@ -379,17 +385,49 @@ class _Local:
         left = (slot(name, k) for k in count())
         return [[x if _in_text(x) else next(left) for x in body.numbers[name]] for body in self.touched]
 
+    def _look_at(self, part: Any, numbers: list[Node]) -> None:
+        """Add what tells the kind of a part to the features, and its constants, in the order of `_renamed`."""
+        kind = type(part)
+        if kind is Node:
+            if part.shadow is None:
+                self._features.append(self._in_slots(part))
+            elif _in_text(part):
+                self._features.append(part)
+            else:
+                self._features.append("number")
+                numbers.append(part)
+        elif kind is tuple:
+            self._features.append(len(part))
+            for each in part:
+                self._look_at(each, numbers)
+        elif not is_dataclass(kind):
+            self._features.append(part)
+        elif kind is Marker:
+            if part.body >= 0 and part.body not in self._bodies:
+                raise _UnlikeError
+            self._features.append(self._bodies.index(part.body) if part.body >= 0 else -1)
+            self._look_at(part.pose, numbers)
+        elif part in self._read:  # as the skins of all rows
+            self._features.append(("again", self._read[part]))
+        else:
+            self._read[part] = len(self._read)
+            self._features.append(kind)
+            for name in _told_by(kind):
+                self._look_at(getattr(part, name), numbers)
+
+    def _in_slots(self, node: Node) -> Node:
+        """Return an expression that is no constant in slots of its kind."""
+        return self._leaf(node) if not node.args else evaluate([node], self._leaf)[0]
+
     def _renamed(self, part: Any) -> Any:
         if isinstance(part, Node):
-            if part.shadow is not None:
-                return part if _in_text(part) else self._number(part)
-            return self._leaf(part) if not part.args else evaluate([part], self._leaf)[0]
+            if part.shadow is None:
+                return self._in_slots(part)
+            return part if _in_text(part) else slot("number", next(self._numbers_left))
         if type(part) is tuple:
             items = tuple(map(self._renamed, part))
             return items if any(new is not old for new, old in zip(items, part, strict=True)) else part
         if isinstance(part, Marker):
-            if part.body >= 0 and part.body not in self._bodies:
-                raise _UnlikeError
             pose = self._renamed(part.pose)
             if part.body < 0:
                 return replace(part, name="", pose=pose)
@@ -405,13 +443,6 @@ class _Local:
             self._done[part] = replace(part, **{name: x for name, x in changed.items() if x is not getattr(part, name)})
         return self._done[part]
 
-    def _number(self, number: Node) -> Node:
-        """Return the slot that stands for a number."""
-        own = slot("number", len(self.atoms["number"]))
-        self.atoms["number"].append(len(self.numbers))
-        self.numbers.append(number)
-        return own
-
     def _leaf(self, leaf: Node) -> Node:
         """Return the slot that stands for one of its declaration."""
         array = leaf.data[0]
@@ -419,13 +450,20 @@ class _Local:
             raise _UnlikeError
         if leaf not in self.slots:
             self.slots[leaf] = slot(array, len(self.atoms[array]))
-            self.atoms[array].append(leaf.data[1])
+            self.atoms[array] = [*self.atoms[array], leaf.data[1]]
         return self.slots[leaf]
 
 
 def _in_text(node: Node) -> bool:
     """Return whether a number stands in the text of a kind: others are data."""
     return node.shadow in _IN_TEXT
+
+
+@cache
+def _told_by(kind: type[Any]) -> list[str]:
+    """Return the fields that tell what a contact is: its names, and those of its rows and parts, do not."""
+    left_out = {"name", "path", "group"} if issubclass(kind, LawElement | FrictionPart | Row) else set()
+    return [field.name for field in fields(kind) if field.name not in left_out]
 
 
 def _with_local_names(element: LawElement) -> LawElement:
@@ -458,7 +496,7 @@ class _Numbering:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = replace(mechanism, bodies=(), coordinates=(), speeds=())
-        self.modes = {name: k for k, name in enumerate(in_every_mode(mechanism, shares=True).mode_numbers)}
+        self.modes = {name: k for k, name in enumerate(mode_numbers(mechanism, shares=True))}
         elements = mechanism.one_way
         own = len(mechanism.rows)
         self.rows = list(accumulate((len(list(element.rows)) for element in elements), initial=own))
@@ -470,5 +508,5 @@ class _Numbering:
         return {
             "rows": range(*self.rows[place : place + 2]),
             "limits": range(*self.limits[place : place + 2]),
-            MODES: [self.modes[name] for name in in_every_mode(alone, shares=True).mode_numbers],
+            MODES: [self.modes[name] for name in mode_numbers(alone, shares=True)],
         }

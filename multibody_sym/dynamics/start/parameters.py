@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from itertools import pairwise
 from typing import Final
 
@@ -241,6 +242,7 @@ def verify_contact_values(elements: Iterable[LawElement], value: Value) -> None:
 
     Literal numbers were checked when they were read; these are values of parameters.
     """
+    value = cache(value)  # contacts share their coefficients
     for element in elements:
         with at(*element.path):
             _verify_range(value(element.restitution), "restitution", 1.0)

@@ -29,6 +29,7 @@ from multibody_sym.mechanics.mechanism import (
     Mechanism,
     ParameterEntry,
     Speed,
+    once,
     verify_without_states,
 )
 from multibody_sym.model.system import System
@@ -170,6 +171,7 @@ _FEW: Final = 30
 
 
 @on_numbers
+@without_collection()
 def prepare_system(
     system: System,
     formalism: str | None = None,
@@ -370,9 +372,15 @@ def structure_key(mechanism: Mechanism, formalism: str, form: Form = "explicit")
 
     A declaration will not do: which joint a loop is cut at depends on starts, questions and whatever else names joints.
     """
+    return digest("mechanism", formalism, form, _structure(mechanism))
+
+
+@once
+def _structure(mechanism: Mechanism) -> str:
+    """Return a hash of a mechanism but for its numbers."""
     written = _Written()
     written.add(mechanism)
-    return digest("mechanism", formalism, form, "\n".join(written.lines))
+    return digest("structure", "\n".join(written.lines))
 
 
 _WORDS: Final = frozenset({str, int, bool, type(None)})
