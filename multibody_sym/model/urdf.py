@@ -123,6 +123,8 @@ Triple = tuple[float, float, float]
 ONE_COORDINATE: Final = ("revolute", "continuous", "prismatic")
 JOINT_TYPES: Final = (*ONE_COORDINATE, "fixed", "floating", "planar")
 _READ: Final = ("link", "joint", "material", "transmission")
+_WITHOUT_MIMIC: Final = "mimic=False, or --no-mimic, leaves joints free"
+"""The remedy in errors about what joints mimic."""
 _DECIMAL: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _LARGEST: Final = 1e100  # its square is a number yet
 _INERTIA: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -196,10 +198,11 @@ class Robot:
     driven: tuple[str, ...] = ()
 
 
-def read_robot(tree: XmlElement, file_name: str) -> Robot:
+def read_robot(tree: XmlElement, file_name: str, *, mimic: bool) -> Robot:
     """Return the robot that a file describes; it is called `file_name` where the file does not say.
 
-    Raises ModelError with line and column for missing and wrong values, and for links that make no tree.
+    Raises ModelError with line and column for missing and wrong values, for links that make no tree, and where `mimic`
+    is to be applied for a joint that mimics itself or one that is not there.
     """
     with _inside(tree):
         if tree.tag != "robot":
@@ -217,7 +220,8 @@ def read_robot(tree: XmlElement, file_name: str) -> Robot:
             for end, link in (("parent", joints[joint].parent), ("child", joints[joint].child)):
                 if link not in links:
                     raise ModelError(f"its {end}: no link is called {link!r}", number="M106", word=link, known=links)
-    _verify_mimics(elements, joints)
+    if mimic:
+        _verify_mimics(elements, joints)
     skipped = tuple(dict.fromkeys(child.tag for child in tree.children if child.tag not in _READ))
     masses = {link: _read_inertial(link, element) for link, element in links.items()}
     meshed = []
@@ -386,9 +390,11 @@ def _verify_mimics(elements: Mapping[str, XmlElement], joints: Mapping[str, Urdf
     for name, other in others.items():
         with _inside(_require_child(elements[name], "mimic"), "joint", name, "mimic"):
             if other not in joints:
-                raise ModelError(f"no joint is called {other!r}", number="M106", word=other, known=joints)
+                message = f"no joint is called {other!r} ({_WITHOUT_MIMIC})"
+                raise ModelError(message, number="M106", word=other, known=joints)
             if loop[:1] == [name]:
-                raise ModelError(f"it mimics itself: {' -> '.join([*loop, name][:6])}", number="F105")
+                message = f"it mimics itself: {' -> '.join([*loop, name][:6])} ({_WITHOUT_MIMIC})"
+                raise ModelError(message, number="F105")
 
 
 def _loop(parents: Mapping[str, str]) -> list[str]:
@@ -442,13 +448,13 @@ def load_urdf(
     `friction` joints rub with the constant force or moment that the file gives; else a UrdfNotice names them.
 
     Raises InputError (with file, line and column) for a file that cannot be read, whose links make no tree, or in which
-    a joint mimics itself or one that is not there.
+    a joint mimics itself or one that is not there, unless `mimic` is False.
     """
     name = path_name(path, "a robot description")
     given = {"floating": floating, "damping": damping, "mimic": mimic, "torques": torques, "friction": friction}
     chosen = {key: argument_checks.flag(key, value) for key, value in given.items()}
     try:
-        robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem)
+        robot = read_robot(read_xml(read_content(name, LARGEST_FILE), name), PurePath(name).stem, mimic=chosen["mimic"])
         system = system_from_tree(tree_of(robot, **chosen))
     except InputError as error:
         raise error.located(file=name) from None
