@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cache, cached_property
 from itertools import accumulate, pairwise
@@ -27,7 +27,7 @@ from multibody_sym.dynamics.programs.function_derivatives import (
 from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
-from multibody_sym.mechanics.mechanism import Source
+from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.model.argument_checks import door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
@@ -40,6 +40,7 @@ from multibody_sym.program.native import Door, NativeFunction, run_many
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats, number
 
@@ -190,6 +191,7 @@ class Function:
     _by: tuple[_Step, ...]
     _code: Native
     _derivatives: dict[Any, Function] = field(default_factory=dict, repr=False, compare=False)
+    _partly: dict[frozenset[str], Any] = field(default_factory=dict, repr=False, compare=False)
     _library: tuple[_Library, str] | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -320,8 +322,9 @@ class Function:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """The names of the inputs, in the order of a vector of them."""
-        return tuple(self._question.mechanism.inputs)
+        """The names of the inputs that may be given, in the order of a vector of them: those that drive no motion."""
+        mechanism = self._question.mechanism
+        return tuple(name for name in mechanism.inputs if name not in mechanism.driving_inputs)
 
     # --- calls --------------------------------------------------------------------------------------------------------
 
@@ -449,7 +452,7 @@ class Function:
         given = [arrays[name] for name in ("t", "q", "u", "parameters")]
         values = self._input_values(own, given, count)
         given += [values, np.empty(0), *([arrays["udot"]] if udot is not None else [])]
-        function = self._compiled["given"] if own else self._function
+        function = self._with_given(own) if own else self._function
         outputs = self._space(out, count)
         if out is not None and _overlap(outputs, given):
             raise InputError("arrays of out= share memory with each other or with arguments: copy these first")
@@ -489,9 +492,11 @@ class Function:
         """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
         if given is None:
             return {}
-        self._arguments._verify_free(given if isinstance(given, Mapping) else self.inputs)
         if not isinstance(given, Mapping):
-            return {"inputs": _array("inputs", given, len(self.inputs))}
+            vector = _array("inputs", given, len(self.inputs))
+            every = len(self.inputs) == len(self._question.mechanism.inputs)
+            return {"inputs": vector} if every else {name: vector[..., k] for k, name in enumerate(self.inputs)}
+        self._arguments._verify_free(given)
         for name in given:
             if name not in self.inputs:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
@@ -500,15 +505,31 @@ class Function:
 
     def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:
         """Return all inputs, (nw,) or (n, nw), those that are not given by their declared expressions."""
+        every = list(self._question.mechanism.inputs)
         if not own or "inputs" in own:
-            return own.get("inputs", np.zeros(len(self.inputs)))
+            return own.get("inputs", np.zeros(len(every)))
         declared = self._arguments.compiled["inputs"]
         lead = () if count is None else (count,)
-        values = np.empty((*lead, len(self.inputs)))
+        values = np.empty((*lead, len(every)))
         run_many(declared, list(given), [values], count, 1)
         for name, value in own.items():
-            values[..., self.inputs.index(name)] = value
+            values[..., every.index(name)] = value
         return values
+
+    def _with_given(self, own: Mapping[str, Floats]) -> Any:
+        """Return the compiled function in which inputs of these names, or all of them, do not follow the state."""
+        mechanism = self._question.mechanism
+        follow = {name for name, x in mechanism.inputs.items() if name not in own and leaves([x], "slot")}
+        if "inputs" in own or not follow or all(step.inputs == "free" or step.by == ("inputs",) for step in self._by):
+            return self._compiled["given"]
+        names = frozenset(follow)
+        if names not in self._partly:
+            program = self._question.program
+            for k, step in enumerate(self._by):
+                name = self._question.name if k == 0 else ""
+                program = _derived(mechanism, name, program, step, names if step.inputs is None else ())
+            self._partly[names] = load({"given": program}, self._code)["given"]
+        return self._partly[names]
 
     def _space(self, out: Any, count: int | None) -> list[Floats]:
         lead = () if count is None else (count,)
@@ -626,27 +647,24 @@ class Function:
             if not isinstance(by, str) or by not in self._variables:
                 known = ", ".join(self._variables)
                 raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
-            if by == "inputs":
-                self._arguments._verify_free(self.inputs)
+            if by == "inputs" and not self.inputs:
+                self._arguments._verify_free(self._question.mechanism.inputs)
         if step not in self._derivatives:
             self._derivatives[step] = self._made(step)
         return self._derivatives[step]
 
     def _made(self, step: _Step) -> Function:
-        mechanism = self._question.mechanism
-        derive = differentiated if mechanism.rows else _ALONG_TREES.get(self.name, differentiated)
-
-        def made(program: Program, declared: bool) -> Program:
-            found = derive(mechanism, program, step.by, declared=declared)
-            return found.with_values(step.of) if step.of else found.alone()
-
+        mechanism, name = self._question.mechanism, self.name
+        every = tuple(mechanism.inputs)
         try:
-            program = made(self._program, declared=False)
-            total = made(self._total, declared=step.inputs is None) if self.inputs else program
+            program = _derived(mechanism, name, self._program, step, ())
+            total = program
+            if every:
+                total = _derived(mechanism, name, self._total, step, every if step.inputs is None else ())
         except TypeError as error:
             raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
-        every = *self._by, step
-        return replace(self, _program=program, _total=total, _by=every, _derivatives={}, _library=None)
+        by = *self._by, step
+        return replace(self, _program=program, _total=total, _by=by, _derivatives={}, _partly={}, _library=None)
 
     # --- for optimisers and solvers -----------------------------------------------------------------------------------
 
@@ -703,6 +721,15 @@ class Function:
         return OrdinaryEquations(self)
 
 
+def _derived(
+    mechanism: Mechanism, name: str, program: Program, step: _Step, declared: Collection[str]
+) -> Program:
+    """Return the Program of a function of this name differentiated; inputs of the names `declared` follow the state."""
+    derive = differentiated if mechanism.rows else _ALONG_TREES.get(name, differentiated)
+    found = derive(mechanism, program, step.by, declared=declared)
+    return found.with_values(step.of) if step.of else found.alone()
+
+
 @dataclass(frozen=True, eq=False)
 class OrdinaryEquations:
     """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`.
@@ -731,8 +758,8 @@ class OrdinaryEquations:
         sizes = [float(np.linalg.norm(q[places])) for places in self._balls]
         for places, size in zip(self._balls, sizes, strict=True):
             q[places] /= size
-        function = self._function
-        given = number("t", t), q, u, function._question.parameters, np.zeros(len(function.inputs)), np.empty(0)
+        question = self._function._question
+        given = number("t", t), q, u, question.parameters, np.zeros(len(question.mechanism.inputs)), np.empty(0)
         found: Floats = self._jacobian["jacobian"](*given)[0]
         for places, size in zip(self._balls, sizes, strict=True):
             way = q[places]

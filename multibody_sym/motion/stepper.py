@@ -320,8 +320,9 @@ class Stepper:
         if isinstance(inputs, Mapping):
             for name, value in inputs.items():
                 if name not in self.inputs:
-                    known = name in self._declared.inputs
-                    message = f"the input {name!r} is not held" if known else f"there is no input {name!r}"
+                    message = f"there is no input {name!r}"
+                    if name in self._declared.inputs:
+                        message = f"the input {name!r} is not held: name it in inputs= of stepper"
                     raise InputError(message, number="M106", word=str(name), known=self.inputs)
                 values = floats(f"inputs[{name!r}]", self._in_si_units(name, value))
                 if values.shape not in ((), (rows,)) or (values.ndim and self.count is None):

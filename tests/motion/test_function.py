@@ -180,6 +180,46 @@ def test_inputs_are_declared_or_given() -> None:
         f(t, q, u, inputs={"pull": 1.0})
 
 
+SPRINGS = {"k": "-4*x", "F": 0, "s": "-x^3"}
+
+
+@pytest.mark.parametrize("given", [{"F": 1.0}, {"k": -4.0}, {"s": 2.0, "F": 1.0}, {"k": 0.0, "F": 0.0, "s": 0.0}])
+def test_inputs_that_are_not_given_follow_the_state_in_derivatives_too(given: dict[str, float]) -> None:
+    """x'' = k + F + s at x = 1, by hand; the same by differences of the function."""
+    cart = mbs.Prismatic("ground", "b", axis="x", q="x")
+    force = mbs.Force("b", ["k + F + s", 0, 0])
+    system = mbs.System(
+        "springs", bodies={"b": mbs.Body(mass=1)}, joints={"j": cart}, inputs=SPRINGS, forces={"f": force}
+    )
+    f, at = mbs.function(system, "state_derivative"), (0.0, [1.0], [0.0])
+    slope = (0 if "k" in given else -4) + (0 if "s" in given else -3)
+    first, second = f.derivative("q"), f.derivative("q").derivative("q")
+    assert first(*at, inputs=given).udot.item() == slope
+    assert second(*at, inputs=given).udot.item() == (0 if "s" in given else -6)
+    assert f.jvp(*at, rates={"q": [1.0]}, inputs=given).udot.item() == slope
+    both = f.with_derivatives("q", "inputs", of="udot")(*at, inputs=given)
+    assert both.udot_by_q.item() == slope
+    assert both.udot_by_inputs.tolist() == [[1, 1, 1]]
+    assert f.derivative("q", inputs="free")(*at, inputs=given).udot.item() == 0
+
+
+def test_inputs_that_drive_motions_have_no_column() -> None:
+    arm = mbs.Revolute("cart", "rod", axis="z", q="a")
+    system = mbs.System(
+        "shaken",
+        bodies={"cart": mbs.Body(mass=1), "rod": mbs.Body(shape={"rod": 1, "mass": 3})},
+        joints={"rail": mbs.Prismatic("ground", "cart", axis="x", motion="x0"), "arm": arm},
+        inputs={"x0": "0.1*sin(3*t)", "T": 0},
+        forces={"motor": mbs.Torque("T", joint="arm")},
+    )
+    f, at = mbs.function(system, "state_derivative"), (0.3, [1.0], [0.0])
+    assert f.inputs == ("T",)
+    assert f.derivative("inputs")(*at).udot == pytest.approx(np.array([[1.0]]), rel=1e-14)  # 3 kg*(1 m)^2/3
+    assert f(*at, inputs=[2.0]).udot == f(*at, inputs={"T": 2.0}).udot
+    with pytest.raises(mbs.InputError, match="x0 drives a motion"):
+        f(*at, inputs={"x0": 1.0})
+
+
 def test_arguments_broadcast_by_their_axes() -> None:
     f = mbs.function(arm(), "energies")
     t, q, u = state(f)

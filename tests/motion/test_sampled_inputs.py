@@ -190,6 +190,8 @@ def test_wrong_words_are_told(spring: mbs.Prepared) -> None:
     for inputs, message in (
         ({"F": pd}, '"every" says how often'),
         ({"F": pd, "every": 0}, "every is a time in s"),
+        ({"F": pd, "every": 1e-12}, "calls of functions are too many"),
+        ({"F": int, "every": 1}, "nothing tells what"),
         ({"F": pd, "every": "1 kg"}, "expected a quantity in s"),
         ({"G": pd, "every": 1}, "there is no input 'G'"),
         ({"F": lambda t: 0.0, "every": 1}, "called as"),

@@ -6,7 +6,7 @@ configuration, a quaternion on its sphere.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from string import ascii_lowercase
@@ -65,12 +65,12 @@ class Derivatives:
 
 
 def differentiated(
-    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: bool
+    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: Collection[str]
 ) -> Derivatives:
     """Return the derivatives of all outputs of a Program: one axis more, the last.
 
     By "q" along the tangent (nu), by "parameters" by those that follow from no others, which the others follow. Inputs
-    move as they are `declared`, or stand still.
+    of the names `declared` move with the state as their expressions do, others stand still.
     """
     ways = [directions(mechanism, variable, declared=declared) for variable in variables]
     name = f"{program.name}_by_{'_'.join(variables)}"
@@ -90,7 +90,7 @@ def differentiated(
 
 
 def differentiated_accelerations(
-    mechanism: Mechanism, whole: Program, variables: Sequence[Variable], *, declared: bool
+    mechanism: Mechanism, whole: Program, variables: Sequence[Variable], *, declared: Collection[str]
 ) -> Derivatives:
     """Return the derivatives of qdot, udot and no multipliers of a tree: M d(udot) = -d(forces) at fixed udot."""
     qdot, udot, multipliers = (output.name for output in whole.outputs)
@@ -114,7 +114,7 @@ def differentiated_accelerations(
 
 
 def differentiated_forces(
-    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: bool
+    mechanism: Mechanism, program: Program, variables: Sequence[Variable], *, declared: Collection[str]
 ) -> Derivatives:
     """Return the derivatives of inverse dynamics of a tree: by udot they are M."""
     trace = Trace(f"{program.name}_by_{'_'.join(variables)}", program.inputs)
@@ -206,7 +206,7 @@ class _Tree:
     # --- slopes of forces ---------------------------------------------------------------------------------------------
 
     def forces_by(
-        self, trace: Trace, udot: list[S], variables: Sequence[Variable], *, declared: bool, hold: bool
+        self, trace: Trace, udot: list[S], variables: Sequence[Variable], *, declared: Collection[str], hold: bool
     ) -> _Slopes:
         """Return the derivatives of M udot + c - Q (n, along the axes of free bodies, as udot), at fixed T udot.
 
@@ -328,14 +328,18 @@ def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
     """
     nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
     ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
-    slopes = jacobian_along(whole, [_with_inputs(mechanism, way) for way in ways], name="state_jacobian")
+    ways = [_with_inputs(mechanism, way, mechanism.inputs) for way in ways]
+    slopes = jacobian_along(whole, ways, name="state_jacobian")
     of_q, of_u, *_ = (output.values for output in slopes.outputs)
     trace = resume_trace(slopes, "state_jacobian", ())
     return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
 
 
-def directions(mechanism: Mechanism, variable: Variable, *, declared: bool = False) -> list[Direction]:
-    """Return the directions in which a variable moves, with inputs as they are `declared`, or at rest."""
+def directions(mechanism: Mechanism, variable: Variable, *, declared: Collection[str] = ()) -> list[Direction]:
+    """Return the directions in which a variable moves: of inputs those that drive no motion, whose rates are not known.
+
+    Inputs of the names `declared` move with the state as their expressions do, others stand still.
+    """
     count = len(mechanism.speeds)
     ways: list[Direction]
     if variable == "q":
@@ -345,20 +349,20 @@ def directions(mechanism: Mechanism, variable: Variable, *, declared: bool = Fal
     elif variable == "s":
         states = [c.rate is not None for c in mechanism.coordinates]
         ways = [{"q": way} for way, state in zip(_units(len(states)), states, strict=True) if state]
+    elif variable == "inputs":
+        units = zip(mechanism.inputs, _units(len(mechanism.inputs)), strict=True)
+        return [{variable: way} for name, way in units if name not in mechanism.driving_inputs]
     else:
-        size = {"t": 1, "u": count, "udot": count, "inputs": len(mechanism.inputs)}[variable]
-        ways = [{variable: way} for way in _units(size)]
-    if not declared or variable == "inputs":
-        return ways
-    return [_with_inputs(mechanism, way) for way in ways]
+        ways = [{variable: way} for way in _units({"t": 1, "u": count, "udot": count}[variable])]
+    return [_with_inputs(mechanism, way, declared) for way in ways] if declared else ways
 
 
-def _with_inputs(mechanism: Mechanism, way: Direction) -> Direction:
-    """Return a direction with the rates that declared inputs have along it."""
+def _with_inputs(mechanism: Mechanism, way: Direction, declared: Collection[str]) -> Direction:
+    """Return a direction with the rates that inputs of the names `declared` have along it."""
     moving = {slot(name, k): rate for name, rates in way.items() for k, rate in enumerate(rates) if rate is not ZERO}
     found = []
-    for expression in mechanism.inputs.values():
-        on = [x for x in leaves([expression], "slot") if x in moving]
+    for name, expression in mechanism.inputs.items():
+        on = [x for x in leaves([expression], "slot") if x in moving] if name in declared else []
         slopes = zip(on, gradient(expression, on), strict=True)
         found.append(sum((slope * moving[leaf] for leaf, slope in slopes), ZERO))
     return {**way, "inputs": tuple(found)} if found else way

@@ -126,6 +126,7 @@ def positive_time(name: str, value: Any) -> float:
 Law = Callable[[float, Floats, Floats], Any]
 """A controller: (t, q, u) -> the value of its input, or those of its inputs."""
 
+_MOST_SAMPLES: Final = 10_000_000
 _LEAST_REST: Final = 1e-9
 """The part of a sampling time that no last sample is shorter than."""
 
@@ -191,8 +192,9 @@ def _law(key: Any, law: Law) -> Law:
         signature(law).bind(0.0, np.zeros(0), np.zeros(0))
     except TypeError:
         raise ArgumentError(f"inputs[{key!r}] is called as (t, q, u), which it does not take") from None
-    except ValueError:  # nothing says what it takes
-        pass
+    except ValueError:
+        message = f"nothing tells what inputs[{key!r}] takes: write lambda t, q, u: .., which calls it"
+        raise ArgumentError(message) from None
     return law
 
 
@@ -205,6 +207,9 @@ def sampled_start(
 ) -> RunStart:
     """Return the start of a run whose inputs are sampled; `again` makes it with the parameters that are held first."""
     t0, t_end, nq = begin.problem.t0, begin.problem.t_end, len(begin.problem.q0)
+    if (count := (t_end - t0) / sampled.every) > _MOST_SAMPLES:
+        message = f"{count:.3g} calls of functions are too many, at most {_MOST_SAMPLES:,}: call them less often"
+        raise InputError(message, number="M117").under("every").under("inputs")
 
     def values(t: float, x: Floats) -> dict[str, float]:
         return {held.parameters[name]: value for name, value in sampled.values(t, x[:nq], x[nq:])}
