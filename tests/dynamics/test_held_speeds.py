@@ -16,7 +16,7 @@ from multibody_sym.mechanics.modes import in_mode
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.row_records import VelocityRow
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import NO_MODE, Problem
 from multibody_sym.motion.methods.table import METHODS
 from multibody_sym.program import loading
 from multibody_sym.program.backend import Native
@@ -49,7 +49,7 @@ def run(held, t_end=20.0, method="dormand_prince", step=None, backend="c"):
     made = loading.load(programs(resolved, FORMALISMS["composite_body"], form).as_mapping(), Native(backend=backend))
     q, u, p = (np.array(x, dtype=float) for x in (begin.q, begin.u, begin.parameters))
     problem = Problem(
-        made, METHODS[method], 0.0, t_end, q, u, p, np.empty(0), step=step, samples=21, project=True, independent=1.0
+        made, METHODS[method], 0.0, t_end, q, u, p, NO_MODE, step=step, samples=21, project=True, independent=1.0
     )
     return integrate(problem)
 

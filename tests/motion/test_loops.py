@@ -310,7 +310,7 @@ def test_a_problem_that_makes_no_sense_is_refused(options, message):
 @LOOPS
 def test_ctrl_c_keeps_what_was_computed(loop, monkeypatch):
     for module in ("native_loop", "python_loop"):
-        monkeypatch.setattr(f"multibody_sym.motion.loop.{module}._SECONDS", 1e-9)
+        monkeypatch.setattr(f"multibody_sym.motion.loop.{module}.SECONDS", 1e-9)
     monkeypatch.setattr("multibody_sym.motion.loop.native_loop._SMALL", 0)
     seen = []
 

@@ -181,6 +181,8 @@ def nonsense(text: str, count: int, rng: random.Random) -> tuple[str, list[int]]
         name = re.fullmatch(r"[A-Za-z][\w.]*", value) and key in ("type", "parent", "child", "on", "at")
         if len(put) == count or at.line in put or not (name or re.fullmatch(r"[\d.]+", value)) or key == "count":
             continue
+        if any(other[:2] == path[:2] and "type" in (key, other[-1]) for other in put.values()):
+            continue  # what an element of no type holds is not read
         wrong = f"zqx{len(put)}w" if name else "7 cd"
         lines[at.line - 1] = f"{lines[at.line - 1][:start]}{wrong}{lines[at.line - 1][start + len(value) :]}"
         put[at.line] = path

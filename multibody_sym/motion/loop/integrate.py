@@ -10,8 +10,9 @@ from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
 
-from multibody_sym.motion.loop.native_loop import SECONDS, native_loop
+from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import (
+    SECONDS,
     Begun,
     Chunk,
     Event,

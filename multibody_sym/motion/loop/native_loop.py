@@ -6,25 +6,20 @@ import ctypes
 import math
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from multibody_sym.motion.integrator.flow import steps_before
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
-from multibody_sym.motion.loop.problem import Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
+from multibody_sym.motion.loop.problem import SECONDS, Event, Jump, Problem, Progress, RunFailure, Statistics, chatters
 from multibody_sym.program.native import StateStruct
 from multibody_sym.program.runtime_constants import Phase, Status
 from multibody_sym.scalars.arrays import Floats
 
-if TYPE_CHECKING:
-    pass
-
 _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes less
 _SMALL: Final = 20_000  # numbers of the state in the first piece
 _LARGEST_PIECE: Final = 10_000_000
-SECONDS: Final = 0.1
-"""How long a piece lasts, about, after which a run tells its progress."""
 
 
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:

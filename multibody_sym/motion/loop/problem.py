@@ -85,6 +85,8 @@ class Passage:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
+SECONDS: Final = 0.1
+"""How long a piece of a run lasts, about, after which it tells its progress."""
 _CROSSINGS: Final = 300
 """Kinks crossed one after the other in a part `_NO_TIME` of a run that are too many."""
 _NO_TIME: Final = 1e-6

@@ -25,7 +25,7 @@ from multibody_sym.motion.integrator.flow import (
 )
 from multibody_sym.motion.integrator.loop import at_end, interpolate_step, reaches, steps
 from multibody_sym.motion.integrator.singular import strays
-from multibody_sym.motion.loop.problem import Event, Problem, Progress, RunFailure, Statistics, chatters
+from multibody_sym.motion.loop.problem import SECONDS, Event, Problem, Progress, RunFailure, Statistics, chatters
 from multibody_sym.program.runtime_constants import (
     CLOSING_ROUNDS,
     DOUBLED,
@@ -39,7 +39,6 @@ from multibody_sym.program.runtime_constants import (
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
-_SECONDS: Final = 0.1
 _LEVELS: Final = ("project_position", "project_velocity")
 
 
@@ -67,7 +66,7 @@ def python_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
             if run.stops_between_samples(done, written):
                 samples[written] = x
                 written += 1
-            if time.perf_counter() - shown > _SECONDS:
+            if time.perf_counter() - shown > SECONDS:
                 yield Progress(written, reached, x, run.statistics(reached), None, tuple(events), tuple(singular))
                 shown = time.perf_counter()
     except StepError as problem_met:

@@ -156,9 +156,9 @@ _PLAIN: Final = (
     *("t0", "t_end", "step", "rtol", "atol", "project", "max_steps", "contradiction", "closure"),
     *("independent", "whole", "crosses"),
 )
-_ARRAYS: Final = ("q0", "u0", "parameters", "modes")
+_ARRAYS: Final = ("q0", "u0", "parameters")
 _TUPLES: Final = ("terminal", "margins", "limiting", "moments")
-TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "samples", "pairs", "begun"})
+TOLD: Final = frozenset({*_PLAIN, *_ARRAYS, *_TUPLES, "method", "mode", "samples", "pairs", "begun"})
 """The fields of a problem that are among its values."""
 
 
@@ -170,6 +170,7 @@ def values_of(problem: Problem) -> dict[str, Any]:
         **{name: getattr(problem, name).tolist() for name in _ARRAYS},
         **{name: list(getattr(problem, name)) for name in _TUPLES},
         "method": problem.method.name,
+        "mode": problem.modes.tolist(),
         "samples": samples if isinstance(samples, int) else [samples.times, samples.start, samples.end],
         "pairs": None if pairs is None else [pairs.nq, pairs.plain, pairs.balls],
         "begun": None if begun is None else [begun.time, begun.written],
@@ -182,7 +183,7 @@ def problem_of(values: Mapping[str, Any], compiled: Compiled) -> Problem:
     given: dict[str, Any] = {name: values[name] for name in _PLAIN}
     given |= {name: np.array(values[name], dtype=float) for name in _ARRAYS}
     given |= {name: tuple(values[name]) for name in _TUPLES}
-    given["mode"] = ModeNumbers.of(given.pop("modes"), {})
+    given["mode"] = ModeNumbers.of(np.array(values["mode"], dtype=float), {})
     given["pairs"] = None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:]))
     given["begun"] = None if begun is None else Begun(*begun)
     given["samples"] = samples if isinstance(samples, int) else SampleTimes(tuple(samples[0]), *samples[1:])
