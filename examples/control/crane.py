@@ -11,7 +11,7 @@ from scipy.linalg import solve_discrete_are
 import multibody_sym as mbs
 
 EVERY, GOAL = 0.02, 6.0
-crane = mbs.load(Path(__file__).parent / "crane.yaml")
+crane = mbs.load(Path(__file__).parent / "trolley.yaml")
 near = mbs.linearize(crane, at={"x": GOAL})  # states x, theta, u_theta, v
 step = near.discrete(EVERY)
 P = solve_discrete_are(step.A, step.B, np.diag([1.0, 10.0, 10.0, 1.0]), np.eye(1))
