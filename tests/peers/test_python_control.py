@@ -35,7 +35,7 @@ SYSTEMS: dict[str, tuple[Any, dict[str, Any]]] = {
     "cart": ("cart_pole", {"at": {"theta": "-90 deg"}, "inputs": {"push": 0}}),
     "pole": ("cart_pole", {"at": {"theta": "90 deg"}, "inputs": {"push": 0}}),
     "furuta": ("furuta", {"at": {"theta": 0.0}, "inputs": {"tau": 0}}),
-    "falling": ("furuta", {"at": {"theta": 1.0}, "inputs": {"tau": 0}, "moving": True}),
+    "upright": ("furuta", {"at": {"theta": "180 deg"}, "inputs": {"tau": 0}}),
 }
 
 
