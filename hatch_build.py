@@ -20,6 +20,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 class Objects(BuildHookInterface):  # type: ignore[type-arg]
     """Puts the objects of the runtime into a wheel."""
 
+    def dependencies(self) -> list[str]:
+        """Return the packages that building needs: those of a run where the runtime is compiled."""
+        return list(self.metadata.core.dependencies) if os.environ.get("MULTIBODY_SYM_PLATFORM") else []
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile the runtime, where a wheel of a platform is asked for."""
         platform = os.environ.get("MULTIBODY_SYM_PLATFORM")
