@@ -149,6 +149,11 @@ Wrench = tuple[Vec, Vec]
 NO_WRENCH: Final[Wrench] = (ZERO_VECTOR, ZERO_VECTOR)
 
 
+def power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
+    """Return F . v + M . omega, of virtual velocities too."""
+    return dot(linear, wrench[0]) + dot(angular, wrench[1])
+
+
 class Wrenches:
     """Wrenches collected body by body while forces are gathered; ground takes and forgets."""
 
@@ -222,7 +227,5 @@ def joint_projection(motion: Motion, wrenches: Sequence[Wrench]) -> list[S]:
         if wrench is NO_WRENCH:
             projected += [0] * len(moved.linear)
             continue
-        force, moment = wrench
-        for linear, angular in zip(moved.linear, moved.angular, strict=True):
-            projected.append(dot(linear, force) + dot(angular, moment))
+        projected += [power(v, w, wrench) for v, w in zip(moved.linear, moved.angular, strict=True)]
     return projected

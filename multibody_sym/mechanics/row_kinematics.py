@@ -35,6 +35,7 @@ from multibody_sym.mechanics.points import (
     direction,
     generalized_forces,
     position,
+    power,
     slip_velocity,
     velocity,
 )
@@ -452,7 +453,7 @@ def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequen
     cut = next(cut for cut in motion.mechanism.cuts if cut.name == row.joint)
     of_rows: list[S] = [0] * len(wrenches)  # only the rows that stand for the joint exert its reaction
     for k in cut.rows:
-        of_rows[k] = _power(twist, wrenches[k][index])
+        of_rows[k] = power(*twist, wrenches[k][index])
     return PartOfReaction([0] * len(motion.state.u), 0, of_rows)
 
 
@@ -475,13 +476,9 @@ def _part_in_tree(motion: Motion, index: int, twist: Twist, wrenches: Sequence[S
         force = mass.mass * x, mass.mass * y, mass.mass * z
         moment = add(apply(mass.inertia, alpha), cross(turning, apply(mass.inertia, turning)))
         needed = force, add(moment, cross(mass.com, force))  # the rate of the body's momentum
-        rest = rest + _power((v, w), needed) - _power((v, w), acting[k])
-    of_rows = [-sum((_power(x, of_body[k]) for k, x in twists.items()), 0) for of_body in wrenches]
+        rest = rest + power(v, w, needed) - power(v, w, acting[k])
+    of_rows = [-sum((power(*x, of_body[k]) for k, x in twists.items()), 0) for of_body in wrenches]
     return PartOfReaction(generalized_forces(motion, momenta), rest, of_rows)
-
-
-def _power(twist: Twist, wrench: Wrench) -> S:
-    return dot(twist[0], wrench[0]) + dot(twist[1], wrench[1])
 
 
 def along_reactions(

@@ -239,7 +239,7 @@ _LEAVES: Final[dict[str, Callable[[Any], Node]]] = {
 class _Brought:
     """The Nodes that a pickler has got. It stands in every pickle of Nodes, so it lives as long as its pickler does.
 
-    A pickler that has not met it asks how to write it: that is how a new one is told from one that goes on.
+    A pickler that has not met it asks how to write it, so that a new one differs from one that goes on.
     """
 
     __slots__ = ("__weakref__", "asked", "nodes", "written")

@@ -641,7 +641,7 @@ def rejected_alternatives(equations: Equations, notation: Notation, units: Mappi
 
 
 class _Rejected:
-    """How rejected assumptions are told in the letters of the state that holds."""
+    """The letters in which rejected assumptions are printed: those of the state that holds."""
 
     def __init__(self, equations: Equations, notation: Notation, units: Mapping[Any, str]) -> None:
         self.equations, self.notation, self.units = equations, notation, units

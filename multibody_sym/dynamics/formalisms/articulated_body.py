@@ -35,7 +35,7 @@ from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import BodyMotion, Motion, State, from_parent
-from multibody_sym.mechanics.points import Wrench, generalized_forces, joint_projection, to_parent
+from multibody_sym.mechanics.points import Wrench, generalized_forces, joint_projection, power, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import sqrt
@@ -153,7 +153,7 @@ def _sweep_over(
 ) -> SweptJoint:
     """Return a joint with K = U V^-1 and Ma = M* - U K^T, of which one triangle is formed."""
     columns = [inertia.wrench(v, w) for v, w in zip(linear, angular, strict=True)]
-    pivot = factorize([[_power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
+    pivot = factorize([[power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
     rows = [pivot.solve([part[i] for part in parts]) for parts in zip(*columns, strict=True) for i in range(3)]
     gains: list[Wrench] = [((x, y, z), (mx, my, mz)) for x, y, z, mx, my, mz in zip(*rows, strict=True)]
 
@@ -211,7 +211,7 @@ class Sweep:
         for index in range(len(total) - 1, -1, -1):
             joint, (force, moment) = self.joints[index], total[index]
             for k, linear, angular in zip(joint.speeds, joint.linear, joint.angular, strict=True):
-                remaining[index].append(drives[k] + _power(linear, angular, (force, moment)))
+                remaining[index].append(drives[k] + power(linear, angular, (force, moment)))
             force = subtract(force, combination([gain[0] for gain in joint.gains], remaining[index]))
             moment = subtract(moment, combination([gain[1] for gain in joint.gains], remaining[index]))
             total[index] = force, moment
@@ -228,16 +228,12 @@ class Sweep:
         carried: list[tuple[Vec, Vec]] = []
         for index, (body, joint) in enumerate(zip(self.motion.mechanism.bodies, self.joints, strict=True)):
             a = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
-            rates = [x - _power(*a, gain) for x, gain in zip(free[index], joint.gains, strict=True)]
+            rates = [x - power(*a, gain) for x, gain in zip(free[index], joint.gains, strict=True)]
             for k, rate in zip(joint.speeds, rates, strict=True):
                 udot[k] = rate
             reached.append((add(a[0], combination(joint.linear, rates)), add(a[1], combination(joint.angular, rates))))
             carried.append(a)
         return udot, carried
-
-
-def _power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
-    return dot(linear, wrench[0]) + dot(angular, wrench[1])
 
 
 # ----------------------------------------------------------------------------------------------------------------------

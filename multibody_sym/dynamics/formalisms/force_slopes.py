@@ -39,7 +39,7 @@ from multibody_sym.mechanics.motion import (
     moving_parent,
     spread,
 )
-from multibody_sym.mechanics.points import NO_WRENCH, Wrench, carried_wrenches, to_parent
+from multibody_sym.mechanics.points import NO_WRENCH, Wrench, carried_wrenches, power, to_parent
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node
@@ -147,7 +147,7 @@ class _Change:
     w: Vec
 
     def felt_by(self, wrench: Wrench, turning: Vec) -> Node:
-        return as_node(_power(self.a, self.alpha, wrench) + dot(self.w, turning))
+        return as_node(power(self.a, self.alpha, wrench) + dot(self.w, turning))
 
 
 _STILL: Final = moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR)
@@ -167,7 +167,7 @@ class _Freedom:
 
     def force(self, wrench: Wrench) -> Node:
         """Return the generalised force of a wrench."""
-        return as_node(_power(self.linear, self.angular, wrench))
+        return as_node(power(self.linear, self.angular, wrench))
 
 
 class _Sweep:
@@ -200,7 +200,7 @@ class _Sweep:
         for j, partial in zip(self.freedoms[index], k.partials, strict=True):
             M[j.speed][k.speed] = j.force(of_udot)
             by_u[j.speed][k.speed] = j.force(of_u)
-            by_q[j.speed][k.speed] = j.force(of_q) + as_node(_power(*partial, total))
+            by_q[j.speed][k.speed] = j.force(of_q) + as_node(power(*partial, total))
         turned = add(of_q[0], cross(k.angular, total[0]))
         turned_moment = add(of_q[1], add(cross(k.angular, total[1]), cross(k.linear, total[0])))
         wrenches, feels = (of_udot, of_u, (turned, turned_moment)), composite.felt(k.linear, k.angular)
@@ -338,7 +338,3 @@ class _Joint:
 def _tangents(vectors: Sequence[Vec], seeds: dict[Node, Node]) -> list[Vec]:
     rates = iter(tangents([as_node(x) for vector in vectors for x in vector], seeds))
     return list(zip(rates, rates, rates, strict=True))
-
-
-def _power(linear: Vec, angular: Vec, wrench: Wrench) -> S:
-    return dot(linear, wrench[0]) + dot(angular, wrench[1])
