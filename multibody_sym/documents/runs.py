@@ -13,7 +13,7 @@ import numpy as np
 
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_text
 from multibody_sym.motion.loop.problem import SEVERAL
-from multibody_sym.motion.results.remarks import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
+from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.text.parser import force_name

@@ -28,8 +28,7 @@ from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.native_problem import NativeProblem, address
 from multibody_sym.motion.loop.problem import Hold, Problem
 from multibody_sym.motion.prepare.arguments import in_si_units
-from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, ResolvedAlone, RunLabels
 from multibody_sym.motion.results.samples import RunStart
 from multibody_sym.motion.runs.held_inputs import HeldInputs, held_names, positive_time
 from multibody_sym.motion.runs.run import run

@@ -23,8 +23,7 @@ from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import Moment, condition_of, time_of
-from multibody_sym.motion.prepare.records import LegSamples
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass

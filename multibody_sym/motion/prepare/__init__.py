@@ -2,8 +2,7 @@
 
     settings                settings of a run in numbers; default tolerances
     problem                 the initial value problem; how constraints are kept; Programs compiled or recalled
-    records                 a system ready to run
-    run_labels              names and units of results; what to look for in a run
+    records                 a system ready to run; names and units of its results
     functions, arguments    `compile`, `mass_matrix`, `inverse_dynamics`, `impact`; their arguments
     export                  `export`: source code, names.json, samples of its self test
 """

@@ -22,8 +22,7 @@ from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.motion.integrator.flow import longest_in_modes
 from multibody_sym.motion.loop.integrate import Integration, integrate
 from multibody_sym.motion.loop.problem import Problem
-from multibody_sym.motion.prepare.records import LegSamples
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array

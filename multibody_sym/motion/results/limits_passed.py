@@ -14,8 +14,7 @@ from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_records import BodyFace
 from multibody_sym.mechanics.units import MechanismUnits
-from multibody_sym.motion.results.remarks import EDGES_CROSS
-from multibody_sym.motion.results.samples import Samples
+from multibody_sym.motion.results.samples import EDGES_CROSS, Samples
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float

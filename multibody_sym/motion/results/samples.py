@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from multibody_sym.errors import InputError, ModelError
 from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Holds, Loop, Problem, RunFailure
-from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, asked_parts
-from multibody_sym.motion.prepare.run_labels import RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, RunLabels, asked_parts
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.values import Units, chosen_units
@@ -25,6 +24,14 @@ if TYPE_CHECKING:
     from multibody_sym.motion.switching.legs import ModeLeg
     from multibody_sym.scalars.node import Node
     from multibody_sym.text.tables import Table
+
+NO_VALUE: Final = "no value"
+PULLING: Final = "wheel would pull"
+PUSHING: Final = "rope would push"
+ENERGY: Final = "energy grows"
+TOO_FAR: Final = "too far for its steps"
+EDGES_CROSS: Final = "edges cross"
+"""Kinds of events: states that no real mechanism has, or that have no number."""
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a run begins with, and how one that goes from mode to mode is taken: under way, or recalled.

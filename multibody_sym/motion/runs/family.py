@@ -37,8 +37,7 @@ from multibody_sym.motion.loop.integrate import Integration, Leg
 from multibody_sym.motion.loop.native_runs import Each, integrate_each
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.problem import compile_mechanism, problem_of, settings_of
-from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem, ResolvedAlone, RunLabels
 from multibody_sym.motion.prepare.settings import form_of, stabilises
 from multibody_sym.motion.results.samples import SingleRun
 from multibody_sym.program import loading

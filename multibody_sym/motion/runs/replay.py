@@ -17,8 +17,18 @@ import numpy as np
 from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.motion.loop.integrate import End, Leg, LegAnswer, Switch, chain, integrate
 from multibody_sym.motion.loop.problem import Event, Loop, Problem, Progress, Statistics
-from multibody_sym.motion.prepare.records import LegSamples, Numbers, PreparedSystem, leg_samples, problem_of, values_of
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels, as_json, labels_from_json
+from multibody_sym.motion.prepare.records import (
+    LegSamples,
+    Numbers,
+    PreparedSystem,
+    ResolvedAlone,
+    RunLabels,
+    as_json,
+    labels_from_json,
+    leg_samples,
+    problem_of,
+    values_of,
+)
 from multibody_sym.motion.results.samples import Departed, EnergyAccount, FrictionWork, RunInModes, RunStart
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program import loading

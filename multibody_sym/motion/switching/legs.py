@@ -25,8 +25,7 @@ from multibody_sym.model.system import System, expressions_in
 from multibody_sym.motion.loop import integrate
 from multibody_sym.motion.loop.integrate import End, Switch
 from multibody_sym.motion.loop.problem import SEVERAL, Event
-from multibody_sym.motion.prepare.records import LegSamples, leg_samples
-from multibody_sym.motion.prepare.run_labels import ResolvedAlone, RunLabels
+from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels, leg_samples
 from multibody_sym.motion.results.integrals import FineLeg
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import ImpactOutcome
