@@ -674,7 +674,7 @@ def reaction_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
 
 def applied_arrows(cut: CutFree) -> tuple[ArrowItem, ...]:
     """Return the weights, and the pulls of springs and the like, which no arrow of the scene shows."""
-    shown = {arrow.path for arrow in cut.scene.arrows}
+    shown = {arrow.path for arrow in cut.scene.arrows} | {i.path for i in cut.scene.items if i.role == "drum"}
     pulls = [pull for pull in cut.pulls() if pull.is_applied and pull.path not in shown and pull.key[0] != "drive"]
     return tuple(_arrows(cut, [p for p in pulls if p.at.body not in cut.ground], lambda pull: pull.vector))
 

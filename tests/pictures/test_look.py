@@ -131,7 +131,7 @@ def test_a_rail_reaches_as_far_as_what_slides_on_it_goes_in_a_motion() -> None:
     seen = Projection(scene.view.right, scene.view.up, 100.0, scene.plane)
     sheet = Sheet(scene, home, home, seen, others=(home, scene.at([*others, 3.0])))
     (rail,) = (item for item in scene.items if item.role == "guide" and item.name == "J5")
-    (line,) = (mark for mark in item_marks(sheet, rail) if isinstance(mark, Hatch))
+    (line,) = (mark for mark in item_marks(sheet, rail) if isinstance(mark, Stroke))
     assert 300.0 < line.points[:, 0].max() < 350.0
 
 

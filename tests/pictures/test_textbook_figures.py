@@ -134,9 +134,16 @@ def arrow_of(shown: Picture, name: str) -> np.ndarray:
 def test_a_beam_lies_on_its_supports_and_its_load_presses_on_it() -> None:
     shown = picture("textbook/beam")
     (beam,) = of(shown, "body", "beam")
-    (ground,) = [mark for mark in shown.marks if isinstance(mark, Hatch)]
     outline = np.asarray(beam.points)  # type: ignore[attr-defined]
-    assert outline[:, 1].min() == pytest.approx(np.asarray(ground.points)[0, 1])
+    middle = (outline[:, 1].min() + outline[:, 1].max()) / 2
+    assert len([mark for mark in shown.marks if isinstance(mark, Hatch)]) == 2
+    circles = [mark for mark in of(shown, "ground", "ground.supports") if isinstance(mark, Arc)]
+    tips = [mark for mark in circles if float(mark.centre[1]) == pytest.approx(middle)]
+    wheels = [mark for mark in circles if float(mark.centre[1]) < outline[:, 1].min()]
+    assert [len(tips), len(wheels)] == [2, 2]  # a pin, and a roller on two wheels
+    for tip, end in zip(tips, (outline[:, 0].min(), outline[:, 0].max()), strict=True):
+        assert float(tip.centre[0]) == pytest.approx(end, abs=3.5)
+    assert min(float(wheel.centre[0]) for wheel in wheels) > outline[:, 0].max() - 15.0
     tail, tip = arrow_of(shown, "load")
     assert tail[1] > outline[:, 1].max() > tip[1] > outline[:, 1].min()
     assert tip[0] == pytest.approx(outline[:, 0].min() + np.ptp(outline[:, 0]) / 4, abs=3.0)

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import MASS, WHEEL, fillet
+from multibody_sym.pictures.marks.place_symbols import DRUM, MASS, WHEEL, fillet
 from multibody_sym.pictures.marks.shapes import capsule, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import drawn_pieces, is_turned, support
@@ -43,7 +43,7 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.scene.items import ArrowItem, Axes, Item, PlacedStrand, Symbol, across, unit
+from multibody_sym.pictures.scene.items import ArrowItem, Axes, Disc, Item, PlacedStrand, Symbol, across, unit
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -163,6 +163,8 @@ def _rod(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, An
 def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     """Yield a rope: straight pieces with the bows between them; round a small wheel where it bends at a point."""
     pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
+    if placed.wound and sheet.flat:  # over the wheel beside the drum
+        named = {**named, "layer": LAYER_BODY + 0.2}
     bows = [sheet.projection.page(bow.points()) for bow in placed.turns]
     for first, second in pairwise(pieces):
         ends = np.array([first[1], second[0]])
@@ -181,7 +183,8 @@ def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, A
     points.append(pieces[-1][1])
     yield Stroke(np.array(points), pen, **named)
     for coil in placed.wound:
-        yield Stroke(sheet.projection.page(coil.points()), pen, **named)
+        if not sheet.settled.drums or coil.radius * sheet.projection.scale >= DRUM:
+            yield Stroke(sheet.projection.page(coil.points()), pen, **named)
 
 
 def _back(first: Floats, second: Floats) -> Floats:
@@ -266,7 +269,7 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
     taken = _Taken()
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         vector = now if np.any(now) else np.asarray(item.way)
-        named = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
         at = _place(sheet, item)
         if item.role == "gravity":
             yield from _gravity(sheet, item, vector, named, corner)
@@ -277,9 +280,23 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
             yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
             pen = _arrow_pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
+            if any(item.lever):
+                thread = _thread(sheet, item, at, vector)
+                yield Stroke(thread, ROPE, **{**named, "role": "rope", "layer": LAYER_BODY + 0.2})
+                at = thread[1]
             at = at + taken.aside(at, sheet.projection.page(vector))
             declared = item.role == "force" and item.path[0] == "forces"
             yield from _force(sheet, at, vector, item.label, named, pen, lines if declared else None)
+
+
+def _thread(sheet: Sheet, item: ArrowItem, at: Floats, vector: Floats) -> Floats:
+    """Return the ends (2, 2) of a thread that a force pulls from a drum: from its rim to beyond the body around it."""
+    start = at + sheet.projection.page(np.cross(unit(vector), item.lever))
+    arm = float(np.linalg.norm(start - at))
+    discs = (i.form for i in sheet.touched.get(item.at.body, ()) if isinstance(i.form, Disc))
+    radius = sheet.projection.scale * max((disc.radius for disc in discs), default=0.0)
+    way = unit2(sheet.projection.page(vector))
+    return np.array([start, start + (np.sqrt(max(radius**2 - arm**2, 0.0)) + _BESIDE) * way])
 
 
 def _arrow_pen(item: ArrowItem, pen: Pen) -> Pen:
@@ -374,7 +391,8 @@ def _force(
     if lines is not None:
         starts = at, at - (1.0 + _CLEAR) * shaft
         away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
-        pushes = into < away
+        pressed = float(unit2(shaft) @ sheet.down) > _SAME_WAY
+        pushes = into < away or (pressed and into == away > 0)  # a load lies on a beam
     if pushes:
         points = points + points[0] - points[1]
     yield Arrow(points, pen, **named)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Final
 
 import numpy as np
@@ -34,6 +34,10 @@ STEEPEST: Final = 0.3
 """The cosine of the slope up to which something stands on it."""
 _CLOSE: Final = 38.0
 """How far masses without a size are apart at least that a rope or spring joins (pt)."""
+DRUM: Final = 6.0
+"""The least radius of a drum on a body that hangs on its rope (pt)."""
+_PARTED: Final = 3.0 * ROD
+"""How far rods are apart that would lie on each other (pt)."""
 _SAME: Final = 1.0
 _BACK: Final = 0.98
 """The cosine of the angle between two pieces of a rope above which it runs straight back."""
@@ -45,13 +49,15 @@ _SHARPEST: Final = float(np.arccos(_BACK)) / 2
 class Settled:
     """Displacements (pt) of `bodies` by number and of `pulleys` on ground by name; `leans` are directions of blocks.
 
-    `folds` are, by rope, the displacements of the ends of its pieces where it runs straight back over wheels.
+    `folds` are, by rope, the displacements of the ends of its pieces where it runs straight back over wheels. `drums`
+    are radii (pt), by body, of drums that would be too small to be seen.
     """
 
     bodies: Mapping[int, Floats] = field(default_factory=dict)
     pulleys: Mapping[str, Floats] = field(default_factory=dict)
     leans: Mapping[int, Floats] = field(default_factory=dict)
     folds: Mapping[str, Floats] = field(default_factory=dict)
+    drums: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
@@ -66,6 +72,7 @@ class _Settling:
     pulleys: dict[str, Floats] = field(default_factory=dict)
     leans: dict[int, Floats] = field(default_factory=dict)
     folds: dict[str, Floats] = field(default_factory=dict)
+    drums: dict[int, float] = field(default_factory=dict)
 
     def page(self, body: int, point: object) -> Floats:
         """Return where a point of a body is on the page (2)."""
@@ -113,7 +120,63 @@ def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) 
                 made.bodies[body] = way
     for strand in home.strands:
         _beside(made, strand)
-    return Settled(made.bodies, made.pulleys, made.leans, made.folds)
+        _widen(made, strand)
+    _part(made)
+    return Settled(made.bodies, made.pulleys, made.leans, made.folds, made.drums)
+
+
+def _widen(made: _Settling, rope: PlacedStrand) -> None:
+    """Let the drum of a body that hangs on its own rope be large enough to be seen, with the rope along its rim."""
+    for bow in rope.wound:
+        centre, start = (made.scale * (made.axes @ np.array(place)) for place in (bow.centre, bow.start))
+        radius = float(np.linalg.norm(centre - start))
+        for item in made.scene.items:
+            if item.role != "pulley" or item.body < 0 or not isinstance(item.form, Disc) or not 0.0 < radius < DRUM:
+                continue
+            hinged = any(i.role == "joint" and i.symbol is not None and item.body in i.bodies for i in made.scene.items)
+            if not hinged and float(np.linalg.norm(made.page(item.body, item.form.centre) - centre)) < _SAME:
+                made.drums[item.body] = DRUM
+                made.bodies[item.body] = (DRUM - radius) * (centre - start) / radius
+
+
+@dataclass(frozen=True, eq=False)
+class _Rod:
+    """A rod that one joint alone holds: its body, the parent, its ends on the page (2, 2), whether it is welded."""
+
+    body: int
+    parent: int
+    ends: Floats
+    welded: bool
+
+
+def _part(made: _Settling) -> None:
+    """Let a rod that lies along another one of the same parent, such as an arm of a folded chain, hang beside it."""
+    for one, other in combinations(_held_once(made), 2):
+        way, apart = other.ends[1] - other.ends[0], one.ends - other.ends[0]
+        length = float(np.linalg.norm(way))
+        along = way / max(length, _SAME)
+        aside = np.abs(apart[:, 0] * along[1] - apart[:, 1] * along[0]).max()
+        shared = min(float((apart @ along).max()), length) - max(float((apart @ along).min()), 0.0)
+        if one.parent == other.parent and aside < _SAME and shared > _CLOSE:
+            beside = np.array([along[1], -along[0]])
+            right = beside if (beside[0], beside[1]) > (0.0, 0.0) else -beside
+            made.bodies[other.body if one.welded else one.body] = _PARTED * right
+
+
+def _held_once(made: _Settling) -> list[_Rod]:
+    """Return the rods that one joint holds and nothing else."""
+    found = []
+    for item in made.scene.items if made.scene.plane else ():
+        form = item.form
+        if item.role != "body" or not isinstance(form, Polyline) or form.closed or len(form.points) != 2:
+            continue
+        joints = [other for other in made.scene.items if other.role == "joint" and item.body in other.bodies]
+        strands = [strand for strand in made.scene.strands if any(item.body == end.body for end in strand.anchors)]
+        if len({joint.path for joint in joints}) == 1 and not strands and joints[0].bodies[1] == item.body:
+            ends = np.array([made.page(item.body, point) for point in form.points])
+            welded = any(joint.symbol is not None and joint.symbol.kind == "weld" for joint in joints)
+            found.append(_Rod(item.body, joints[0].bodies[0], ends, welded))
+    return found
 
 
 def half_size(symbol: Symbol) -> float:

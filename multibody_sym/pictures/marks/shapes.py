@@ -36,6 +36,8 @@ _MARGIN: Final = 14.0
 """How far faces without ends reach beyond what stands on them (pt)."""
 _HALF, _PLATE = 34.0, 12.0
 """Half the length of a face of a moving body, and how thick that is at least (pt)."""
+SLOPE: Final = 62.0
+"""Half the length of the slope of a wedge (pt)."""
 _SHEET: Final = 46.0
 """How far a plane in space reaches at least beyond what is near it (pt)."""
 _CURVE: Final = 20
@@ -64,7 +66,7 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
     elif len(points) > _CURVE or (item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground)):
         named, bold = sheet.named(item, LAYER_GROUND), sheet.pen(item, BOLD)
         if item.role == "surface" and sheet.flat:  # hatched below
-            side = 1 if float(left(unit2(points[-1] - points[0])) @ sheet.down) > 0.0 else -1
+            side = 1 if float(left(unit2(points[-1] - points[0])) @ sheet.down) > 1e-9 else -1
             yield Hatch(points, bold, side=side, **named)
         else:
             yield Stroke(points, bold, **named)
@@ -87,6 +89,8 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
     named = sheet.named(item, LAYER_BODY, form.centre)
     across = abs(float(sheet.placed.turned(item.body, form.axis) @ sheet.projection.toward))
     centre, radius = sheet.at(item.body, form.centre), form.radius * sheet.projection.scale
+    if item.role == "pulley":
+        radius = sheet.settled.drums.get(item.body, radius)
     pen = sheet.pen(item)
     if across < 1.0 - 1e-9:
         yield Stroke(sheet.page(item.body, rim), pen, closed=True, fill=fill, **named)
@@ -97,7 +101,7 @@ def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
     if form.hollow and item.role == "surface":
         yield from _hollow(sheet, item, centre, radius)
         return
-    yield Arc(centre, radius, THIN if form.teeth else pen, fill=fill, **named)
+    yield Arc(centre, radius, THIN if form.teeth or item.role == "drum" else pen, fill=fill, **named)
     if form.hollow:
         yield Arc(centre, max(radius - 3.0, 0.8 * radius), pen, **named)
     elif form.teeth:  # marks across the pitch circle turn with the wheel
@@ -261,14 +265,16 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     normal = unit2(sheet.way(item.body, form.normal))
     along, through = left(normal), sheet.at(item.body, form.through)
     ways = (_near(sheet, item, rest=False) - through) @ along
-    low, high = min([-_HALF, *(ways - 8.0)]), max([_HALF, *(ways + 8.0)])
+    level = abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02
+    half = _HALF if level else SLOPE
+    low, high = min([-half, *(ways - 8.0)]), max([half, *(ways + 8.0)])
     centres = (i for i in sheet.touched.get(item.body, ()) if i.role == "mass centre" and i.symbol is not None)
     centre = next((float((sheet.at(i.body, i.form.bounds[0]) - through) @ along) for i in centres), None)
     if centre is not None:  # a plate is as long on either side of its centre of mass
         half = max(centre - low, high - centre)
         low, high = centre - half, centre + half
     points = np.array([through + low * along, through + high * along])
-    if abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02:
+    if level:
         below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
         if below > 2.0 * _HALF:  # higher than long: a block, not a column
             points += np.outer([-1.0, 1.0], 0.6 * below * along)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import BOB, MASS, STEEPEST, WHEEL
-from multibody_sym.pictures.marks.shapes import barrel, capsule, face_ends, outline_of
+from multibody_sym.pictures.marks.shapes import SLOPE, barrel, capsule, face_ends, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
 from multibody_sym.pictures.page.picture import (
@@ -21,6 +21,7 @@ from multibody_sym.pictures.page.picture import (
     INK,
     LAYER_GROUND,
     LAYER_JOINT,
+    PAPER,
     PIN,
     ROD,
     Hatch,
@@ -65,8 +66,9 @@ def wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
     anchors = [anchor for strand in sheet.scene.strands for anchor in strand.anchors if anchor.body == item.body]
     ways = [float((sheet.at(anchor.body, anchor.point) - at) @ up) for anchor in anchors]
     ways += [float((sheet.at(body, (0.0, 0.0, 0.0)) - at) @ up) for body in bodies]
-    low, high = at + min([-36.0, *(way - 18.0 for way in ways)]) * up, at + max([36.0, *(w + 20.0 for w in ways)]) * up
-    return np.array([low, high, high + sheet.down * float((low - high) @ sheet.down)])
+    low, high = min([-SLOPE, *(way - 18.0 for way in ways)]), max([SLOPE, *(way + 20.0 for way in ways)])
+    foot, top = at + low * up, at + high * up
+    return np.array([foot, top, top + sheet.down * float((foot - top) @ sheet.down)])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -75,6 +77,10 @@ _BEYOND: Final = 20.0
 """How far a rail goes on behind the last place of its block (pt)."""
 
 
+_HELD: Final = 24.0
+"""How far a bar reaches beyond the way of the ring on it (pt)."""
+BAR: Final = 4.0
+"""The width of a bar on which a ring slides (pt)."""
 _PARALLEL: Final = 0.99
 _SLEEVE: Final = 16.0
 """How far (pt) a slider in space is shown from the sign of another joint."""
@@ -123,6 +129,10 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         return
     named, points = sheet.named(item, LAYER_GROUND, rail.at), rail_ends(sheet, item, rail)
     named["role"] = "joint"
+    if rail.bar and sheet.flat:
+        low, high = points + np.outer([-_HELD, _HELD], along)
+        yield Stroke(capsule(low, high, BAR), sheet.pen(item), closed=True, fill=PAPER, **named)
+        return
     if rail.light and not item.on_ground:
         return  # the spring or rope is seen on which something hangs
     if rail.light or not sheet.flat or not item.on_ground:
@@ -145,7 +155,7 @@ def rail_lines(sheet: Sheet, item: Item) -> list[Floats]:
     """Return the lines (2, 2) by which a rail is seen in the plane."""
     assert isinstance(item.form, Rail)
     along, points = unit2(sheet.way(item.body, item.form.axis)), rail_ends(sheet, item, item.form)
-    if item.form.light or not item.on_ground:
+    if item.form.light or item.form.bar or not item.on_ground:
         return [points]
     return [line for _, line in _lines(sheet, item, along, points)]
 

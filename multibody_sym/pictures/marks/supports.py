@@ -18,17 +18,22 @@ from multibody_sym.pictures.page.picture import (
     LAYER_JOINT,
     PAPER,
     PIN,
+    ROD,
     SUPPORT,
     Arc,
     Hatch,
     Mark,
     Stroke,
 )
-from multibody_sym.pictures.scene.items import Face, Item, PlacedStrand, Rail, Symbol
+from multibody_sym.pictures.scene.items import Face, Item, PlacedStrand, Polyline, Rail, Symbol
 from multibody_sym.scalars.arrays import Floats
 
 _STEP: Final = 46.0
 """How long a step of ground is drawn (pt)."""
+_ROLLER: Final = 2.2
+"""The radius of the wheels of a support (pt)."""
+_STRUCK: Final = 8.0
+"""Half the length of what is struck (pt)."""
 
 
 def support(sheet: Sheet, item: Any, at: Floats, away: Floats, named: dict[str, Any]) -> Iterator[Mark]:
@@ -38,6 +43,31 @@ def support(sheet: Sheet, item: Any, at: Floats, away: Floats, named: dict[str, 
     yield Stroke(corners, pen, closed=True, fill=PAPER, **named)
     ends = np.array([foot - SUPPORT * across, foot + SUPPORT * across])
     yield Hatch(ends, pen, side=1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1, **named)
+
+
+def support_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the support of a beam: a pin on a triangle, which stands on two wheels where it is a roller."""
+    at, away = sheet.at(item.body, symbol.at), unit2(sheet.way(item.body, symbol.along))
+    named, pen, across = sheet.named(item, LAYER_GROUND + 0.5), sheet.pen(item), left(away)
+    rolls = symbol.kind == "roller"
+    foot = at + (SUPPORT - 2.0 * _ROLLER * rolls) * away
+    corners = np.array([at, foot + 0.6 * SUPPORT * across, foot - 0.6 * SUPPORT * across])
+    yield Stroke(corners, pen, closed=True, fill=PAPER, **named)
+    for way in (-0.4, 0.4) if rolls else ():
+        yield Arc(foot + _ROLLER * away + way * SUPPORT * across, _ROLLER, pen, fill=PAPER, **named)
+    ends = at + SUPPORT * away + np.outer([SUPPORT, -SUPPORT], across)
+    yield Hatch(ends, pen, side=1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1, **named)
+    yield Arc(at, PIN, pen, fill=PAPER, **sheet.named(item, LAYER_JOINT))
+
+
+def struck_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a hatched line where the edge of what strikes it comes to."""
+    at, away = sheet.at(item.body, symbol.at), unit2(sheet.way(item.body, symbol.along))
+    rods = (i.form for i in sheet.touched.get(item.bodies[1], ()) if i.role == "body")
+    half = ROD / 2 if any(isinstance(form, Polyline) and not form.closed for form in rods) else 0.0
+    ends = at + (half + BOLD.width / 2) * away + np.outer([_STRUCK, -_STRUCK], left(away))
+    side = 1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1
+    yield Hatch(ends, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
 
 
 def support_side(sheet: Sheet, item: Item, at: Floats) -> Floats:

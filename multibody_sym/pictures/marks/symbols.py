@@ -26,7 +26,9 @@ from multibody_sym.pictures.marks.supports import (
     pulley_marks,
     stand,
     step_marks,
+    struck_marks,
     support,
+    support_marks,
     support_side,
 )
 from multibody_sym.pictures.page.layout import distances
@@ -48,9 +50,22 @@ from multibody_sym.pictures.page.picture import (
     Arc,
     Arrow,
     Mark,
+    Pen,
     Stroke,
 )
-from multibody_sym.pictures.scene.items import Barrel, Block, Disc, Face, Item, Polyline, Sphere, Symbol, unit, vector
+from multibody_sym.pictures.scene.items import (
+    Barrel,
+    Block,
+    Disc,
+    Face,
+    Item,
+    Polyline,
+    Rail,
+    Sphere,
+    Symbol,
+    unit,
+    vector,
+)
 from multibody_sym.scalars.arrays import Floats
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -200,6 +215,10 @@ def _radii(sheet: Sheet, item: Item, symbol: Symbol, body: int) -> Iterator[floa
 
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _COM: Final = 4.0
+_RING: Final = (4.5, 10.0)
+"""Half the width and height of a ring that is seen from its side (pt)."""
+_WIRE: Final = Pen(2.2)
+"""The wire of such a ring."""
 _ROTOR: Final = 14.0
 Look = Callable[[Sheet, Item, Symbol], Iterator[Mark]]
 
@@ -342,6 +361,22 @@ def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 def _bob(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named = sheet.named(item, LAYER_BODY + 0.5, symbol.at)
     yield Arc(sheet.at(item.body, symbol.at), BOB, sheet.pen(item), fill=DARK, **named)
+
+
+def _ring(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a ring seen from its side, half of it behind the bar and half of it before."""
+    at = sheet.at(item.body, symbol.at)
+    if not sheet.flat:
+        yield from _bob(sheet, item, symbol)
+        return
+    rails = (i for i in sheet.scene.items if isinstance(i.form, Rail) and item.body in i.bodies)
+    ways = (unit2(sheet.way(i.body, i.form.axis)) for i in rails if isinstance(i.form, Rail))
+    along = next(ways, np.array([1.0, 0.0]))
+    half, high = np.array(_RING)
+    for start, layer in ((0.5 * np.pi, LAYER_GROUND - 0.2), (-0.5 * np.pi, LAYER_BODY + 0.3)):
+        turn = start + np.linspace(0.0, np.pi, 25)[:, None]
+        points = at + half * np.cos(turn) * along + high * np.sin(turn) * left(along)
+        yield Stroke(points, sheet.pen(item, _WIRE), **sheet.named(item, layer, symbol.at))
 
 
 def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -496,8 +531,12 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "bead": _bead,
     "bob": _bob,
     "block": _body_block,
+    "ring": _ring,
     "rotor": _rotor,
     "com": _com,
+    "support": support_marks,
+    "roller": support_marks,
+    "struck": struck_marks,
     "pulley": pulley_marks,
     "axle": axle_marks,
     "point": _point,

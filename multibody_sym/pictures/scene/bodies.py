@@ -43,8 +43,16 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, letters, placed_joint, wire_of
-from multibody_sym.pictures.scene.stage import Stage, curve_points, is_solid, references, same, surface_items
+from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, letters, placed_joint, wire_of
+from multibody_sym.pictures.scene.stage import (
+    Stage,
+    curve_points,
+    is_bead_on_ring,
+    is_solid,
+    references,
+    same,
+    surface_items,
+)
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import Node, nodes_among
 from multibody_sym.scalars.rank import principal_axes
@@ -114,6 +122,9 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
     if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
         return
     apart = [place for place in places if not same(place, centre)]
+    if is_bead_on_ring(stage, name):
+        yield Symbol("bob", centre)
+        return
     if not apart:
         nut = isinstance(stage.carrying(name), Screw)  # which the joint's sign shows
         yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
@@ -144,7 +155,7 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
     if isinstance(joint, Prismatic) and is_led(stage, joint):
         return "bob"
     if isinstance(joint, Prismatic):
-        return "bob" if is_ball(stage, name) else "block"
+        return "ring" if is_ring(stage, joint) else "bob" if is_ball(stage, name) else "block"
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
     if isinstance(joint, Fixed) and stage.is_ground(joint.parent):

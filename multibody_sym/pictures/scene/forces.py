@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from dataclasses import replace
+from itertools import pairwise, product
 from typing import Any, Final
 
 import numpy as np
@@ -25,18 +26,22 @@ from multibody_sym.pictures.scene.items import (
     Anchor,
     ArrowItem,
     Bow,
+    Disc,
+    Item,
+    NamedLength,
     PlacedStrand,
     Strand,
     Vector,
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint
-from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same
+from multibody_sym.pictures.scene.joints import PlacedJoint, letters, placed_joint, radius_of
+from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same, surface_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.node import ZERO as ZERO_NODE
+from multibody_sym.scalars.node import Node, as_node, symbol
 from multibody_sym.text.printer import text
 
 _GAP: Final = 0.2
@@ -240,6 +245,8 @@ def _bow(bend: _Meeting) -> Bow:
 
 
 _LONGEST: Final = 12
+_STEEP: Final = 2.0
+"""The angle (rad) from x at which the radius of a drum is named."""
 _FREE: Final = ("point", "planar")
 """Joints that leave a body free to fly."""
 _SPEED: Final = "v_0"
@@ -289,10 +296,13 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
     if np.any(stage.gravity):
         law = ArrowLaw(tuple(stage.mechanism.gravity), GROUND)
         yield _item(stage, "gravity", "gravity", "g", ("gravity",), Anchor(GROUND, ZERO), law)
+    threads = {name: thread for thread in threads_of(stage) for name in (thread.force.name, thread.couple.name)}
     for load in stage.mechanism.loads:
-        make = _LAWS.get(type(load))
-        if make is not None and load.path[0] == "forces":
-            yield from make(stage, load)
+        make, thread = _LAWS.get(type(load)), threads.get(load.name)
+        if make is None or load.path[0] != "forces" or (thread is not None and thread.couple is load):
+            continue
+        for arrow, law in make(stage, load):
+            yield (arrow if thread is None else replace(arrow, lever=thread.lever)), law
     yield from _impulses(stage)
     motion = stage.declared(GROUND_NAME).motion
     for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
@@ -382,6 +392,59 @@ _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
     PointDrag: _drag,
 }
 """The arrow of each kind of load; others run between points and are strands."""
+
+
+@dataclass(frozen=True)
+class Thread:
+    """A force and its couple F*r on a round body: they are that of a thread wound on a drum of the radius r about z."""
+
+    force: PointForce
+    couple: BodyTorque
+    arm: Node
+    radius: float
+    lever: Vector
+
+
+def threads_of(stage: Stage) -> Iterator[Thread]:
+    """Yield the threads that are declared as a force at the middle of a round body and a couple."""
+    forces = [load for load in stage.mechanism.loads if isinstance(load, PointForce)]
+    couples = [load for load in stage.mechanism.loads if isinstance(load, BodyTorque)]
+    for force, couple in product(forces, couples):
+        letter = letter_of("", getattr(stage.system.forces.get(force.name), "value", ()))
+        x, y, z = getattr(stage.system.forces.get(couple.name), "value", (ZERO_NODE,) * 3)
+        arm = _factor_beside(z, letter) if x.shadow == y.shadow == 0 and force.at.body == couple.body >= 0 else None
+        if arm is None:
+            continue
+        radius, middle = stage.number(arm), vector(stage.motion.point(force.at))
+        forms = [item.form for item in surface_items(stage, stage.mechanism.bodies[couple.body].name)]
+        discs = [form for form in forms if isinstance(form, Disc) and same(form.centre, middle)]
+        if any(abs(radius) < disc.radius for disc in discs):
+            yield Thread(force, couple, arm, abs(radius), (0.0, 0.0, radius))
+
+
+def _factor_beside(product_of: Node, letter: str) -> Node | None:
+    """Return the other factor of a product with a letter, None of another expression."""
+    if product_of.op == "neg":
+        found = _factor_beside(product_of.args[0], letter)
+        return None if found is None else -found
+    if product_of.op != "mul" or not letter:
+        return None
+    first, second = product_of.args
+    return second if first == symbol(letter) else first if second == symbol(letter) else None
+
+
+def drum_items(stage: Stage) -> Iterator[Item]:
+    """Yield the drums on which threads are wound."""
+    for thread in threads_of(stage):
+        middle, path = vector(stage.motion.point(thread.force.at)), ("forces", thread.couple.name)
+        drum = Disc(middle, (0.0, 0.0, 1.0), thread.radius)
+        yield Item("drum", thread.couple.name, "", path, thread.couple.body, drum)
+
+
+def drum_radii(stage: Stage) -> Iterator[NamedLength]:
+    """Yield the radii of the drums on which threads are wound."""
+    for thread in threads_of(stage):
+        yield radius_of(thread.couple.name, letters(thread.arm), thread.couple.body, ZERO, thread.radius, _STEEP)
 
 
 def _impulses(stage: Stage) -> Iterator[Arrow]:

@@ -186,13 +186,14 @@ class Face(_Form):
 class Rail(_Form):
     """What a slider runs along: a line through a place, seen from `reach[0]` to `reach[1]` (m) along its unit axis.
 
-    A `light` one is the way of what hangs there, where a figure has no rail.
+    A `light` one is the way of what hangs there, where a figure has no rail; a `bar` goes through what slides, a ring.
     """
 
     at: Vector
     axis: Vector
     reach: tuple[float, float]
     light: bool = False
+    bar: bool = False
     sized: ClassVar[bool] = False
     guides: ClassVar[bool] = True
 
@@ -311,7 +312,7 @@ GROUND: Final = -1
 """The body of what stands in the world; poses have it at their end."""
 Role = Literal[
     "body", "joint", "guide", "ground", "surface", "pulley", "gear", "contact", "mass centre", "frame", "point",
-    "limit", "force", "stop",
+    "limit", "force", "stop", "drum",
 ]
 Path = tuple[str, ...]
 
@@ -399,7 +400,8 @@ class ArrowItem:
 
     `vector` is what it was at the start; at another state `Placed.vectors` has it, by its place among the arrows.
     `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several. What is
-    `open` is not unique: others would do as well.
+    `open` is not unique: others would do as well. `lever` (m) is the couple of a force over its size, in the world: its
+    line of action passes the point at that distance, as that of a thread which leaves a drum does.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -410,6 +412,7 @@ class ArrowItem:
     vector: Vector
     way: Vector = ZERO
     open: bool = False
+    lever: Vector = ZERO
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from multibody_sym.model.constraints import Distance
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
-from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits
+from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
 from multibody_sym.model.parameters import in_letters, letters_of
 from multibody_sym.pictures.scene.items import (
     Anchor,
@@ -36,13 +36,16 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points, same
+from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, symbol
 from multibody_sym.text.printer import text
 
+_LIFTED: Final = 1e-6
+"""The part of a load on something that slides, against its weight, from which on it is lifted."""
+_ROUND: Final = ("disc", "sphere")
 _MARGIN: Final = 0.06
 """How far guides without ends reach beyond those with ends, in the size of these."""
 
@@ -124,6 +127,15 @@ def _sign(kind: str, on_ground: str = "") -> Callable[[PlacedJoint], Iterator[It
     return items
 
 
+def _hinge(joint: PlacedJoint) -> Iterator[Item]:
+    """Yield a pin at the joint's place; of what turns about the axis of a ring, on that, a bead."""
+    body = joint.stage.body(joint.joint.child)
+    if is_bead_on_ring(joint.stage, body):
+        yield joint.item("joint", Symbol("bead", joint.stage.centre(body)), on_child=True)
+    else:
+        yield from _sign("pin", on_ground="pivot")(joint)
+
+
 def _free_axes(joint: PlacedJoint) -> Iterator[Item]:
     """Yield the axes along which what is free moves, at the joint's place on its parent."""
     axes = tuple(joint.on_parent(axis) for axis in joint.slides)
@@ -148,7 +160,7 @@ def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Itera
         ends = [joint.stage.number(end) for end in (limits.lower, limits.upper) if end is not None]
         low, high = (min(ends), max(ends)) if len(ends) == 2 else (min(low, *ends), max(high, *ends))
     light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
-    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light))
+    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, is_ring(joint.stage, joint.joint)))
 
 
 def is_led(stage: Stage, joint: Joint) -> bool:
@@ -171,6 +183,23 @@ def is_led(stage: Stage, joint: Joint) -> bool:
     return parent.mass is None and bare and carried
 
 
+def is_ring(stage: Stage, joint: Joint) -> bool:
+    """Return whether what slides on ground has no size and is lifted from its way at the start: a block would come off.
+
+    It is a ring on a bar then.
+    """
+    body = stage.body(joint.child)
+    declared = stage.declared(body)
+    bare = declared.inertia is None and declared.shape is None and not declared.points and not declared.surfaces
+    if not isinstance(joint, Prismatic) or not bare or not stage.is_ground(joint.parent):
+        return False
+    place = stage.place(joint.parent)
+    along = stage.turned(place.body, stage.axis(place, joint.free_steps[0].step.slides[0]))
+    pressed = stage.gravity - float(stage.gravity @ along) * along
+    size = float(np.linalg.norm(stage.load_on(body)))
+    return float(stage.load_on(body) @ pressed) < -_LIFTED * size * float(np.linalg.norm(pressed))
+
+
 def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
     """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen.
 
@@ -190,8 +219,10 @@ def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
 
 
 def is_ball(stage: Stage, name: str) -> bool:
-    """Return whether a body without a size touches others and bounces from all of them without rubbing."""
-    touching = [contact for _, _, contact in copies(stage.system.contacts) if name in contact.between]
+    """Return whether a body without a size, or a ball, touches others and bounces from all without rubbing."""
+    balls = [f"{name}.{word}" for word, surface in stage.declared(name).surfaces.items() if surface.kind in _ROUND]
+    places = {name, *balls}
+    touching = [contact for _, _, contact in copies(stage.system.contacts) if places & {*contact.between}]
     return bool(touching) and all(map(bounces, touching))
 
 
@@ -257,7 +288,7 @@ def _custom(joint: PlacedJoint) -> Iterator[Item]:
 
 
 _SIGNS: Final[Mapping[str, Callable[[PlacedJoint], Iterator[Item]]]] = {
-    "revolute": _sign("pin", on_ground="pivot"),
+    "revolute": _hinge,
     "prismatic": _slider,
     "screw": _screw,
     "cylindrical": _cylindrical,
@@ -327,10 +358,10 @@ def _sizes(stage: Stage) -> Iterator[NamedLength]:
                 ends = [Anchor(number, vector(centre + stage.number(size) * np.array(end))) for end in _SIZES[kind][k]]
                 yield NamedLength(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1])
             elif k == 0:
-                yield _radius(f"{name}.radius", label, number, stage.centre(name), stage.number(size))
+                yield radius_of(f"{name}.radius", label, number, stage.centre(name), stage.number(size))
 
 
-def _radius(
+def radius_of(
     name: str, label: str, body: int, centre: Vector, radius: float, angle: float = 0.7, axis: Vector = (0.0, 0.0, 1.0)
 ) -> NamedLength:
     """Return a radius about an axis at an angle from x, or from what is across the axis beside x and y."""
@@ -349,11 +380,11 @@ def _radii(stage: Stage) -> Iterator[NamedLength]:
                 number = stage.number_of(name)
                 angle = -2.3 if surface.inside else 0.7  # a bowl is drawn below its middle
                 axis = unit(stage.vector(surface.axis)) if surface.kind == "disc" else (0.0, 0.0, 1.0)
-                yield _radius(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle, axis)
+                yield radius_of(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle, axis)
     for name, pulley in stage.system.pulleys.items():
         if letters(pulley.radius):
             place = stage.place(pulley.at or pulley.body or GROUND)
-            yield _radius(name, letters(pulley.radius), place.body, place.point, stage.number(pulley.radius))
+            yield radius_of(name, letters(pulley.radius), place.body, place.point, stage.number(pulley.radius))
     for name, element in stage.system.constraints.items():
         if isinstance(element, Distance) and letters(element.value):
             first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))

@@ -23,7 +23,16 @@ from multibody_sym.pictures.scene.bodies import (
     marker_items,
     pulley_items,
 )
-from multibody_sym.pictures.scene.forces import ArrowLaw, Runs, arrow_items, placed_rope, ropes_of, strands
+from multibody_sym.pictures.scene.forces import (
+    ArrowLaw,
+    Runs,
+    arrow_items,
+    drum_items,
+    drum_radii,
+    placed_rope,
+    ropes_of,
+    strands,
+)
 from multibody_sym.pictures.scene.items import (
     AngleMark,
     ArrowItem,
@@ -37,6 +46,7 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.joints import angles, dimensions, joint_items, stop_items, ways
 from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
+from multibody_sym.pictures.scene.touched import riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -137,10 +147,16 @@ def scene_of(system: System) -> Scene:
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
     book, (view, plane) = letters_of(stage.system.parameters), natural_view(stage)
-    lengths = (_spelt(each, book) for each in dimensions(stage, found))
+    lengths = (_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage)))
+    supports = list(support_items(stage, bodies))
+    stood_on = {item.path for item in supports}
     items = (
-        *surface_items(stage, "ground"),
+        *(item for item in surface_items(stage, "ground") if item.path not in stood_on),
+        *supports,
+        *riser_items(stage),
+        *struck_items(stage),
         *bodies,
+        *drum_items(stage),
         *pulley_items(stage),
         *constraint_items(stage),
         *joint_items(stage),

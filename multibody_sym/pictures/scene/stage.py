@@ -13,6 +13,7 @@ import numpy as np
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.dynamics.start.state import closed_at
 from multibody_sym.errors import ModelError, NoSolutionError
+from multibody_sym.mechanics.load_records import PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.references import BARE, References, moves_in_plane
@@ -171,6 +172,21 @@ class Stage:
     @cached_property
     def gravity(self) -> Floats:
         return np.array(self.vector(self.system.gravity))
+
+    def load_on(self, body: str) -> Floats:
+        """Return the sum of a body's weight and of the forces declared on it at the start (3) (N), in the world."""
+        found: Floats = self.number(mass_of(self.declared(body)).mass) * self.gravity
+        for load in self.mechanism.loads:
+            if isinstance(load, PointForce) and load.path[0] == "forces" and load.at.body == self.number_of(body):
+                found = found + np.array(self.motion.rotation(load.axes), dtype=float) @ self.vector_of(load.value)
+        return found
+
+    def vector_of(self, value: Point) -> Floats:
+        """Return the values of three expressions of the mechanism (3), zero where they have none."""
+        try:
+            return np.array(self.motion.state.values(value), dtype=float)
+        except (*UNDEFINED, KeyError):
+            return np.zeros(3)
 
     def carrying(self, body: str) -> Joint | None:
         """Return the joint whose child a body is: the one of the tree, if there are several."""
@@ -378,6 +394,26 @@ def surface_items(stage: Stage, name: str) -> Iterator[Item]:
         path = ("bodies", name, "surfaces", word)
         form = _FORMS[surface.kind](stage, body, surface)
         yield Item("surface", f"{name}.{word}", word, path, stage.number_of(name), form, on_ground=name == GROUND)
+
+
+def is_bead_on_ring(stage: Stage, name: str) -> bool:
+    """Return whether a body is a particle on a ring, its parent: it turns about the axis of that, on its rim."""
+    body, joint = stage.declared(name), stage.carrying(name)
+    if joint is None or joint.kind != "revolute" or body.com is None or body.inertia is not None or body.points:
+        return False
+    place, own, parent = stage.place(joint.parent), stage.place(joint.child), stage.body(joint.parent)
+    axis = np.array(stage.axis(own, joint.steps[0].turns[0]))
+    arm = np.subtract(stage.centre(name), own.point)
+    near = 1e-9 * stage.lengths.get("size", 1.0)
+    if abs(float(arm @ axis)) > near:
+        return False
+    for item in surface_items(stage, parent):
+        ring = item.form
+        if isinstance(ring, Disc) and ring.hollow and same(ring.centre, place.point):
+            level = abs(float(np.array(ring.axis) @ np.array(stage.axis(place, joint.steps[0].turns[0])))) > 1.0 - 1e-9
+            if level and abs(float(np.linalg.norm(arm)) - ring.radius) < near:
+                return True
+    return False
 
 
 def is_solid(item: Item) -> bool:

@@ -1,0 +1,133 @@
+"""Figures show the body that the model's facts describe: rings, balls, drums, steps, arms beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.pictures.page.picture import Arc, Arrow, Hatch, Mark, Stroke
+from multibody_sym.pictures.scene.items import Symbol
+from multibody_sym.pictures.scene.scene import Scene, scene_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def example(name: str) -> mbs.System:
+    return mbs.load(EXAMPLES / f"{name}.yaml")
+
+
+def marks_of(system: mbs.System, role: str, name: str = "") -> list[Mark]:
+    marks = mbs.draw(system).picture.marks
+    return [mark for mark in marks if mark.role == role and name in ("", mark.name)]
+
+
+def kinds(scene: Scene) -> set[str]:
+    return {item.form.kind for item in scene.items if isinstance(item.form, Symbol)}
+
+
+def test_what_is_lifted_off_its_way_is_a_ring_on_a_bar_and_what_is_pressed_on_it_a_block() -> None:
+    written = (EXAMPLES / "textbook/ring_on_a_rod.yaml").read_text(encoding="utf-8")
+    assert "ring" in kinds(scene_of(mbs.loads(written)))  # F*sin(beta) = 9.2 N against a weight of 5 N
+    pressed = scene_of(mbs.loads(written.replace("12 N", "6 N")))
+    assert {"ring", "block"} & kinds(pressed) == {"block"}
+
+
+def test_a_ring_is_half_behind_its_bar_and_half_before_it() -> None:
+    marks = mbs.draw(example("textbook/ring_on_a_rod")).picture.marks
+    drawn = [(mark.role, len(mark.points)) for mark in marks if isinstance(mark, Stroke) and mark.pen is not None]
+    halves = [k for k, (role, _) in enumerate(drawn) if role == "body"]
+    bar = next(k for k, (role, count) in enumerate(drawn) if role == "joint" and count > 4)
+    assert halves[0] < bar < halves[1]
+
+
+def test_balls_in_a_row_without_gravity_lie_on_no_table() -> None:
+    assert not [mark for mark in mbs.draw(example("impacts/newtons_cradle")).picture.marks if isinstance(mark, Hatch)]
+
+
+def test_a_slammed_door_comes_to_a_stop_on_the_side_to_which_it_turns() -> None:
+    written = (EXAMPLES / "impacts/slammed_door.yaml").read_text(encoding="utf-8")
+    for text, side in ((written, -1.0), (written.replace("u: -w", "u: w"), 1.0)):
+        system = mbs.loads(text)
+        (stop,) = [mark for mark in marks_of(system, "ground") if isinstance(mark, Hatch)]
+        (door,) = [mark for mark in marks_of(system, "body", "door") if isinstance(mark, Stroke)]
+        beside = float(np.asarray(stop.points)[:, 1].mean() - np.asarray(door.points)[:, 1].mean())
+        assert side * beside == pytest.approx(3.7, abs=0.2)  # half a rod and half a line
+
+
+def test_a_bead_on_a_hoop_is_held_by_the_hoop_alone() -> None:
+    scene = scene_of(example("bead_on_hoop"))
+    forms = [item.form for item in scene.items if item.name in ("bead", "slide")]
+    centre = np.array([0.0, 0.0, -0.3])
+    assert [form.kind for form in forms if isinstance(form, Symbol)] == ["bob", "bead"]
+    assert all(np.allclose(form.bounds, centre) for form in forms)
+
+
+def test_the_arms_of_a_folded_chain_hang_beside_each_other() -> None:
+    system = example("variable_mass/folded_chain")
+    arms = [points_of(marks_of(system, "body", name)) for name in ("hanging", "falling")]
+    assert arms[0][:, 0].max() < arms[1][:, 0].min()
+    (weld,) = [mark for mark in marks_of(system, "joint", "hook") if isinstance(mark, Stroke) and mark.closed]
+    assert np.asarray(weld.points)[:, 0].mean() == pytest.approx(arms[0][:, 0].mean(), abs=0.5)
+
+
+def points_of(marks: Sequence[Mark]) -> np.ndarray:
+    return np.vstack([np.asarray(mark.points) for mark in marks if isinstance(mark, (Stroke, Arc))])
+
+
+STAIRS = """
+multibody_sym: 1
+name: stairs
+gravity: [0, -9.81, 0]
+bodies:
+  ground: {surfaces: {s1: {segment: [[-1, 0, 0], [0, 0, 0]]}, s2: {segment: [[1, -0.4, 0], [0, -0.4, 0]]}}}
+  ball: {mass: 1, surfaces: {skin: {sphere: 0.1}}}
+joints: {free: {type: point, parent: ground, child: ball, q: [x, y], initial: {q: [-0.5, 0.1]}}}
+contacts: {c1: {between: [ball.skin, ground.s1]}, c2: {between: [ball.skin, ground.s2]}}
+"""
+
+
+def test_stairs_have_risers_hatched_below_the_upper_tread() -> None:
+    marks = [mark for mark in mbs.draw(mbs.loads(STAIRS)).picture.marks if isinstance(mark, Hatch)]
+    (riser,) = [mark for mark in marks if np.ptp(np.asarray(mark.points)[:, 0]) < 1e-6]
+    (upper,) = [mark for mark in marks if np.allclose(np.asarray(mark.points)[:, 1], riser.points[:, 1].max())]
+    along = np.diff(np.asarray(riser.points), axis=0)[0]
+    hatched = riser.side * np.array([-along[1], along[0]])
+    assert float(hatched[0]) * (np.asarray(upper.points)[:, 0].mean() - riser.points[0, 0]) > 0.0
+
+
+def test_a_force_with_its_couple_is_a_thread_that_leaves_its_drum() -> None:
+    """F at the middle and F*r are F on a line at the distance r: tangent to the drum, turned by beta = 30 deg."""
+    system = example("textbook/spool")
+    marks = mbs.draw(system).picture.marks
+    (drum,) = [mark for mark in marks if isinstance(mark, Arc) and mark.role == "drum"]
+    (thread,) = [np.asarray(mark.points) for mark in marks if isinstance(mark, Stroke) and mark.role == "rope"]
+    (force,) = [np.asarray(mark.points) for mark in marks if isinstance(mark, Arrow) and mark.role == "force"]
+    assert not [mark for mark in marks if mark.role == "torque"]
+    arm, way = thread[0] - np.asarray(drum.centre), np.diff(thread, axis=0)[0]
+    assert float(np.hypot(*arm)) == pytest.approx(drum.radius)
+    assert abs(float(arm @ way)) < 1e-9 * float(np.hypot(*arm) * np.hypot(*way))
+    assert np.degrees(np.arctan2(*way[::-1])) == pytest.approx(30.0)
+    assert arm[1] < 0.0  # it leaves below
+    assert np.allclose(force[0], thread[1])
+
+
+def test_the_drum_of_a_yo_yo_is_seen_and_its_cord_is_tangent_to_it() -> None:
+    system = example("textbook/yo_yo")
+    (cord,) = [np.asarray(mark.points) for mark in marks_of(system, "rope", "cord") if isinstance(mark, Stroke)]
+    circles = [mark for mark in marks_of(system, "pulley", "drum") if isinstance(mark, Arc)]
+    drum = max(circles, key=lambda circle: circle.radius)
+    (wheel,) = [mark for mark in marks_of(system, "body", "yoyo") if isinstance(mark, Arc)]
+    assert 5.0 < drum.radius < wheel.radius
+    assert abs(float(cord[-1][0] - drum.centre[0])) == pytest.approx(drum.radius)
+    assert cord[-1][1] == pytest.approx(float(drum.centre[1]))
+
+
+def test_a_wedge_is_longer_than_what_slides_on_it() -> None:
+    system = example("textbook/free_wedge")
+    wedge, block = (np.ptp(points_of(marks_of(system, "body", name)), axis=0) for name in ("wedge", "block"))
+    assert wedge[0] > 3.0 * block[0]
+    assert wedge[1] > 2.0 * block[1]
