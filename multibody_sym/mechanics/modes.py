@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
+from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.law_elements import (
     ACTIVE,
     ALONG_VELOCITY,
@@ -426,6 +427,7 @@ def taut_ropes(mechanism: Mechanism) -> Iterator[tuple[int, RopeRow]]:
 
 
 _ENDINGS: Final = {1: "+", -1: "-", ALONG_VELOCITY: ""}
+_SLIPS: Final = {ending: slip for slip, ending in _ENDINGS.items() if ending}
 
 
 def mode_words(elements: Iterable[LawElement], mode: Mode) -> dict[str, str]:
@@ -472,6 +474,32 @@ def possible_words(elements: Iterable[LawElement]) -> dict[str, set[str]]:
             ways = [_ENDINGS[ALONG_VELOCITY]] if len(part.rows) > 1 else [_ENDINGS[1], _ENDINGS[-1]]
             found.setdefault(part.name, set()).update((rests, *(moves + way for way in ways)))
     return found
+
+
+def mode_of_words(elements: Sequence[LawElement], words: Mapping[str, str]) -> Mode:
+    """Return the mode with these words; elements without one are open, and friction without one sticks.
+
+    Raises InputError for unknown names and words.
+    """
+    known = possible_words(elements)
+    for name, word in words.items():
+        with at("mode"):
+            if name not in known:
+                raise InputError(f"{name!r} is nothing that holds or lets go", number="M106", word=name, known=known)
+            states = sorted(known[name].difference(VERBS[STRIKES]))
+            if word not in states:
+                raise InputError(f"{name} is no {word!r}; it may be {', '.join(states)}", number="M106")
+    sides, slips = dict[str, int](), dict[str, int]()
+    for element in elements:
+        acts = not element.unilateral or any(
+            words.get(name, element.words[1]) != element.words[1] for name in (element.name, element.group)
+        )
+        sides[element.name] = ACTIVE if acts else INACTIVE
+        for part in element.frictions if acts else ():
+            word = words.get(part.name, "")
+            if word.startswith(("slide", "slip")):
+                slips[part.name] = _SLIPS.get(word[-1], ALONG_VELOCITY)
+    return Mode(sides, slips)
 
 
 def _friction_words(element: LawElement, part: FrictionPart) -> tuple[str, str]:

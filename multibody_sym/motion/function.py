@@ -28,7 +28,6 @@ from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_dec
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism, Source
-from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.model.argument_checks import door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
@@ -74,6 +73,7 @@ def function(
 
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
     bias, gravity, coriolis_matrix, energies, momentum, centroidal_momentum, constraints, reactions, regressor, outputs,
+    generalized_momenta, canonical_equations, hamiltonian (both of momenta p in place of u), impact (speeds after it),
     frame, jacobian or operational_space (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions.
     `drives`: the joints whose forces inverse dynamics finds where constraints act; of more than need be those of least
     norm.
@@ -198,6 +198,7 @@ class Function:
         mechanism, (nq, nu) = self._question.mechanism, self._sizes
         speeds = [speed.unit for speed in mechanism.speeds]
         given = {"t": ((), "s"), "q": (nq, [c.unit for c in mechanism.coordinates]), "u": (nu, speeds)}
+        given["p"] = nu, self._question.units("p")
         given["udot"] = nu, [f"{unit}^2" for unit in speeds]
         taken = ", ".join(_told(name, *given[name]) for name in self.arguments)
         units = self.units
@@ -236,7 +237,7 @@ class Function:
     @property
     def arguments(self) -> tuple[str, ...]:
         """The arguments that it takes, in their order."""
-        return ("t", "q", "u", *(["udot"] if self._takes_udot else []))
+        return ("t", "q", self._third, *(["udot"] if self._takes_udot else []))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -256,8 +257,17 @@ class Function:
     @property
     def mode(self) -> dict[str, str]:
         """The states of contacts, stops, ropes and friction, in words by name: `stick`, `slide+`, `open` .."""
-        mechanism = self._question.mechanism
-        return {} if mechanism.mode is None else mode_words(mechanism.one_way, mechanism.mode)
+        return self._question.mode
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The names of constraints and contacts in the order of `multipliers`, `phi` or `impulses`."""
+        return self._question.rows
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """Of an impact what its mode needs, in words: the elements of `holds` are positive where it is so."""
+        return self._question.conditions
 
     @property
     def least_norm(self) -> bool:
@@ -344,6 +354,7 @@ class Function:
     ) -> Any:
         """Return the results at one state, or at n: q is (nq,) or (n, nq), and all others alike.
 
+        A function of momenta, whose `arguments` are t, q, p, takes p (nu,) in the place of u.
         `inputs` and `parameters` in place of declared ones, by name (numbers, or text such as `300 g`) or as vectors;
         `out`: arrays for the results, as they are returned; `threads`: so many run a batch; `sparse`: of each result
         the elements at its places of `sparsity` alone, in a row. Raises InputError for wrong names and shapes.
@@ -420,7 +431,7 @@ class Function:
         except IndexError:  # the first call, or one beside another in a thread
             door = Door.of(cast(NativeFunction, self._function), self._question.parameters)
         arrays = door.arrays
-        arrays["t"][0], arrays["q"][:], arrays["u"][:] = t, q, u
+        arrays["t"][0], arrays["q"][:], arrays[self._array][:] = t, q, u
         if udot is not None:
             arrays["udot"][:] = udot
         door.run(door.given, door.results)
@@ -441,7 +452,7 @@ class Function:
         arrays = {
             "t": _array("t", t, None),
             "q": _array("q", q, nq),
-            "u": _array("u", u, nu),
+            "u": _array(self._third, u, nu),
             "parameters": self._parameters(parameters),
         }
         if udot is not None:
@@ -551,8 +562,20 @@ class Function:
     @cached_property
     def _variables(self) -> tuple[Variable, ...]:
         """By what it can be differentiated."""
+        momenta = self._question.takes_momenta
         without = {"udot": not self._takes_udot, "s": not self._question.mechanism.rates}
+        without |= {"u": momenta, "p": not momenta}
         return tuple(name for name in VARIABLES if not without.get(name))
+
+    @property
+    def _third(self) -> str:
+        """The name of the argument behind q."""
+        return "p" if self._question.takes_momenta else "u"
+
+    @cached_property
+    def _array(self) -> str:
+        """The array of the Program that this argument is."""
+        return self._program.inputs[2].name
 
     @cached_property
     def _takes_udot(self) -> bool:
@@ -592,7 +615,7 @@ class Function:
     @property
     def _programs(self) -> dict[str, Program]:
         """What is compiled: the inputs, the function with declared inputs, and with given ones."""
-        inputs = inputs_program(self._question.mechanism)
+        inputs = inputs_program(self._question.mechanism, self._program.inputs)
         return {"inputs": inputs, "function": self._declared, "given": self._program}
 
     @cached_property
@@ -615,7 +638,7 @@ class Function:
 
     @door
     def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function:
-        """Return the derivative by t, q, u, s, udot, inputs or parameters: a Function with one axis more, the last.
+        """Return the derivative by t, q, u, p, s, udot, inputs or parameters: a Function with one axis more, the last.
 
         Its columns by q are those of the tangent, one a speed; by s those of the declared states. Declared inputs are
         functions of the state, but for the derivative by inputs, and where `inputs` are "free": then they keep their

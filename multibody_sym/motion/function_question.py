@@ -14,47 +14,61 @@ from typing import Any, Final, cast, get_args
 import numpy as np
 
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
+from multibody_sym.dynamics.contact.impact_problem import rows_in_words
+from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program, mode_found, verify_mode
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.programs.state_functions import (
+    IMPACT,
     OPTIONS,
     STATE_FUNCTIONS,
     Axes,
     FunctionOptions,
+    Name,
     expressions_program,
 )
-from multibody_sym.dynamics.programs.tree_functions import verify_drives
+from multibody_sym.dynamics.programs.system import inputs_program
+from multibody_sym.dynamics.programs.tree_functions import verify_drives, with_inputs_of_momenta
+from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
 from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.dynamics.start.state import given_mode, state_at, with_numbers_as_data
 from multibody_sym.errors import ArgumentError, InputError, ModelError, Where, short_repr
+from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, Mechanism, Source
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
 from multibody_sym.motion.prepare.settings import run_settings
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import symbol
 from multibody_sym.text.units import rate_unit
 
 _BY_FORCES: Final = frozenset(
-    ["state_derivative", "inverse_dynamics", "hybrid_dynamics", "constraints", "reactions", "outputs"]
+    [
+        "state_derivative",
+        "canonical_equations",
+        "inverse_dynamics",
+        "hybrid_dynamics",
+        "constraints",
+        "reactions",
+        "outputs",
+    ]
 )
 """Functions that depend on what acts in contacts, stops and the like."""
 _OF_ACCELERATIONS: Final = frozenset(["inverse_dynamics", "hybrid_dynamics"])
 """Functions of given accelerations, in which a freedom may be massless."""
-_COMPILED: Final = ("impact", "canonical_equations")
-"""What a search for a mode, or momenta, belong to."""
+_OF_MOMENTA: Final = frozenset(["canonical_equations", "hamiltonian"])
+"""Functions of momenta in place of speeds."""
 _EXPRESSION: Final = "expression"
 
 
 def verify_options(what: object, chosen: Mapping[str, Any]) -> None:
-    if isinstance(what, str) and what in _COMPILED:
-        raise InputError(f"{what} is more than a function of t, q and u: ask compile({what}(system))")
-    if isinstance(what, str) and what not in STATE_FUNCTIONS:
-        raise InputError(f"there is no function {what!r}", number="M106", word=what, known=STATE_FUNCTIONS)
+    if isinstance(what, str) and what not in get_args(Name):
+        raise InputError(f"there is no function {what!r}", number="M106", word=what, known=get_args(Name))
     texts = isinstance(what, (list, tuple)) and what and all(isinstance(x, str) for x in what)
     if not isinstance(what, str) and not texts:
         raise ArgumentError(f"what is a name or a list of expressions, not {short_repr(what)}")
@@ -86,6 +100,14 @@ class FunctionQuestion:
     @cached_property
     def _numbers(self) -> tuple[Mechanism, Floats, Start | None]:
         """The mechanism in its mode, its parameters, and its start where the function needs one."""
+        if self.what == IMPACT:
+            return self._impact.blow.mechanism, np.array(self._impact.begin.parameters, dtype=float), None
+        mechanism, parameters, begin = self._resolved()
+        if self.name in _OF_MOMENTA:
+            mechanism = with_inputs_of_momenta(mechanism)
+        return mechanism, parameters, begin
+
+    def _resolved(self) -> tuple[Mechanism, Floats, Start | None]:
         system = self.system
         if not isinstance(self.what, str):
             with self._expression_errors():
@@ -95,7 +117,7 @@ class FunctionQuestion:
             declared = check_numbers(system)
             mode, by_forces = self.options["mode"], self.name in _BY_FORCES
             if by_forces and declared.one_way and mode is None:
-                raise _without_mode(self.name, declared)
+                raise _without_mode(self.name, declared.one_way)
             measured = any(entry.source is Source.MEASURED for entry in declared.parameters)
             massless = self.name not in _OF_ACCELERATIONS and massless_speeds(declared)
             if not measured and not (by_forces and (declared.rows or massless or declared.one_way)):
@@ -118,6 +140,50 @@ class FunctionQuestion:
                 text = self.what[int(path[0].removeprefix(_EXPRESSION)) - 1]
                 error.where = Where(path=(f"{path[0]}, {short_repr(text)}",))
             raise
+
+    @cached_property
+    def _impact(self) -> PosedImpact:
+        with numbers_of(self.system):
+            return posed_impact(self.system)
+
+    @cached_property
+    def _struck(self) -> StruckMode:
+        """The mode of an impact: as its laws have it at the start, or in words."""
+        blow, law, mode = self._impact.blow, self._impact.law, self.options["mode"]
+        if isinstance(mode, Mapping):
+            return StruckMode(blow, rows_in_words(blow, mode), law)
+        struck = outcome(self._impact)
+        found = mode_found(blow, struck, law)
+        if mode is None and not found.is_only_one:
+            raise _without_mode(self.name, (*blow.elements, *blow.rough))
+        begin, inputs = self._impact.begin, inputs_program(blow.mechanism)
+        state = 0.0, begin.q, begin.u, begin.parameters
+        after = interpret(impact_program(found), *state, *interpret(inputs, *state), [])[0]
+        verify_mode(found, after, struck)
+        return found
+
+    @property
+    def mode(self) -> dict[str, str]:
+        """The states of contacts, stops, ropes and friction, in words by name."""
+        if self.what == IMPACT:
+            return self._struck.words
+        mechanism = self.mechanism
+        return {} if mechanism.mode is None else mode_words(mechanism.one_way, mechanism.mode)
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The names of the rows that have multipliers, or impulses."""
+        return self._struck.told if self.what == IMPACT else tuple(row.name for row in self.mechanism.rows)
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """What holds in words where the mode of an impact does."""
+        return tuple(words for _, words in self._struck.needed) if self.what == IMPACT else ()
+
+    @property
+    def takes_momenta(self) -> bool:
+        """Whether it is a function of momenta in place of speeds."""
+        return self.name in _OF_MOMENTA
 
     @property
     def mechanism(self) -> Mechanism:
@@ -149,6 +215,8 @@ class FunctionQuestion:
     @property
     def program(self) -> Program:
         """The Program whose inputs are given."""
+        if self.what == IMPACT:
+            return impact_program(self._struck)
         formalism = FORMALISMS[formalism_name(self.formalism, self.mechanism)]
         options = FunctionOptions(formalism, **{name: x for name, x in self.options.items() if name != "mode"})
         for name in options.given:
@@ -174,9 +242,12 @@ class FunctionQuestion:
         found = {
             "qdot": tuple(rate_unit(x.unit) or "1/s" for x in coordinates),
             "udot": tuple(f"{unit}^2" for unit in speeds),
-            **dict.fromkeys(("forces", "bias", "gravity"), tuple("N*m" if turn else "N" for turn in turns)),
+            "after": tuple(speeds),
+            "joints": ((*("N*s",) * 3, *("N*m*s",) * 3),) * len(self.mechanism.joint_names),
+            "p": tuple("kg*m^2/s" if turn else "kg*m/s" for turn in turns),
+            **dict.fromkeys(("forces", "pdot", "bias", "gravity"), tuple("N*m" if turn else "N" for turn in turns)),
             "mass_matrix": tuple(tuple(("kg", "kg*m", "kg*m^2")[a + b] for a in turns) for b in turns),
-            **dict.fromkeys(("kinetic", "potential"), "J"),
+            **dict.fromkeys(("kinetic", "potential", "H"), "J"),
             "linear": ("kg*m/s",) * 3,
             "angular": ("kg*m^2/s",) * 3,
             "momentum": (*("kg*m/s",) * 3, *("kg*m^2/s",) * 3),
@@ -198,11 +269,11 @@ def _stabilised(system: System, resolved: Mechanism, values: Sequence[float]) ->
     return np.array(values, dtype=float)
 
 
-def _without_mode(name: str, declared: Mechanism) -> ModelError:
-    """Return the error that elements of a mechanism may hold or let go, and the function has no mode."""
-    names = ", ".join(element.name for element in declared.one_way[:3])
+def _without_mode(name: str, elements: Sequence[LawElement]) -> ModelError:
+    """Return the error that elements may hold or let go, and the function has no mode."""
+    names = ", ".join(element.name for element in elements[:3])
     advice = "leave them out"
     if name != "hybrid_dynamics":
-        advice = f'say mode="found" for that of the start, mode={{"{declared.one_way[0].name}": ..}}, or {advice}'
+        advice = f'say mode="found" for that of the start, mode={{"{elements[0].name}": ..}}, or {advice}'
     message = f"{names} may hold or let go, and a function of forces has one state of them; {advice}"
     return ModelError(message, number="M110")

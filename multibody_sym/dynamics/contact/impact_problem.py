@@ -19,10 +19,11 @@ from multibody_sym.contact_laws.problem import FrictionLaw, LawProblem
 from multibody_sym.contact_laws.routh_method import AT_REST
 from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, tree_dynamics_of, weighted_rows
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
+from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.impacts import impact_mechanism, jumping_motions, state_in_impact, with_meetings
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode, StruckImpacts
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.modes import rows_in_mode
+from multibody_sym.mechanics.modes import mode_of_words, rows_in_mode
 from multibody_sym.mechanics.motion import Motion, State, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row, Sliding, SlidingRow
@@ -198,20 +199,14 @@ def struck_rows(blow: Blow, struck: ImpactResult) -> StruckRows:
     acting = tuple(x for x in blow.elements if places[x.normals[0].name] in struck.closed)
     numbers = {part.name: k for k, part in enumerate(p for x in blow.elements for p in friction_parts(x))}
     largest = float(np.abs(struck.impulses).max(initial=0.0))
-    rows: list[Row] = []
-    slips: dict[str, int] = {}
-    for element in acting:
-        frictions: list[Sliding] = []
-        along: list[Row] = []
-        for part in friction_parts(element):
-            course = set(struck.course(numbers[part.name]))
-            slips[part.name] = _constant(course)
-            if len(part.rows) == 1 and part.normals == (0,) and slips[part.name]:
-                frictions.append(Sliding(part.rows, part.kinetic, slips[part.name]))
-            elif any(abs(struck.impulses[places[row.name]]) > _NOTHING * largest for row in part.rows):
-                along += part.rows
-        normal, *others = element.normals
-        rows += [SlidingRow(normal.name, normal, tuple(frictions)) if frictions else normal, *others, *along]
+    slips = {
+        part.name: _constant(set(struck.course(numbers[part.name]))) for x in acting for part in friction_parts(x)
+    }
+
+    def sticks(part: FrictionPart) -> bool:
+        return any(abs(struck.impulses[places[row.name]]) > _NOTHING * largest for row in part.rows)
+
+    rows = [row for element in acting for row in _rows_of(element, slips, sticks)]
     mode, rough = _rough_mode(blow, struck, _NOTHING * largest)
     joints = tuple(r for x in rough for r in rows_in_mode(x, mode, blow.mechanism.parameters))
     slips |= mode.slips
@@ -231,6 +226,41 @@ def struck_rows(blow: Blow, struck: ImpactResult) -> StruckRows:
         else:
             jumps[k] = float(struck.after[place] - float(blow.rows[place].phidot))
     return StruckRows(mechanism, jumps, acting, replace(mode, slips=slips), rough, joints, given)
+
+
+def _rows_of(element: LawElement, slips: Mapping[str, int], sticks: Callable[[FrictionPart], bool]) -> list[Row]:
+    """Return the rows of an element that strikes: friction along a tangent rubs, what `sticks` has rows."""
+    frictions: list[Sliding] = []
+    along: list[Row] = []
+    for part in friction_parts(element):
+        if rubs_one_way(part) and slips.get(part.name):
+            frictions.append(Sliding(part.rows, part.kinetic, slips[part.name]))
+        elif sticks(part):
+            along += part.rows
+    normal, *others = element.normals
+    return [SlidingRow(normal.name, normal, tuple(frictions)) if frictions else normal, *others, *along]
+
+
+def rubs_one_way(part: FrictionPart) -> bool:
+    """Return whether a part rubs along one tangent, pressed by the first normal of its element."""
+    return len(part.rows) == 1 and part.normals == (0,)
+
+
+def rows_in_words(blow: Blow, words: Mapping[str, str]) -> StruckRows:
+    """Return the mechanism of an impact in a mode in words: open is not struck, friction slides one way or sticks.
+
+    Raises InputError for unknown names and words, ModelError where a mode in words does not determine impulses.
+    """
+    mode = mode_of_words(blow.elements, words)
+    acting = tuple(x for x in blow.elements if mode.acts(x))
+    wide = [part.name for x in acting for part in friction_parts(x) if mode.slip(part) and not rubs_one_way(part)]
+    wide += [x.name for x in blow.rough]
+    if wide:
+        raise ModelError(
+            f'the impulse of friction in {wide[0]} has no one direction in words; say mode="found"', number="M110"
+        )
+    rows = [row for x in acting for row in _rows_of(x, mode.slips, lambda part: not mode.slip(part))]
+    return StruckRows(blow.resting(rows), {}, acting, mode)
 
 
 def _with_own_impulses(blow: Blow, struck: ImpactResult, slips: Mapping[str, int]) -> frozenset[str]:

@@ -8,11 +8,15 @@ all others are written out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Final
 
-from multibody_sym.contact_laws.impact_problem import ImpactLaw
+import numpy as np
+
+from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
+from multibody_sym.dynamics.contact.contact_problem import accelerations_of
 from multibody_sym.dynamics.contact.impact_problem import (
     Blow,
     StruckRows,
@@ -21,6 +25,7 @@ from multibody_sym.dynamics.contact.impact_problem import (
     plane_contact,
     plane_course,
     plane_element,
+    struck_rows,
 )
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -35,10 +40,12 @@ from multibody_sym.dynamics.programs.repeated_bodies import (
     vectors,
 )
 from multibody_sym.dynamics.programs.system import friction_of, worth_scanning
+from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.impacts import after_impact, impact_mechanism, state_in_impact
 from multibody_sym.mechanics.law_elements import JumpRow, LawElement, MeetingRow
 from multibody_sym.mechanics.load_records import BodyTorque, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.motion import (
     Motion,
     State,
@@ -61,6 +68,7 @@ from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
 from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan_tree
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, where
 from multibody_sym.scalars.functions import absolute, evaluate
 from multibody_sym.scalars.limits import room
@@ -367,6 +375,10 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
 
 # ----------------------------------------------------------------------------------------------------------------------
 
+AGREE: Final = 1e-9
+"""How near a Program comes to what the laws find, relative to the largest jump of a speed."""
+
+
 @dataclass(frozen=True)
 class StruckMode:
     """An impact in a mode: its setup, the rows that act, and the jump of each, over any scalar (`wanted`)."""
@@ -393,6 +405,25 @@ class StruckMode:
     def scanned(self) -> Program | None:
         """The Program for a tree of like bodies, None for others."""
         return scanned_impact(self.blow, self.rows, self._judged)
+
+    @property
+    def key(self) -> Hashable:
+        """By what modes of one impact differ."""
+        return tuple(x.name for x in self.rows.acting), tuple(sorted(self.rows.mode.slips.items())), self.acting
+
+    @property
+    def is_only_one(self) -> bool:
+        """Whether no other state has another mode: one element without friction strikes, or its slip is followed."""
+        free = not self.blow.rough and not any(map(friction_parts, self.blow.elements))
+        return self.goes_all_ways or (free and len(self.blow.elements) <= 1)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The states of elements by name, `open` where one is not struck; none where the Program decides them."""
+        if self.goes_all_ways:
+            return {}
+        sides = {x.name: int(x in self.rows.acting) for x in self.blow.elements} | dict(self.rows.mode.sides)
+        return mode_words((*self.blow.elements, *self.blow.rough), replace(self.rows.mode, sides=sides))
 
     @cached_property
     def needed(self) -> tuple[tuple[str, str], ...]:
@@ -508,6 +539,31 @@ class StruckMode:
 def _speeds(motion: Motion) -> dict[str, S]:
     names = (row.name for row in motion.mechanism.rows)
     return {name: row.phidot for name, row in zip(names, row_motions(motion), strict=True)}
+
+
+def mode_found(blow: Blow, struck: ImpactResult, law: ImpactLaw) -> StruckMode:
+    """Return the mode in which an impact was found. Raises NoSolutionError where several follow each other."""
+    if struck.impacts > 1:
+        raise NoSolutionError(
+            f"{struck.impacts} impacts follow each other here, and a function has one mode; write sequence: "
+            "simultaneous, or let solve tell each",
+            where=Where(path=("impact", "sequence")),
+            number="N108",
+        )
+    return StruckMode(blow, struck_rows(blow, struck), law)
+
+
+def verify_mode(mode: StruckMode, after: Floats, struck: ImpactResult) -> None:
+    """Raise NoSolutionError where the Program of a mode finds other speeds after the impact (nu,) than its laws."""
+    blow = mode.blow
+    jumps, before = accelerations_of(blow.dynamics, struck.x), np.array(blow.state.u, dtype=float)
+    if np.abs(after - before - jumps).max(initial=0.0) > AGREE * max(np.abs(jumps).max(initial=0.0), 1e-300):
+        raise NoSolutionError(
+            "slip stops or turns round during this impact of several contacts, in joints or in space, which a function "
+            "of one mode does not follow; solve tells it, and law: newton has one mode where it sticks in the end",
+            where=Where(path=("impact",)),
+            number="N108",
+        )
 
 
 def impact_program(mode: StruckMode) -> Program:

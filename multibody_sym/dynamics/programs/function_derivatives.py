@@ -16,6 +16,7 @@ from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed
 from multibody_sym.dynamics.formalisms.equations import BodyAxes, along_body_axes, coupled_groups
 from multibody_sym.dynamics.formalisms.force_slopes import force_slopes
 from multibody_sym.dynamics.programs.law_programs import column
+from multibody_sym.dynamics.programs.tree_functions import MOMENTA
 from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces, varies
@@ -32,7 +33,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
 from multibody_sym.scalars.vectors import Factors, S, Vec, apply, cross, factorize
 
-Variable = Literal["t", "q", "u", "s", "udot", "inputs", "parameters"]
+Variable = Literal["t", "q", "u", "p", "s", "udot", "inputs", "parameters"]
 """By what a function is differentiated; by q along the tangent, by s along the declared states, the last of q."""
 VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
 Columns = list[list[Node]]
@@ -353,7 +354,8 @@ def directions(mechanism: Mechanism, variable: Variable, *, declared: Collection
         units = zip(mechanism.inputs, _units(len(mechanism.inputs)), strict=True)
         return [{variable: way} for name, way in units if name not in mechanism.driving_inputs]
     else:
-        ways = [{variable: way} for way in _units({"t": 1, "u": count, "udot": count}[variable])]
+        array = MOMENTA if variable == "p" else variable
+        ways = [{array: way} for way in _units(1 if variable == "t" else count)]
     return [_with_inputs(mechanism, way, declared) for way in ways] if declared else ways
 
 

@@ -25,6 +25,7 @@ from multibody_sym.dynamics.programs.quantities import (
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, state_derivative
 from multibody_sym.dynamics.programs.tree_functions import (
+    canonical_program,
     driven_dynamics_program,
     hybrid_dynamics_program,
     inverse_dynamics_program,
@@ -417,7 +418,13 @@ Name = Literal[
     "frame",
     "jacobian",
     "operational_space",
+    "generalized_momenta",
+    "canonical_equations",
+    "hamiltonian",
+    "impact",
 ]
+IMPACT: Final = "impact"
+"""The function of what a mode of an impact does (`dynamics/contact/impact_programs.py`)."""
 STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Program]]] = {
     "state_derivative": _state_derivative,
     "mass_matrix": lambda mechanism, _: mass_matrix_program(mechanism),
@@ -436,11 +443,16 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
     "frame": _frame,
     "jacobian": _jacobian,
     "operational_space": _operational_space,
+    "generalized_momenta": lambda mechanism, _: canonical_program(mechanism, "momenta"),
+    "canonical_equations": lambda mechanism, _: canonical_program(mechanism, "canonical"),
+    "hamiltonian": lambda mechanism, _: canonical_program(mechanism, "hamiltonian"),
 }
 OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "hybrid_dynamics": ("given",),
     "inverse_dynamics": ("drives", "mode"),
-    **dict.fromkeys(("state_derivative", "constraints", "reactions", "outputs"), ("mode",)),
+    **dict.fromkeys(
+        ("state_derivative", "canonical_equations", "constraints", "reactions", "outputs", IMPACT), ("mode",)
+    ),
     "frame": ("frame", "axes"),
     "jacobian": ("frame", "axes"),
     "operational_space": ("frame", "axes"),
@@ -453,7 +465,7 @@ def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
     if not mechanism.inputs:
         return program
     trace = Trace(program.name, program.inputs)
-    inputs = inputs_program(mechanism)
+    inputs = inputs_program(mechanism, program.inputs)
     (values,) = trace.call(inputs, [trace[array.name] for array in inputs.inputs])
     given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
     found = zip(program.outputs, trace.call(program, given), strict=True)

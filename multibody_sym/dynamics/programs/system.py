@@ -623,9 +623,9 @@ def _normalize(mechanism: Mechanism) -> Program | None:
     return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
 
 
-def inputs_program(mechanism: Mechanism) -> Program:
-    """Return (t, q, u, parameters) -> inputs (nw,), from their declared expressions."""
-    trace = Trace("inputs", arrays(mechanism)[:4])
+def inputs_program(mechanism: Mechanism, given: Sequence[Array] = ()) -> Program:
+    """Return (t, q, u, parameters) -> inputs (nw,), from their declared expressions; of the first `given` arrays."""
+    trace = Trace("inputs", (given or arrays(mechanism))[:4])
     values = list(mechanism.inputs.values())
     return trace.finish({"inputs": ((len(values),), values)})
 

@@ -1,11 +1,12 @@
-"""Programs of a tree besides its motion: the mass matrix, inverse and hybrid dynamics.
+"""Programs of a tree besides its motion: the mass matrix, inverse and hybrid dynamics, Hamilton's equations.
 
 Inputs are t, q, u, parameters, inputs, modes as of every system Program; where accelerations are given, udot follows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -39,6 +40,7 @@ from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import gradient
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, real, slot
 from multibody_sym.scalars.rank import ROUNDED, null_space, rank
@@ -46,6 +48,8 @@ from multibody_sym.scalars.vectors import S
 
 OF_MOMENTA: Final = "canonical equations are those of coordinates and momenta alone; choose the method multipliers"
 """Why canonical equations take no declared states."""
+MOMENTA: Final = "momenta"
+"""The array of Programs of momenta that stands where others have u."""
 
 
 def mass_matrix_program(mechanism: Mechanism) -> Program:
@@ -192,15 +196,21 @@ def canonical_programs(mechanism: Mechanism) -> dict[str, Program]:
     Those of p have the array `momenta` where others have `u`. Raises ModelError where masses vary or something rubs,
     NoSolutionError where a freedom moves nothing with mass.
     """
-    verify_canonical(mechanism)
     equations = _Canonical.of(mechanism)
-    return {
-        "inputs": inputs_program(mechanism),
-        "momenta": equations.momenta_program(),
-        "speeds": equations.speeds_program(),
-        "canonical": equations.rates_program(),
-        "hamiltonian": equations.function_program(),
-    }
+    return {"inputs": inputs_program(mechanism), **{name: make(equations) for name, make in _PROGRAMS.items()}}
+
+
+def canonical_program(mechanism: Mechanism, name: str) -> Program:
+    """Return one of `canonical_programs`. Raises as that does."""
+    return _PROGRAMS[name](_Canonical.of(mechanism))
+
+
+def with_inputs_of_momenta(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose inputs are declared by momenta in place of speeds."""
+    if not any(leaf.data[0] == "u" for leaf in leaves(mechanism.inputs.values(), "slot")):
+        return mechanism
+    values = _Canonical.of(mechanism)._at_momenta(list(mechanism.inputs.values()))
+    return replace(mechanism, inputs=dict(zip(mechanism.inputs, values, strict=True)))
 
 
 def verify_canonical(mechanism: Mechanism) -> None:
@@ -230,11 +240,12 @@ class _Canonical:
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> _Canonical:
+        verify_canonical(mechanism)
         motion = economical_motion(mechanism, slot_state(mechanism))
         momenta = [as_node(p) for p in generalized_momenta(motion)]
         at_rest = {slot("u", k): ZERO for k in range(len(momenta))}
         bias = evaluate(momenta, lambda leaf: at_rest.get(leaf, leaf))
-        free = [slot("momenta", k) - b for k, b in enumerate(bias)]
+        free = [slot(MOMENTA, k) - b for k, b in enumerate(bias)]
         return cls(mechanism, motion, momenta, [as_node(u) for u in tree_factors(motion).solve(free)])
 
     def momenta_program(self) -> Program:
@@ -247,7 +258,7 @@ class _Canonical:
 
     def function_program(self) -> Program:
         """Return (.., momenta, ..) -> H."""
-        p = [slot("momenta", k) for k in range(len(self.speeds))]
+        p = [slot(MOMENTA, k) for k in range(len(self.speeds))]
         along = sum((a * b for a, b in zip(p, self.speeds, strict=True)), ZERO)
         energies = [as_node(kinetic_energy(self.motion)), as_node(potential_energy(self.motion))]
         kinetic, potential = self._at_momenta(energies)
@@ -294,5 +305,13 @@ class _Canonical:
         return state_of(self.mechanism, Node, slot("t", 0), state.q, self.speeds, parameters, inputs)
 
     def _arrays(self) -> tuple[Array, ...]:
-        renamed = {"u": Array("momenta", (len(self.speeds),))}
+        renamed = {"u": Array(MOMENTA, (len(self.speeds),))}
         return tuple(renamed.get(array.name, array) for array in arrays(self.mechanism))
+
+
+_PROGRAMS: Final[Mapping[str, Callable[[_Canonical], Program]]] = {
+    "momenta": _Canonical.momenta_program,
+    "speeds": _Canonical.speeds_program,
+    "canonical": _Canonical.rates_program,
+    "hamiltonian": _Canonical.function_program,
+}

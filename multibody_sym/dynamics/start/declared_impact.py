@@ -59,11 +59,19 @@ class PosedImpact:
         return pose(self.blow, self.law, self.order, self.coefficients)
 
 
+def verify_declared(system: System) -> None:
+    """Raise ModelError where a system has no impact."""
+    if system.impact is None:
+        raise ModelError("nothing strikes: the system has no impact; declare one (impact=...)", number="M121")
+
+
 def posed_impact(system: System) -> PosedImpact:
     """Return the impact at the start of a system.
 
-    Raises ModelError for what does not touch or has impossible coefficients, NoSolutionError where nothing strikes.
+    Raises ModelError for what does not touch or has impossible coefficients, or where no impact is declared, and
+    NoSolutionError where nothing strikes.
     """
+    verify_declared(system)
     resolved = check_numbers(system)
     declared = resolved.relative or resolved
     impact = declared.impact

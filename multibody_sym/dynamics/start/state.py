@@ -21,12 +21,11 @@ from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import value_at, verify_contact_values
 from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, start, with_rank
-from multibody_sym.errors import InputError, ModelError, NoSolutionError, Where, at, gathered
-from multibody_sym.mechanics.law_elements import ACTIVE, ALONG_VELOCITY, INACTIVE, LawElement, Mode
+from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
+from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism
-from multibody_sym.mechanics.modes import in_mode, mode_words, possible_words
+from multibody_sym.mechanics.modes import in_mode, mode_of_words, mode_words
 from multibody_sym.mechanics.motion import motion_of, state_of
-from multibody_sym.model.state_words import STRIKES, VERBS
 from multibody_sym.model.system import System
 from multibody_sym.program.runtime_constants import TOUCHING
 from multibody_sym.records import dataclass
@@ -373,33 +372,12 @@ def _verify_rough(problem: Posed, closing: Sequence[str]) -> None:
 
 _PASSES: Final = 8
 """Friction turns reactions by little: their signs settle at once, or not at all."""
-_SLIPS: Final = {"+": 1, "-": -1}
-
-
 def given_mode(declared: Mechanism, begin: Start, words: Mapping[str, str]) -> Mode:
     """Return the mode with these words; elements without one are open, and friction without one sticks.
 
     Raises InputError for unknown names and words, NoSolutionError where reactions of joints have no consistent signs.
     """
-    known = possible_words(declared.one_way)
-    for name, word in words.items():
-        with at("mode"):
-            if name not in known:
-                raise InputError(f"{name!r} is nothing that holds or lets go", number="M106", word=name, known=known)
-            states = sorted(known[name].difference(VERBS[STRIKES]))
-            if word not in states:
-                raise InputError(f"{name} is no {word!r}; it may be {', '.join(states)}", number="M106")
-    sides, slips = dict[str, int](), dict[str, int]()
-    for element in declared.one_way:
-        acts = not element.unilateral or any(
-            words.get(name, element.words[1]) != element.words[1] for name in (element.name, element.group)
-        )
-        sides[element.name] = ACTIVE if acts else INACTIVE
-        for part in element.frictions if acts else ():
-            word = words.get(part.name, "")
-            if word.startswith(("slide", "slip")):
-                slips[part.name] = _SLIPS.get(word[-1], ALONG_VELOCITY)
-    return _with_sides(declared.relative or declared, begin, Mode(sides, slips))
+    return _with_sides(declared.relative or declared, begin, mode_of_words(declared.one_way, words))
 
 
 def _with_sides(base: Mechanism, begin: Start, mode: Mode) -> Mode:

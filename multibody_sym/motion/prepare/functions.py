@@ -5,22 +5,33 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import field, replace
 from functools import partial
-from typing import Any, Final, overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from multibody_sym.contact_laws.impact_problem import ImpactResult
 from multibody_sym.derivation.routes import verify_formalism
-from multibody_sym.dynamics.contact.contact_problem import accelerations_of
-from multibody_sym.dynamics.contact.impact_problem import Blow, pose, struck_rows
-from multibody_sym.dynamics.contact.impact_programs import StruckMode, impact_program
+from multibody_sym.dynamics.contact.impact_problem import Blow, pose
+from multibody_sym.dynamics.contact.impact_programs import (
+    AGREE,
+    StruckMode,
+    impact_program,
+    mode_found,
+    verify_mode,
+)
 from multibody_sym.dynamics.programs.state_functions import Name
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.programs.tree_functions import canonical_programs
-from multibody_sym.dynamics.start.declared_impact import PosedImpact, coefficients_of, outcome, posed_impact
+from multibody_sym.dynamics.start.declared_impact import (
+    PosedImpact,
+    coefficients_of,
+    outcome,
+    posed_impact,
+    verify_declared,
+)
 from multibody_sym.dynamics.start.state import examined_state
-from multibody_sym.errors import ArgumentError, InputError, ModelError, NoSolutionError, Where, brief, short_repr
+from multibody_sym.errors import ArgumentError, InputError, brief, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.argument_checks import door, flag
@@ -202,10 +213,6 @@ def _function_compiled(mechanism: Mechanism, code: Native) -> Compiled:
 # Program is compiled once, and kept.
 
 
-_AGREE: Final = 1e-9
-"""How near the Program comes at the start to what the laws find there, relative to the largest speed."""
-
-
 @dataclass(frozen=True)
 class ImpactQuestion:
     """What is to be compiled: the impact of a system, in the mode that it has at the start."""
@@ -221,8 +228,7 @@ def impact(system: System) -> ImpactQuestion:
     Raises InputError for what is no System.
     """
     verify_system(system)
-    if system.impact is None:
-        raise ModelError("nothing strikes: the system has no impact; declare one (impact=...)", number="M121")
+    verify_declared(system)
     return ImpactQuestion(system)
 
 
@@ -257,7 +263,8 @@ class ImpactFunction:
         given = self.arguments.complete(t, q, u, parameters, inputs)
         after, impulses, joints, *holds = self.arguments.compiled["impact"](*given)
         if self.modes is not None and not self.modes.hold(after - given[2], impulses, holds):
-            return self.modes.other(*given[:4])(t, q, u, parameters=parameters, inputs=inputs)
+            other = replace(self.modes.other(*given[:4]), modes=None)  # it agrees with the laws at this state
+            return other(t, q, u, parameters=parameters, inputs=inputs)
         names = self.arguments.mechanism.joint_names
         told = (dict(zip(COMPONENTS, values, strict=True)) for values in joints.reshape(-1, 6).tolist())
         return Strike(after, dict(zip(self.rows, impulses.tolist(), strict=True)), dict(zip(names, told, strict=True)))
@@ -283,7 +290,7 @@ class ImpactModes:
         """Return whether the mode holds in which these jumps and impulses were found."""
         sizes = {"speed": float(np.abs(jumps).max(initial=0.0)), "impulse": float(np.abs(impulses).max(initial=0.0))}
         values = holds[0].tolist() if holds else []
-        return all(x >= -_AGREE * sizes[kind] for (kind, _), x in zip(self.needed, values, strict=False))
+        return all(x >= -AGREE * sizes[kind] for (kind, _), x in zip(self.needed, values, strict=False))
 
     def other(self, t: float, q: Floats, u: Floats, parameters: Floats) -> ImpactFunction:
         """Return the function of the mode that holds at a state; raises NoSolutionError where no single one does."""
@@ -297,24 +304,15 @@ class ImpactModes:
 
     def function(self, blow: Blow, struck: ImpactResult, t: float, q: Floats, u: Floats) -> ImpactFunction:
         """Return the function of the mode in which an impact was found."""
-        mode = StruckMode(blow, struck_rows(blow, struck), self.posed.law)
-        if struck.impacts > 1:
-            raise NoSolutionError(
-                f"{struck.impacts} impacts follow each other here, and a function has one mode; write sequence: "
-                "simultaneous, or let solve tell each",
-                where=Where(path=("impact", "sequence")),
-                number="N108",
-            )
-        names = tuple(x.name for x in mode.rows.acting)
-        key = (names, tuple(sorted(mode.rows.mode.slips.items())), mode.acting)
-        if key not in self.known:
+        mode = mode_found(blow, struck, self.posed.law)
+        if mode.key not in self.known:
             compiled = _impact_function_compiled(mode, impact_program(mode), self.code)
             arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))
             modes = replace(self, needed=mode.needed) if mode.needed else None
-            self.known[key] = ImpactFunction(arguments, mode.told, modes)
-        function = self.known[key]
+            self.known[mode.key] = ImpactFunction(arguments, mode.told, modes)
+        function = self.known[mode.key]
         given = np.array([blow.state.slots[slot("parameters", k)] for k in range(len(self.posed.begin.parameters))])
-        _verify(replace(function, modes=None), blow, struck, (t, q, u, given))
+        verify_mode(mode, replace(function, modes=None)(t, q, u, parameters=given).u, struck)
         return function
 
 
@@ -322,21 +320,6 @@ def _impact_function_compiled(mode: StruckMode, program: Program, code: Native) 
     programs = {"inputs": inputs_program(mode.blow.mechanism), "impact": program}
     made = load(programs, code)
     return replace(made, remake=partial(_impact_function_compiled, mode, program))
-
-
-def _verify(
-    function: ImpactFunction, blow: Blow, struck: ImpactResult, at: tuple[float, Floats, Floats, Floats]
-) -> None:
-    """Raise NoSolutionError where the impact has no one mode at a state, as where its slip stops on the way."""
-    jumps = accelerations_of(blow.dynamics, struck.x)
-    found = function(*at[:3], parameters=at[3]).u - at[2]
-    if np.abs(found - jumps).max(initial=0.0) > _AGREE * max(np.abs(jumps).max(initial=0.0), 1e-300):
-        raise NoSolutionError(
-            "slip stops or turns round during this impact of several contacts, in joints or in space, which a function "
-            "of one mode does not follow; solve tells it, and law: newton has one mode where it sticks in the end",
-            where=Where(path=("impact",)),
-            number="N108",
-        )
 
 
 # ----------------------------------------------------------------------------------------------------------------------
