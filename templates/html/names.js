@@ -1,16 +1,17 @@
 // Names beside what they name, by the rule of figures: of the places around it the cheapest that touches no other letters
-// and no other sign, with a leader where it is far. A name stays in its place as long as that is free.
+// and no other sign, with a leader where it is far. A name stays in its place as long as that is free and on no line.
 "use strict";
 
 function nameLayer(root, names, rule) {
   const tag = (kind, parent) => parent.appendChild(document.createElementNS("http://www.w3.org/2000/svg", kind));
   const group = tag("svg", root), pen = document.createElement("canvas").getContext("2d"), type = 15, air = 1.2;
   group.setAttribute("class", "names");
+  group.setAttribute("aria-hidden", "true");
   const wide = (runs) => runs.reduce((sum, [text, style]) => {
     pen.font = `${style === "italic" ? "italic " : ""}${(style === "subscript" ? 0.75 : 1) * type}px serif`;
     return sum + pen.measureText(text).width;
   }, 0);
-  const labels = names.map(({ runs }) => {
+  const labels = names.map(({ runs, body }) => {
     const line = tag("path", group), text = tag("text", group);
     text.setAttribute("font-family", "serif");
     for (const [letters, style] of runs) {
@@ -20,10 +21,10 @@ function nameLayer(root, names, rule) {
       if (style === "italic") span.setAttribute("font-style", "italic");
       if (style === "subscript") span.setAttribute("baseline-shift", "sub");
     }
-    text.setAttribute("style", `paint-order:stroke;stroke:#fff;stroke-width:3px;stroke-linejoin:round;fill:#1a1a1a`);
-    line.setAttribute("style", `stroke:#555;stroke-width:0.8px;fill:none`);
+    text.setAttribute("style", "paint-order:stroke;stroke:var(--paper,#fff);stroke-width:3px;stroke-linejoin:round;fill:var(--ink,#1a1a1a)");
+    line.setAttribute("style", "stroke:var(--quiet,#555);stroke-width:0.8px;fill:none");
     const low = runs.some(([, style]) => style === "subscript"); // what stands below needs room
-    return { line, text, half: [wide(runs) / 2, (low ? 0.78 : 0.58) * type], foot: (low ? 0.14 : 0.35) * type, kept: null };
+    return { body, line, text, half: [wide(runs) / 2, (low ? 0.78 : 0.58) * type], foot: (low ? 0.14 : 0.35) * type, kept: null };
   });
   function* tried({ half }, steps, sign) {
     for (const step of steps)
@@ -35,11 +36,24 @@ function nameLayer(root, names, rule) {
   }
   const around = ([x, y], [dx, dy], [w, h]) => [x + dx - w - air, y + dy - h - air, x + dx + w + air, y + dy + h + air];
   const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
-  function over([ax, ay, bx, by], box) {
-    const cx = (box[0] + box[2]) / 2, cy = (box[1] + box[3]) / 2, w = (box[2] - box[0]) / 2, h = (box[3] - box[1]) / 2;
+  function over({ start: [ax, ay], end: [bx, by], half }, box) { // whether a line, of its width and some air, meets a box
+    const cx = (box[0] + box[2]) / 2, cy = (box[1] + box[3]) / 2, wider = half + rule.clear / 2;
+    const w = (box[2] - box[0]) / 2 + wider, h = (box[3] - box[1]) / 2 + wider;
     const mx = (ax + bx) / 2 - cx, my = (ay + by) / 2 - cy, rx = (bx - ax) / 2, ry = (by - ay) / 2;
     if (Math.abs(mx) > w + Math.abs(rx) || Math.abs(my) > h + Math.abs(ry)) return false;
     return Math.abs(rx * my - ry * mx) <= w * Math.abs(ry) + h * Math.abs(rx);
+  }
+  function leader(lines, body, from, to) { // from where the way to a far name leaves the lines of its own body, to there
+    let last = 0, wide = 0;
+    const dx = to[0] - from[0], dy = to[1] - from[1];
+    for (const { start: [ax, ay], end: [bx, by], half } of lines.filter((line) => line.body === body)) {
+      const ex = bx - ax, ey = by - ay, cross = dx * ey - dy * ex, fx = ax - from[0], fy = ay - from[1];
+      const along = (fx * ey - fy * ex) / cross, across = (fx * dy - fy * dx) / cross;
+      if (along > last && along <= 1 && across >= 0 && across <= 1) last = along;
+      wide = Math.max(wide, half);
+    }
+    const far = (1 - last) * Math.hypot(dx, dy) > rule.leader + wide;
+    return far ? `M${(from[0] + last * dx).toFixed(1)} ${(from[1] + last * dy).toFixed(1)}L${to.map((c) => c.toFixed(1))}` : "";
   }
   function place(places, lines, sign) {
     const taken = [];
@@ -50,9 +64,14 @@ function nameLayer(root, names, rule) {
         const box = around(at, one.at, label.half);
         return !taken.some((other) => meet(box, other)) && !signs.some((other) => meet(box, other));
       };
-      const dear = (one) => one.cost + rule.crossed * lines.filter((line) => over(line, around(at, one.at, label.half))).length;
-      if (!label.kept || !free(label.kept)) {
-        let best = [Infinity, null];
+      const crossed = (one) => {
+        const box = around(at, one.at, label.half);
+        return lines.filter((line) => over(line, box)).length;
+      };
+      const dear = (one) => one.cost + rule.crossed * crossed(one);
+      const stays = label.kept && free(label.kept);
+      if (!stays || crossed(label.kept)) {
+        let best = stays ? [dear(label.kept) - 1, label.kept] : [Infinity, null];
         for (const steps of rule.rings) {
           for (const one of tried(label, steps, sign)) {
             if (one.cost >= best[0] || !free(one)) continue;
@@ -61,34 +80,27 @@ function nameLayer(root, names, rule) {
           }
           if (best[0] < rule.crossed) break; // it touches nothing
         }
-        label.kept = best[1];
-        label.kept = label.kept || tried(label, rule.rings[0], sign).next().value;
+        label.kept = best[1] || tried(label, rule.rings[0], sign).next().value;
       }
       taken.push(around(at, label.kept.at, label.half));
     });
   }
-  const choice = document.createElement("label"), box = document.createElement("input");
-  box.type = "checkbox";
-  box.checked = true;
-  choice.append(box, " names");
-  const controls = root.parentElement.querySelector(".controls");
-  if (controls && names.length) controls.append(choice);
-  let last = null;
-  const stage = {
-    show(...given) { // places, lines and how far signs reach around their places, in pixels
-      last = given;
-      if (!box.checked) return;
-      const [places] = given;
-      place(...given);
-      labels.forEach(({ line, text, half, foot, kept }, k) => {
+  let on = true;
+  return {
+    show(places, lines, sign) { // places, lines and how far signs reach around their places, in pixels
+      if (!on) return;
+      place(places, lines, sign);
+      labels.forEach(({ body, line, text, half, foot, kept }, k) => {
         const [x, y] = places[k], [dx, dy] = kept.at;
         text.setAttribute("x", (x + dx - half[0]).toFixed(1));
         text.setAttribute("y", (y + dy + foot).toFixed(1));
         const end = [Math.max(x + dx - half[0], Math.min(x, x + dx + half[0])), Math.max(y + dy - half[1], Math.min(y, y + dy + half[1]))];
-        line.setAttribute("d", kept.step < rule.leader ? "" : `M${x.toFixed(1)} ${y.toFixed(1)}L${end[0].toFixed(1)} ${end[1].toFixed(1)}`);
+        line.setAttribute("d", leader(lines, body, [x, y], end));
       });
     },
+    turn(shown) {
+      on = shown;
+      group.style.display = on ? "" : "none";
+    },
   };
-  box.addEventListener("change", () => { group.style.display = box.checked ? "" : "none"; if (last) stage.show(...last); });
-  return stage;
 }

@@ -6,27 +6,37 @@ function planeStage(root, data) {
   const groups = [...svg.querySelectorAll("g[data-body]")].map((g) => [g, Number(g.dataset.body)]);
   const strands = [...svg.querySelectorAll("g[data-strand]")].map((g) => [g, Number(g.dataset.strand)]);
   const lines = [...svg.querySelectorAll("path[data-rope]")].map((p) => [p, Number(p.dataset.rope)]);
-  const trails = [...svg.querySelectorAll("path[data-trace]")].map((p) => [p, data.traces[Number(p.dataset.trace)]]);
-  const height = data.height;
+  const middles = data.middles && unpack(data.middles, rows), height = data.height;
+  const whole = svg.viewBox.baseVal, home = [whole.x, whole.y, whole.width, whole.height];
+  const FADING = [0.15, 0.35, 0.55, 0.8, 1]; // how opaque the pieces of a trail are
+  const trails = data.traces.map(({ colour }) => FADING.map(() => {
+    const piece = document.createElementNS(svg.namespaceURI, "path");
+    for (const [name, value] of Object.entries({ fill: "none", stroke: colour, "stroke-width": 1 })) piece.setAttribute(name, value);
+    return svg.querySelector("g").insertBefore(piece, groups.length ? groups[0][0] : null);
+  }));
+  let view = home.slice(), shown = null;
 
+  const between = (packed, column, low, high, part) => {
+    const a = packed.values[low * packed.columns + column];
+    return a + part * (packed.values[high * packed.columns + column] - a);
+  };
   function pose(body, low, high, part) {
-    const a = low * poses.columns + 3 * body, b = high * poses.columns + 3 * body, v = poses.values;
-    let turn = v[b + 2] - v[a + 2];
+    const a = low * poses.columns + 3 * body + 2, b = high * poses.columns + 3 * body + 2, v = poses.values;
+    let turn = v[b] - v[a];
     turn -= 2 * Math.PI * Math.round(turn / (2 * Math.PI));
-    return [v[a] + part * (v[b] - v[a]), v[a + 1] + part * (v[b + 1] - v[a + 1]), v[a + 2] + part * turn];
+    return [between(poses, 3 * body, low, high, part), between(poses, 3 * body + 1, low, high, part), v[a] + part * turn];
   }
   // SVG counts y downwards: a place (x, y) of the page is drawn at (x, height - y), and turns change their sign.
   function matrix(body, low, high, part) {
-    const [x, y, turn] = pose(body, low, high, part), [hx, hy, home] = data.home[body];
-    const c = Math.cos(turn - home), s = -Math.sin(turn - home), py = height - y, qy = height - hy;
+    const [x, y, turn] = pose(body, low, high, part), [hx, hy, first] = data.home[body];
+    const c = Math.cos(turn - first), s = -Math.sin(turn - first), py = height - y, qy = height - hy;
     return [c, s, -s, c, x - (c * hx - s * qy), py - (s * hx + c * qy)];
   }
+  const moved = ([x, y], m) => [m[0] * x + m[2] * y + m[4], m[1] * x + m[3] * y + m[5]];
   function rope(number, low, high, part) {
-    const [first, count] = data.pieces[number], v = ropes.values, found = [];
-    for (let k = 0; k < count; k++) {
-      const a = low * ropes.columns + first + 2 * k, b = high * ropes.columns + first + 2 * k;
-      found.push([v[a] + part * (v[b] - v[a]), height - (v[a + 1] + part * (v[b + 1] - v[a + 1]))]);
-    }
+    const [first, count] = data.pieces[number], found = [];
+    for (let k = first; k < first + 2 * count; k += 2)
+      found.push([between(ropes, k, low, high, part), height - between(ropes, k + 1, low, high, part)]);
     return found;
   }
   function stretched(number, low, high, part) {
@@ -37,42 +47,66 @@ function planeStage(root, data) {
     const b = w[1] * u[0] * k - w[0] * u[1], d = w[1] * u[1] * k + w[0] * u[0];
     return [a, b, c, d, ax - (a * cx + c * cy), ay - (b * cx + d * cy)];
   }
-  function follow(low, high, part) { // the middle of all bodies in the middle of the window
-    const places = data.home.map((_, body) => pose(body, low, high, part)), mean = (k) => places.reduce((sum, p) => sum + p[k], 0) / places.length;
-    const [wide, tall] = data.window, x = wide / 2 - mean(0), y = tall / 2 - (height - mean(1));
+  function follow(low, high, part) { // the middle of what moves in the middle of the window
+    const x = home[2] / 2 - between(middles, 0, low, high, part), y = home[3] / 2 - height + between(middles, 1, low, high, part);
     svg.querySelector("g").setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
   }
-  function trail(point, low) {
-    const found = [], step = Math.max(1, Math.floor(low / 1500));
-    for (let k = 0; k <= low; k += step) {
-      const m = matrix(point.body, k, k, 0);
-      found.push((m[0] * point.at[0] + m[2] * point.at[1] + m[4]).toFixed(1) + " " + (m[1] * point.at[0] + m[3] * point.at[1] + m[5]).toFixed(1));
-    }
-    return "M" + found.join("L");
+  const path = (points) => (points.length ? "M" + points.map(([x, y]) => x.toFixed(2) + " " + y.toFixed(2)).join("L") : "");
+  function way({ body, at }, first, low, high, part) { // the points of a path up to now
+    const found = [], step = Math.max(1, Math.floor((low - first) / 1500));
+    for (let k = first; k <= low; k += step) found.push(moved(at, matrix(body, k, k, 0)));
+    return [...found, moved(at, matrix(body, low, high, part))];
   }
-  const moved = ([x, y], m) => [m[0] * x + m[2] * y + m[4], m[1] * x + m[3] * y + m[5]];
+  function drawTrail(pieces, points, fades) {
+    const size = Math.ceil(points.length / pieces.length);
+    pieces.forEach((piece, k) => {
+      piece.setAttribute("d", path(points.slice(k * size, (k + 1) * size + 1)));
+      piece.setAttribute("stroke-opacity", fades ? FADING[k] : 1);
+    });
+  }
   const names = data.names && data.names.length ? nameLayer(root, data.names, data.rule) : null;
   function named(low, high, part) {
     const at = new Map(), still = [1, 0, 0, 1, 0, 0];
     const of = (body) => { if (!at.has(body)) at.set(body, body < 0 ? still : matrix(body, low, high, part)); return at.get(body); };
     const { a, e, f } = svg.querySelector("g").getScreenCTM(), { left, top } = root.getBoundingClientRect();
     const seen = (body, point) => { const [x, y] = moved(point, of(body)); return [a * x + e - left, a * y + f - top]; };
-    const lines = data.lines.flatMap(({ body, points }) => {
+    const rods = data.lines.flatMap(({ body, half, points }) => {
       const found = points.map((point) => seen(body, point));
-      return found.slice(1).map((point, k) => [...found[k], ...point]);
+      return found.slice(1).map((end, k) => ({ start: found[k], end, half: half * a, body }));
     });
-    names.show(data.names.map(({ body, at: place }) => seen(body, place)), lines, 3.5 * a);
+    names.show(data.names.map(({ body, at: spot }) => seen(body, spot)), rods, 3.5 * a);
   }
+  function look() {
+    svg.setAttribute("viewBox", view.map((x) => x.toFixed(3)).join(" "));
+    if (shown) stage.show(...shown);
+  }
+  onGestures(svg, (dx, dy) => {
+    const { a } = svg.getScreenCTM();
+    view = [view[0] - dx / a, view[1] - dy / a, view[2], view[3]];
+    look();
+  }, (factor, x, y) => {
+    const { a, e, f } = svg.getScreenCTM(), { left, top } = svg.getBoundingClientRect();
+    const px = (x + left - e) / a, py = (y + top - f) / a, wide = Math.min(home[2], Math.max(home[2] / 50, view[2] / factor));
+    const k = wide / view[2];
+    view = [px + k * (view[0] - px), py + k * (view[1] - py), k * view[2], k * view[3]];
+    root.classList.toggle("zoomed", k * view[2] < home[2]);
+    look();
+  });
   const written = (m) => "matrix(" + m.map((x) => x.toFixed(4)).join(" ") + ")";
-  return {
-    show(low, high, part, traced) {
-      if (data.window) follow(low, high, part);
+  const stage = {
+    switches: names ? { names: names.turn } : {},
+    show(low, high, part, { first, fades, shown: traced }) {
+      shown = [low, high, part, { first, fades, shown: traced }];
+      if (middles) follow(low, high, part);
       for (const [g, body] of groups) g.setAttribute("transform", written(matrix(body, low, high, part)));
       for (const [g, number] of strands) g.setAttribute("transform", written(stretched(number, low, high, part)));
-      for (const [p, number] of lines)
-        p.setAttribute("d", "M" + rope(number, low, high, part).map(([x, y]) => x.toFixed(2) + " " + y.toFixed(2)).join("L"));
-      for (const [p, point] of trails) p.setAttribute("d", traced ? trail(point, low) : "");
+      for (const [p, number] of lines) p.setAttribute("d", path(rope(number, low, high, part)));
+      trails.forEach((pieces, k) => drawTrail(pieces, traced[k] ? way(data.traces[k], first, low, high, part) : [], fades));
       if (names) named(low, high, part);
     },
+    reset() { view = home.slice(); root.classList.remove("zoomed"); look(); },
+    recolour() {}, // style sheets do
+    paint: (pen, wide, high) => paintSvg(pen, svg, wide, high),
   };
+  return stage;
 }

@@ -5,14 +5,29 @@ function spaceStage(root, data) {
   const THREE = MeshCat.THREE, rows = data.times.length, poses = unpack(data.poses, rows), ropes = unpack(data.ropes, rows);
   const canvas = root.querySelector("canvas"), size = data.size, scene = new THREE.Scene();
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-  renderer.setClearColor(0xffffff);
   const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -100 * size, 100 * size);
   scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 0.95));
   const sun = new THREE.DirectionalLight(0xffffff, 0.45);
   scene.add(sun);
   const up = new THREE.Vector3(...data.up), middle = new THREE.Vector3(...data.middle);
-  const stage = { changed: () => {}, show }, sprites = [];
-  let azimuth = 0, elevation = 0, zoom = 1, half = 0.5 * data.reach, centre = middle, shown = [0, 0, 0, false];
+  const sprites = [], shades = [];
+  let azimuth = 0, elevation = 0, zoom = 1, half = 0.5 * data.reach, centre = middle, shown = null, follows = data.follow;
+  let sharpness = null; // pixels of the canvas for one of the page, as many as the screen has but for a saved frame
+
+  // Inks differ between white paper and a dark page: materials that have one keep both colours.
+  function shaded(material, light, dark) {
+    shades.push([material, light, dark]);
+    material.color.setHex(light);
+    return material;
+  }
+  function onPaper(colour) {
+    renderer.setClearColor(colour);
+    const { r, g, b } = colour, dark = r + g + b < 1.5;
+    for (const [material, ...inks] of shades) material.color.setHex(inks[Number(dark)]);
+    trails.forEach((trail) => { trail.paper = colour; });
+  }
+  const paper = () => new THREE.Color(getComputedStyle(root).backgroundColor);
+  const STEEL = [0x475569, 0x94a3b8];
 
   const groups = data.bodies.map(() => { const g = new THREE.Group(); scene.add(g); return g; });
   const ground = new THREE.Group();
@@ -21,23 +36,33 @@ function spaceStage(root, data) {
     const spring = data.kinds[number].startsWith("spring"), points = spring ? 193 : count;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * points), 3));
-    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: data.kinds[number] === "rope" ? 0x5b3a1e : 0x334155 }));
+    const inks = data.kinds[number] === "rope" ? [0x5b3a1e, 0xc9a27c] : [0x334155, 0xb6c2d1];
+    const line = new THREE.Line(geometry, shaded(new THREE.LineBasicMaterial(), ...inks));
     line.frustumCulled = false;
     scene.add(line);
     return { line, spring };
   });
-  const trails = data.traces.map(() => {
+  const trails = data.traces.map(({ colour }) => {
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * rows), 3));
-    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: 0xc2410c }));
+    for (const name of ["position", "color"])
+      geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * rows + 3), 3));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ vertexColors: true }));
     line.frustumCulled = false;
     scene.add(line);
-    return line;
+    return { line, ink: new THREE.Color(colour), paper: new THREE.Color(0xffffff) };
   });
 
   const lines = (width) => (data.near ? Math.max(10, Math.min(200, Math.round(width / data.near))) : 10);
-  function paint(colour, clear) {
-    return new THREE.MeshLambertMaterial({ color: colour, transparent: clear < 1, opacity: clear, side: THREE.DoubleSide });
+  function paint(colour, clear, onDark = colour) {
+    const look = { transparent: clear < 1, opacity: clear, side: THREE.DoubleSide };
+    return shaded(new THREE.MeshLambertMaterial(look), colour, onDark);
+  }
+  function grid(width, middle, others, way, at) {
+    const found = new THREE.GridHelper(width, lines(width), middle, others);
+    shaded(found.material, 0xffffff, 0x4a525c); // which multiplies the colours of its lines
+    along(found, way);
+    found.position.copy(at);
+    return found;
   }
   function along(mesh, way, from = [0, 1, 0]) {
     mesh.quaternion.setFromUnitVectors(new THREE.Vector3(...from), new THREE.Vector3(...way).normalize());
@@ -96,11 +121,8 @@ function spaceStage(root, data) {
       const width = item.body < 0 ? Math.max(2.2 * size, data.floor.width) + 6 * (data.near || 0) : 2.2 * size;
       const normal = new THREE.Vector3(...item.normal), at = new THREE.Vector3(...item.through);
       if (item.body < 0) at.copy(middle.clone().addScaledVector(normal, at.sub(middle).dot(normal)));
-      solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5), at.toArray(), item.normal, [0, 0, 1]);
-      const grid = new THREE.GridHelper(width, lines(width), 0xaab2bc, 0xc5ccd4);
-      along(grid, item.normal);
-      grid.position.copy(at);
-      group.add(grid);
+      solid(group, new THREE.PlaneGeometry(width, width), paint(0xd9dee4, 0.5, 0x4a525c), at.toArray(), item.normal, [0, 0, 1]);
+      group.add(grid(width, 0xaab2bc, 0xc5ccd4, item.normal, at));
     },
     Rail(group, item) {
       const at = new THREE.Vector3(...item.at), axis = new THREE.Vector3(...item.axis);
@@ -110,12 +132,12 @@ function spaceStage(root, data) {
     Stop(group, item) {
       const axis = new THREE.Vector3(...item.axis), front = (item.front || 0.035 * size) + 0.006 * size;
       const at = new THREE.Vector3(...item.at).addScaledVector(axis, front).toArray();
-      solid(group, new THREE.CylinderGeometry(0.045 * size, 0.045 * size, 0.012 * size, 24), paint(0x475569, 1), at, item.axis);
+      solid(group, new THREE.CylinderGeometry(0.045 * size, 0.045 * size, 0.012 * size, 24), paint(STEEL[0], 1, STEEL[1]), at, item.axis);
     },
     TurnStop(group, item) {
       const way = new THREE.Vector3(...item.way), barred = new THREE.Vector3(...item.axis).cross(way);
       const at = new THREE.Vector3(...item.at).addScaledVector(way, Math.min(0.62 * item.reach, 0.12 * size));
-      const bar = new THREE.Mesh(new THREE.BoxGeometry(0.06 * size, 0.012 * size, 0.04 * size), paint(0x475569, 1));
+      const bar = new THREE.Mesh(new THREE.BoxGeometry(0.06 * size, 0.012 * size, 0.04 * size), paint(STEEL[0], 1, STEEL[1]));
       bar.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(way, barred, new THREE.Vector3(...item.axis)));
       bar.position.copy(at.addScaledVector(barred, 0.017 * size));
       group.add(bar);
@@ -124,16 +146,16 @@ function spaceStage(root, data) {
       (symbols[item.kind] || symbols.point)(group, item, material);
     },
   };
-  const pin = (group, item) => solid(group, new THREE.CylinderGeometry(0.02 * size, 0.02 * size, 0.07 * size, 20), paint(0x475569, 1), item.at, item.axis);
-  const ball = (radius, colour) => (group, item, material) => solid(group, new THREE.SphereGeometry(radius * size, 24, 16), colour === null ? material : paint(colour, 1), item.at);
+  const pin = (group, item) => solid(group, new THREE.CylinderGeometry(0.02 * size, 0.02 * size, 0.07 * size, 20), paint(STEEL[0], 1, STEEL[1]), item.at, item.axis);
+  const ball = (radius, colour) => (group, item, material) => solid(group, new THREE.SphereGeometry(radius * size, 24, 16), colour === null ? material : paint(colour, 1, STEEL[1]), item.at);
   const block = (group, item, material) => solid(group, new THREE.BoxGeometry(0.07 * size, 0.045 * size, 0.045 * size), material, item.at, item.along, [1, 0, 0]);
   const nothing = () => {};
   const symbols = {
     pin, pivot(group, item) {
       pin(group, item);
-      solid(group, new THREE.SphereGeometry(0.028 * size, 20, 14), paint(0x1f2937, 1), item.at);
+      solid(group, new THREE.SphereGeometry(0.028 * size, 20, 14), paint(0x1f2937, 1, 0xcbd5e1), item.at);
     },
-    ball: ball(0.026, 0x475569), bob: ball(0.04, null), particle: ball(0.03, null), block, slider: block, hanger: block, rotor: ball(0.04, null),
+    ball: ball(0.026, STEEL[0]), bob: ball(0.04, null), particle: ball(0.03, null), block, slider: block, hanger: block, rotor: ball(0.04, null),
     com: nothing, frame(group, item) { const axes = new THREE.AxesHelper(0.06 * size); axes.position.set(...item.at); group.add(axes); },
     point: ball(0.008, 0x6b7280), used_point: nothing, tie: nothing, free: nothing, contact: nothing,
   };
@@ -145,36 +167,28 @@ function spaceStage(root, data) {
   // The ground, as the eye needs it: a level grid below everything where no plane is declared, and the axes of space.
   const low = data.low;
   if (!data.items.some((item) => item.form === "Face" && item.body < 0)) {
-    const grid = new THREE.GridHelper(data.floor.width, lines(data.floor.width), 0xb4bcc6, 0xd7dce2);
-    along(grid, data.up);
-    grid.position.set(...data.floor.middle);
-    scene.add(grid);
+    scene.add(grid(data.floor.width, 0xb4bcc6, 0xd7dce2, data.up, new THREE.Vector3(...data.floor.middle)));
   }
-  [[1, 0, 0, 0xb01217], [0, 1, 0, 0x1d6b2f], [0, 0, 1, 0x0b5394]].forEach(([x, y, z, colour], k) => {
+  [[1, 0, 0, 0xb01217, 0xff8a80], [0, 1, 0, 0x1d6b2f, 0x7bd88f], [0, 0, 1, 0x0b5394, 0x82b8ff]].forEach(([x, y, z, ...inks], k) => {
     const way = new THREE.Vector3(x, y, z), from = new THREE.Vector3(...low);
-    scene.add(new THREE.ArrowHelper(way, from, 0.16 * size, colour, 0.04 * size, 0.02 * size));
-    scene.add(lettered([["xyz"[k], "italic"]], from.addScaledVector(way, 0.2 * size), colour));
+    const arrow = new THREE.ArrowHelper(way, from, 0.16 * size, inks[0], 0.04 * size, 0.02 * size);
+    shaded(arrow.line.material, ...inks);
+    shaded(arrow.cone.material, ...inks);
+    scene.add(arrow, lettered("xyz"[k], from.addScaledVector(way, 0.2 * size), inks));
   });
 
-  // Letters of axes on a small picture that faces the reader.
-  function lettered(runs, at, colour) {
+  // The letter of an axis on a small picture that faces the reader.
+  function lettered(letter, at, inks) {
     const picture = document.createElement("canvas"), pen = picture.getContext("2d"), type = 44;
-    const fonts = { italic: `italic ${type}px serif`, roman: `${type}px serif`, subscript: `${0.75 * type}px serif` };
-    const wide = runs.reduce((sum, [text, style]) => { pen.font = fonts[style]; return sum + pen.measureText(text).width; }, 0);
-    picture.width = Math.ceil(wide) + 8;
-    picture.height = 1.5 * type;
-    pen.fillStyle = "#" + colour.toString(16).padStart(6, "0");
-    let x = 4;
-    for (const [text, style] of runs) {
-      pen.font = fonts[style];
-      pen.fillText(text, x, type + (style === "subscript" ? 0.2 * type : 0));
-      x += pen.measureText(text).width;
-    }
+    picture.width = picture.height = 1.5 * type;
+    pen.fillStyle = "#fff"; // which its material multiplies
+    pen.font = `italic ${type}px serif`;
+    pen.textAlign = "center";
+    pen.fillText(letter, picture.width / 2, type);
     const texture = new THREE.CanvasTexture(picture);
     texture.minFilter = THREE.LinearFilter;
-    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, transparent: true, depthTest: false }));
+    const sprite = new THREE.Sprite(shaded(new THREE.SpriteMaterial({ map: texture, transparent: true, depthTest: false }), ...inks));
     sprite.position.copy(at);
-    sprite.userData = { wide: picture.width / type, high: picture.height / type };
     sprite.renderOrder = 10;
     sprites.push(sprite);
     return sprite;
@@ -189,23 +203,12 @@ function spaceStage(root, data) {
       p.project(camera);
       return [(p.x + 1) / 2 * wide, (1 - p.y) / 2 * high];
     };
+    const pixel = high / (2 * half);
     const lines = bars.flatMap(({ body, points }) => {
       const found = points.map((point) => seen(body, point));
-      return found.slice(1).map((point, k) => [...found[k], ...point]);
+      return found.slice(1).map((end, k) => ({ start: found[k], end, half: 0.011 * size * pixel, body }));
     });
-    names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.0125 * size / half * high);
-  }
-
-  // What goes far is followed, so that it can be seen; the ground passes below.
-  const following = data.near ? document.createElement("input") : null;
-  if (following) {
-    const choice = document.createElement("label");
-    following.type = "checkbox";
-    following.checked = data.follow;
-    choice.append(following, " follow");
-    const controls = root.parentElement.querySelector(".controls");
-    if (controls) controls.append(choice);
-    following.addEventListener("change", () => show(...shown));
+    names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.025 * size * pixel);
   }
 
   function quaternion(v, a) { return new THREE.Quaternion(v[a], v[a + 1], v[a + 2], v[a + 3]); }
@@ -238,18 +241,16 @@ function spaceStage(root, data) {
     line.geometry.attributes.position.needsUpdate = true;
   }
   function look() {
-    const wide = root.clientWidth || 640, high = Math.round(0.62 * Math.min(wide, window.innerHeight || wide)), ratio = Math.min(2, window.devicePixelRatio || 1);
+    const wide = root.clientWidth || 640, high = Math.round(0.62 * Math.min(wide, window.innerHeight || wide)), ratio = sharpness || Math.min(2, window.devicePixelRatio || 1);
     if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
-    const follows = following && following.checked, aspect = wide / high;
-    half = 0.5 * (follows ? 2 * data.near : data.reach) / zoom;
-    centre = follows ? groups.reduce((sum, group) => sum.add(group.position), new THREE.Vector3()).divideScalar(groups.length) : middle;
+    const near = data.near && follows, aspect = wide / high; // the ground passes below what is followed
+    half = 0.5 * (near ? 2 * data.near : data.reach) / zoom;
+    centre = near ? groups.reduce((sum, group) => sum.add(group.position), new THREE.Vector3()).divideScalar(groups.length) : middle;
     Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);
     const towards = new THREE.Vector3(...data.towards).applyAxisAngle(up, azimuth).applyAxisAngle(right, elevation);
     const letter = 2 * half * 15 / high; // letters of 15 pixels, however far the view is
-    for (const sprite of sprites) {
-      sprite.scale.set(letter * sprite.userData.wide, letter * sprite.userData.high, 1);
-    }
+    for (const sprite of sprites) sprite.scale.set(1.5 * letter, 1.5 * letter, 1);
     camera.up.copy(up);
     camera.position.copy(centre).addScaledVector(towards, 10 * size);
     camera.lookAt(centre);
@@ -258,33 +259,56 @@ function spaceStage(root, data) {
     renderer.render(scene, camera);
     if (names) named();
   }
-  function show(low, high, part, traced) {
-    shown = [low, high, part, traced];
+  function way({ body, at }, first, low, high, part) { // the points of a path up to now
+    const found = [], p = new THREE.Vector3(), q = new THREE.Quaternion();
+    const add = (...instant) => { poseOf(body, ...instant, p, q); found.push(new THREE.Vector3(...at).applyQuaternion(q).add(p)); };
+    for (let k = first; k <= low; k++) add(k, k, 0);
+    add(low, high, part);
+    return found;
+  }
+  function drawTrail({ line, ink, paper }, points, fades) {
+    const colours = line.geometry.attributes.color, colour = new THREE.Color();
+    points.forEach((_, k) => colour.copy(paper).lerp(ink, fades ? (k + 1) / points.length : 1).toArray(colours.array, 3 * k));
+    colours.needsUpdate = true;
+    fill(line, points);
+  }
+  function show(low, high, part, trail) {
+    shown = [low, high, part, trail];
     groups.forEach((group, body) => poseOf(body, low, high, part, group.position, group.quaternion));
     strands.forEach(({ line, spring }, number) => {
       const points = place(number, low, high, part);
       fill(line, spring ? coil(points[0], points[points.length - 1]) : points);
     });
-    trails.forEach((line, number) => {
-      line.visible = traced;
-      if (!traced) return;
-      const { body, at } = data.traces[number], p = new THREE.Vector3(), q = new THREE.Quaternion(), found = [];
-      for (let k = 0; k <= low; k++) { poseOf(body, k, k, 0, p, q); found.push(new THREE.Vector3(...at).applyQuaternion(q).add(p)); }
-      fill(line, found);
+    trails.forEach((each, k) => {
+      each.line.visible = trail.shown[k];
+      if (trail.shown[k]) drawTrail(each, way(data.traces[k], trail.first, low, high, part), trail.fades);
     });
     look();
   }
-  let held = null;
-  canvas.title = "drag to turn, wheel to zoom";
-  canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
-  canvas.addEventListener("pointermove", (event) => {
-    if (!held) return;
-    azimuth -= (event.clientX - held[0]) * 0.008;
-    elevation = Math.max(-1.5, Math.min(1.5, elevation - (event.clientY - held[1]) * 0.008));
-    held = [event.clientX, event.clientY];
+  function recolour(colour = paper()) {
+    onPaper(colour);
+    if (shown) show(...shown);
+  }
+  onGestures(canvas, (dx, dy) => {
+    azimuth -= dx * 0.008;
+    elevation = Math.max(-1.5, Math.min(1.5, elevation - dy * 0.008));
     show(...shown);
-  });
-  canvas.addEventListener("pointerup", () => { held = null; });
-  canvas.addEventListener("wheel", (event) => { event.preventDefault(); zoom *= Math.exp(-event.deltaY * 0.001); show(...shown); }, { passive: false });
-  return stage;
+  }, (factor) => { zoom *= factor; show(...shown); });
+  recolour();
+  return {
+    switches: {
+      ...(names && { names: names.turn }),
+      ...(data.near && { follow: (on) => { follows = on; } }),
+    },
+    show,
+    reset() { [azimuth, elevation, zoom] = [0, 0, 1]; },
+    recolour,
+    paint(pen, wide, high) { // as on paper
+      sharpness = 2;
+      recolour(new THREE.Color(0xffffff));
+      pen.drawImage(canvas, 0, 0, wide, high);
+      sharpness = null;
+      recolour();
+    },
+  };
 }

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browser_pages import opened
 
 import multibody_sym as mbs
 from multibody_sym.documents.formulas import latex_in_mathml
@@ -38,32 +36,6 @@ return [...document.querySelectorAll('.names text')].map((t) => {
   const r = t.getBoundingClientRect(); return [t.textContent, r.left, r.top, r.right, r.bottom];
 });
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    selenium = pytest.importorskip("selenium.webdriver")
-    driver = shutil.which("chromedriver")
-    if driver is None:
-        pytest.skip("needs Chromium and its driver")
-    options = selenium.ChromeOptions()
-    for word in ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--window-size=1000,1000"):
-        options.add_argument(word)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    found = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
-    yield found
-    found.quit()
-
-
-def opened(browser: Any, page: Path) -> None:
-    """Open a page; fail where the console has a word or anything but the page itself is asked for."""
-    browser.get_log("performance")
-    browser.get(page.as_uri())
-    time.sleep(0.2)
-    assert [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
-    events = (json.loads(entry["message"])["message"] for entry in browser.get_log("performance"))
-    asked = [event["params"]["request"]["url"] for event in events if event["method"] == "Network.requestWillBeSent"]
-    assert [url for url in asked if not url.startswith("data:")] in ([page.as_uri()], [])
 
 
 def played(browser: Any, seconds: float) -> float:

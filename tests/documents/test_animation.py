@@ -15,12 +15,14 @@ from writing_pages import Page
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.documents.animation.animate import packed_columns, space_stage
-from multibody_sym.documents.animation.frames import frames_of
+from multibody_sym.documents.animation.frames import WINDOW, frames_of
+from multibody_sym.motion.results.plot import outputs_and_places, plot_of
 from multibody_sym.pictures.draw import item_marks
 from multibody_sym.pictures.marks.sheet import Sheet
-from multibody_sym.pictures.page.picture import Hatch, Projection
+from multibody_sym.pictures.page.picture import BODY, Hatch, Projection
 from multibody_sym.pictures.scene.items import Face
 from multibody_sym.program.target_layout import template_text
+from multibody_sym.text.values import Units
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HOSTILE = "</script><script>alert(1)</script>\" onload='x' ]]> <!--"
@@ -63,10 +65,13 @@ def test_a_plane_page_moves_bodies_to_where_the_run_has_them(run: mbs.Trajectory
     assert np.allclose(angles - angles[0], run["theta1"] - run["theta1"][0], atol=2e-4)
     assert np.allclose(poses[:, 1, :2] / scale, [placed.poses[1][:2, 3] for placed in frames.placed], atol=1e-4)
     assert [trace["body"] for trace in data["traces"]] == [0, 1]
-    assert data["plot"]["panels"][0]["label"] == "theta1, theta2 [rad]"
-    curve = unpacked(data["plot"]["panels"][0]["packed"], len(run))[:, 0]
+    assert len({trace["colour"] for trace in data["traces"]}) == 2
+    energy, angles_shown = data["plot"]["panels"]
+    assert energy["label"] == "energy [J]"
+    assert angles_shown["label"] == "theta1, theta2 [rad]"
+    curve = unpacked(angles_shown["packed"], len(run))[:, 0]
     assert np.allclose(curve, run["theta1"], atol=1e-4)
-    assert len(animation.html) < 60_000
+    assert len(animation.html) < 50_000
 
 
 def test_a_page_asks_for_nothing_and_names_end_no_script() -> None:
@@ -77,6 +82,7 @@ def test_a_page_asks_for_nothing_and_names_end_no_script() -> None:
     page = Page(html)
     assert page.asked == []
     assert page.tags.count("script") == 2
+    assert page.tags.count("img") == 0
     assert "drag to zoom" in html
     assert "default-src 'none'" in html
     assert "alert(1)</script>" not in html
@@ -94,6 +100,18 @@ def test_space_is_drawn_from_poses_with_steady_quaternions() -> None:
     assert "Stage);</script>" in mbs.animate(run).html
     flat = mbs.simulate(mbs.load(EXAMPLES / "pendulum.yaml"), t_end=0.1, samples=5, backend="python")
     assert "THREE" in mbs.animate(flat, view="iso").html
+
+
+def test_plots_beside_a_motion_show_no_quaternions(run: mbs.Trajectory) -> None:
+    """A top has outputs; a free body has places beside its quaternion; a ball joint alone has its speeds to show."""
+    joints = {"free": ["j_x, j_y, j_z [m]"], "spherical": ["j_wx, j_wy, j_wz [rad/s]"]}
+    for joint, labels in joints.items():
+        text = "{multibody_sym: 1, name: s, bodies: {b: {shape: {sphere: 0.1 m, mass: 1}}}, joints: "
+        system = mbs.loads(text + f"{{j: {{type: {joint}, parent: ground, child: b}}}}}}")
+        done = mbs.simulate(system, t_end=0.1, samples=3, backend="python")
+        assert [panel.label for panel in plot_of({"": done}, Units(), outputs_and_places(done)).panels] == labels
+    shown = data_of(mbs.animate(run, units="ms").html)["plot"]
+    assert shown["x"][-1] == pytest.approx(shown["second"] * 1.0)
 
 
 def test_films_have_frames_in_real_time(run: mbs.Trajectory, tmp_path: Path) -> None:
@@ -186,17 +204,36 @@ def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> 
     """A cylinder of 0.2 m rolls down for many metres on its slope; a superball flies up from its floor."""
     rolling = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"))
     html = mbs.animate(rolling).html
-    wide, high = data_of(html)["window"]
+    wide, high = WINDOW
     assert f'viewBox="0 0 {wide:g} {high:g}"' in html
+    frames = frames_of(rolling)
+    middles = unpacked(data_of(html)["middles"], len(frames.times))
+    scale = frames.window(frames.projection()).projection.scale
+    assert np.allclose(np.ptp(middles, axis=0) / scale, np.ptp([p.poses[0][:2, 3] for p in frames.placed], axis=0))
     disc = max(float(radius) for radius in re.findall(r'<circle [^>]*r="([\d.]+)"', html))
     assert 8.0 < disc < high / 4
     assert html.count("<path") < 100  # hatching of 20,000 pt is one line
     assert len(html) < 60_000
     flying = mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"))
-    assert data_of(mbs.animate(flying).html)["window"] is None
+    assert data_of(mbs.animate(flying).html)["middles"] is None
     sleigh = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"))).html
-    assert data_of(sleigh)["window"]
+    assert data_of(sleigh)["middles"]
     assert 'fill="url(#squares)"' in sleigh  # there is no ground to see it move on
+
+
+def test_a_film_follows_what_its_page_follows(tmp_path: Path) -> None:
+    """The cylinder goes 6.5 m in 2 s, is 0.2 m wide, and is drawn as large as on its page, at the same place."""
+    image = pytest.importorskip("PIL.Image")
+    run = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"), t_end=2, samples=9)
+    mbs.animate(run, tmp_path / "a.gif")
+    with image.open(tmp_path / "a.gif") as film:
+        (wide, high), fill = film.size, [int(BODY[k : k + 2], 16) for k in (1, 3, 5)]
+        assert wide / high == pytest.approx(WINDOW[0] / WINDOW[1], rel=0.01)
+        for k in (5, film.n_frames - 1):
+            film.seek(k)
+            disc = np.argwhere(np.all(np.abs(np.asarray(film.convert("RGB"), dtype=int) - fill) < 6, axis=2))
+            assert np.allclose(disc.mean(axis=0), [high / 2, wide / 2], atol=0.03 * wide)
+            assert np.ptp(disc, axis=0).min() > high / 12
 
 
 def test_ground_reaches_as_far_as_what_touches_it_goes() -> None:

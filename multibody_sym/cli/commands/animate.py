@@ -12,9 +12,9 @@ from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
 _OWN: Final = {
-    "trace": ("NAMES", "bodies and points whose paths can be shown, such as bob,rod.tip (default: the last bodies)"),
+    "trace": ("NAMES", "bodies and points whose paths are shown, such as bob,rod.tip; default: the last bodies"),
     "view": ("VIEW", "from where it is seen: front, top, right, iso, or AZIMUTH,ELEVATION in degrees"),
-    "show": ("NAMES", "what the plots beside it show, names with commas between them"),
+    "show": ("NAMES", "names that the plots show, with commas between them; default: outputs, coordinates"),
     "speed": ("X", "how fast it plays at first; default: 1, as it happens"),
 }
 

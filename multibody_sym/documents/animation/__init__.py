@@ -1,6 +1,6 @@
 """Animations: pages that play, and films.
 
-    animate    `animate`: HTML, GIF or MP4; Play, slider, choice of speeds; plots beside the motion;
-               a motion packed for the player in templates/html (plane.js, space.js, animation.js)
-    frames     a run as frames of one projection, and the points that are traced
+    animate    `animate`: HTML, GIF or MP4; a motion packed for the player in templates/html (player.html.in its
+               controls, animation.js its clock and keys, plane.js and space.js its stages, plots.js, names.js)
+    frames     a run as frames of one projection, the window that follows a far motion, the points that are traced
 """

@@ -15,18 +15,28 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.documents.animation.frames import MOST, Frames, alike, frames_of, side_by_side, strand_points
+from multibody_sym.documents.animation.frames import (
+    MOST,
+    WINDOW,
+    Frames,
+    Window,
+    alike,
+    frames_of,
+    side_by_side,
+    strand_points,
+)
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.model.argument_checks import door
-from multibody_sym.motion.results.plot import plot_of
+from multibody_sym.motion.results.plot import outputs_and_places, plot_of
 from multibody_sym.motion.results.samples import Samples
-from multibody_sym.pictures.draw import MOST_NAMED, item_marks
+from multibody_sym.pictures.draw import MOST_NAMED, FigureContent, description, item_marks
 from multibody_sym.pictures.marks.forces import strand_marks
 from multibody_sym.pictures.marks.labels import label_marks
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
 from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
 from multibody_sym.pictures.page.picture import (
+    ROD,
     ROPE,
     Arc,
     Hatch,
@@ -68,6 +78,9 @@ from multibody_sym.text.values import Units, chosen_units
 
 FORMATS: Final = (".html", ".gif", ".mp4")
 _DASHES: Final[tuple[list[int], ...]] = ([], [6, 3], [6, 2, 2, 2], [2, 2])
+_CURVES: Final = tuple("currentColor" if colour == "#000000" else colour for colour in COLOURS)
+"""Black is the colour of the letters around it, which are white on a dark page."""
+_PATHS: Final = tuple(colour for colour in COLOURS if colour != "#000000")
 _SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
@@ -84,7 +97,8 @@ class Animation:
 
     def _repr_html_(self) -> str:
         page = escape(self.html, quote=True)
-        return f'<iframe srcdoc="{page}" style="width:100%;height:640px;border:0" sandbox="allow-scripts"></iframe>'
+        shown = 'style="width:100%;height:640px;border:0" sandbox="allow-scripts allow-downloads"'
+        return f'<iframe srcdoc="{page}" {shown}></iframe>'
 
     @door
     def write(self, path: str | os.PathLike[str]) -> None:
@@ -94,12 +108,12 @@ class Animation:
             write_whole(path, self.html.encode("utf-8"))
             return
         # a GIF or an MP4, in real time
-        projection = self.frames.projection(self.view)
+        window = self.frames.window(self.frames.projection(self.view))
         span = float(self.frames.times[-1] - self.frames.times[0])
         count = min(_MOST, max(2, round(span * _RATE)))
         even = np.linspace(self.frames.times[0], self.frames.times[-1], count)
         at = np.searchsorted(self.frames.times, even).clip(0, len(self.frames.times) - 1)
-        images = [_image(self.frames, projection, int(k)) for k in at]
+        images = [_image(self.frames, window, int(k)) for k in at]
         rate = count / span if span else _RATE
         write_whole(path, _gif(images, span / count) if ending == ".gif" else _mp4(images, rate))
 
@@ -126,8 +140,9 @@ def animate(
 ) -> Animation:
     """Return the motion of a run as an animation, written to `path` (.html, .gif, .mp4) if one is given.
 
-    `trace` names bodies and points, as `"bob,rod.tip"`, whose paths can be shown; `view` is that of `draw`; `show` and
-    `units` say what the plots beside it show, as in `plot`; `speed` is how fast it plays at first.
+    `trace` names bodies and points whose paths are shown, as `"bob,rod.tip"`; else of the last bodies, at a click.
+    `view` is that of `draw`. `show` and `units` say what the plots below show, as in `plot`; without `show` outputs and
+    coordinates but quaternions. `speed` is how fast it plays at first.
     Raises InputError for unknown names and endings, OutputError where a library is missing or a file not written.
     """
     if not isinstance(run, Samples):
@@ -140,16 +155,19 @@ def animate(
     if not 0.0 < fast < 1e6:
         raise ArgumentError(f"speed: expected a positive number, got {shown_value(speed)}")
     content = player(run, frames, trace, view, show, chosen_units(units), fast)
-    found = Animation(frames, page(run.ready.mechanism.name, content), view)
+    found = Animation(frames, page(run, content), view)
     if path is not None:
         found.write(path)
     return found
 
 
-def page(name: str, content: str) -> str:
-    """Return the whole page of an animation around its player."""
-    style, body = template_text("html/animation.css"), f"<main>{content}</main>"
-    return fill_template("html/page.html.in", title=escape(name), style=style, body=body)
+def page(run: Samples, content: str) -> str:
+    """Return the whole page of an animation around its player: its name, what the model says of itself, the player."""
+    name, statement = escape(run.ready.mechanism.name), run.ready.system.description
+    said = f"<p>{escape(statement)}</p>" if statement else ""
+    style = template_text("html/animation.css") + template_text("html/alone.css")
+    body = f'<main class="alone"><h1>{name}</h1>{said}{content}</main>'
+    return fill_template("html/page.html.in", title=name, style=style, body=body)
 
 
 def player(
@@ -168,31 +186,38 @@ def player(
         raise ArgumentError(f"trace: expected names such as 'bob,rod.tip', got {shown_value(trace)}")
     traces = frames.traced(None if names is None else [name.strip() for name in names])
     stage = plane_stage if projection.flat else space_stage
-    drawn, motion = stage(frames, projection, traces)
+    drawn, motion = stage(frames, projection, list(traces.values()))
+    for k, (name, traced) in enumerate(zip(traces, motion["traces"], strict=True)):
+        traced |= {"runs": letters(name), "colour": _PATHS[k % len(_PATHS)]}
     times = [short(float(t)) for t in frames.times]
-    content = {"times": times, **motion, "plot": plot_data(plot_of({"": run}, units, show))}
-    text = json.dumps(content, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    curves = plot_data(plot_of({"": run}, units, outputs_and_places(run) if show is None else show), units)
+    text = json.dumps({"times": times, **motion, "plot": curves}, allow_nan=False, separators=(",", ":"))
     # a script of a page may hold no <, and no line end that a script knows
     data = text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
     kind = "plane" if projection.flat else "space"
     parts = ["animation", "plots", *(["names"] if motion.get("names") else []), kind]
-    scripts = "".join(template_text(f"html/{name}.js") for name in parts)
-    library = "" if projection.flat else f"<script>{three()}</script>"
     speeds = sorted({*_SPEEDS, speed})
-    options = "".join(f'<option value="{x:g}"{" selected" if x == speed else ""}>{x:g} x</option>' for x in speeds)
-    return (
-        f'<section class="animation"><h1>{escape(run.ready.mechanism.name)}</h1><div class="stage">{drawn}</div>'
-        '<div class="controls"><button type="button">Play</button>'
-        '<input type="range" min="0" max="1" step="any" value="0" aria-label="time"><output></output>'
-        f'<label>speed <select>{options}</select></label><label><input type="checkbox"> paths</label></div>'
-        '<div class="plots"></div></section>'
-        f'<script type="application/json" class="animation-data">{data}</script>{library}<script>{scripts}'
-        f'animate(document.querySelector(".animation"), document.querySelector(".animation-data"), {kind}Stage);'
-        "</script>"
+    return fill_template(
+        "html/player.html.in",
+        kind=kind,
+        title=escape(run.ready.mechanism.name),
+        drawn=drawn,
+        speeds="".join(f'<option value="{x:g}"{" selected" if x == speed else ""}>{x:g} x</option>' for x in speeds),
+        whole=" selected" if names else "",
+        follow="true" if motion.get("follow") else "false",
+        data=data,
+        library="" if projection.flat else f"<script>{three()}</script>",
+        scripts="".join(template_text(f"html/{name}.js") for name in parts),
     )
 
 
-def plot_data(plot: Plot) -> dict[str, Any] | None:
+def _alt_text(frames: Frames) -> str:
+    """Return the words in place of a stage: those of its figure, and how long it moves."""
+    said = description(frames.scene, frames.placed[0], FigureContent())
+    return escaped_xml(f"{said} It moves until t = {frames.times[-1]:g} s.")
+
+
+def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
     """Return the panels of a plot as plots.js reads them; None where there is nothing to plot."""
     panels = [panel for panel in plot.panels if panel.curves]
     if not panels:
@@ -202,15 +227,17 @@ def plot_data(plot: Plot) -> dict[str, Any] | None:
     return {
         "x": [short(float(value)) for value in x[kept]],
         "across": plot.across,
-        "clock": plot.over_time,
+        "second": short(1.0 / units.size("s")),
         "marks": [short(mark.x) for mark in plot.marks],
         "panels": [
             {
                 "label": panel.label,
+                "unit": panel.unit,
                 "range": [short(end) for end in panel.shown],
                 "packed": packed_columns(np.column_stack([curve.y[kept] for curve in panel.curves])),
                 "curves": [
-                    {"name": curve.name, **_line_style(k, len(panel.curves))} for k, curve in enumerate(panel.curves)
+                    {"runs": letters(curve.name), **_line_style(k, len(panel.curves))}
+                    for k, curve in enumerate(panel.curves)
                 ],
             }
             for panel in panels
@@ -219,8 +246,8 @@ def plot_data(plot: Plot) -> dict[str, Any] | None:
 
 
 def _line_style(k: int, count: int) -> dict[str, Any]:
-    if count <= len(COLOURS) * len(_DASHES):
-        return {"colour": COLOURS[k % len(COLOURS)], "dash": _DASHES[k // len(COLOURS)]}
+    if count <= len(_CURVES) * len(_DASHES):
+        return {"colour": _CURVES[k % len(_CURVES)], "dash": _DASHES[k // len(_CURVES)]}
     return {"colour": f"hsl({240 - 240 * k // (count - 1)} 75% 42%)", "dash": []}
 
 
@@ -235,17 +262,43 @@ _MARGIN: Final = 30.0
 _DOTS: Final = 110
 
 
-def _image(frames: Frames, projection: Projection, k: int) -> Any:
+def _image(frames: Frames, window: Window, k: int) -> Any:
     """Return one frame as an array of pixels; all have one size."""
+    projection, placed = window.projection, frames.placed[k]
     corners = projection.page(frames.extent)
-    shift = _MARGIN - corners.min(axis=0)
-    width, height = corners.max(axis=0) + shift + _MARGIN
-    placed = frames.placed[k]
+    if window.size is None or window.middles is None:
+        shift = _MARGIN - corners.min(axis=0)
+        width, height = corners.max(axis=0) + shift + _MARGIN
+    else:
+        (width, height), shift = window.size, np.array(window.size) / 2 - window.middles[k]
     sheet = Sheet(frames.scene, placed, frames.placed[0], projection, others=frames.looked_at)
     marks = [mark for item in frames.scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
     marks += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
     drawn = in_order([shifted_mark(mark, shift) for mark in marks if not isinstance(mark, Wanted)])  # type: ignore[arg-type]
+    if window.size is not None:
+        paper = [] if frames.faces else list(_squared_paper(window.size, shift))
+        drawn = [*paper, *(_cut(mark, window.size) for mark in drawn)]
     return pixels(Picture(float(width), float(height), drawn, frames.scene.name), _DOTS)
+
+
+def _squared_paper(size: tuple[float, float], shift: Floats) -> Iterator[Stroke]:
+    """Yield the lines of squared paper in a window, at places that stay as the window moves."""
+    for axis in (0, 1):
+        for way in np.arange(shift[axis] % _SQUARE, size[axis], _SQUARE):
+            ends = np.array([[way, 0.0], [way, size[1]]]) if axis == 0 else np.array([[0.0, way], [size[0], way]])
+            yield Stroke(ends, Pen(0.6, _PAPER), role="", name="", layer=0.0, depth=0.0)
+
+
+def _cut(mark: Placed, size: tuple[float, float]) -> Placed:
+    """Return a mark without the hatching far outside a window, whose ticks stay where they are."""
+    if not (isinstance(mark, Hatch) and len(mark.points) == 2 and _length(mark.points) > 0.0):
+        return mark
+    start, end = np.asarray(mark.points, dtype=float)
+    along, reach = (end - start) / _length(mark.points), sum(size)
+    middle = float((np.array(size) / 2 - start) @ along)
+    first = max(0.0, mark.gap * np.floor((middle - reach) / mark.gap))
+    last = min(_length(mark.points), middle + reach)
+    return replace(mark, points=np.array([start + first * along, start + max(first, last) * along]))
 
 
 def _gif(images: list[Any], seconds: float) -> bytes:
@@ -318,8 +371,8 @@ def short(value: float) -> float:
 _NAMED = ("body", "joint", "pulley", "stop")
 _CURVE = 12
 """Lines with more points are curves, which letters may lie over."""
-_CROSSED = 2.0 * FOREIGN
-"""Cost of each line that a name lies over; figures do without."""
+_CROSSED = 7.0 * FOREIGN
+"""Cost of each line that a name lies over: it goes far rather."""
 _CLEAR = 3.0
 """How far letters stay from the sign that they name (px)."""
 _ROUND = 6.0
@@ -366,18 +419,18 @@ def names_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, A
     return found
 
 
-def _lines(sheet: Sheet, item: Item) -> Iterator[Floats]:
-    """Yield the lines of an item that are no curves, and rods by their middle."""
+def _lines(sheet: Sheet, item: Item) -> Iterator[tuple[Floats, float]]:
+    """Yield the lines of an item that are no curves, with half their width: rods by their middle."""
     if isinstance(item.form, Polyline) and not item.form.closed:
-        yield from [sheet.page(item.body, item.form.points)] if len(item.form.points) <= _CURVE else []
+        yield from [(sheet.page(item.body, item.form.points), ROD / 2)] if len(item.form.points) <= _CURVE else []
         return
     for mark in item_marks(sheet, item):
         if isinstance(mark, Arc) and mark.radius > _ROUND:
             turn = np.linspace(mark.start, mark.stop, _CURVE)
-            yield np.asarray(mark.centre) + mark.radius * np.column_stack([np.cos(turn), np.sin(turn)])
+            yield np.asarray(mark.centre) + mark.radius * np.column_stack([np.cos(turn), np.sin(turn)]), 0.0
         elif isinstance(mark, (Hatch, Stroke)) and len(mark.points) <= _CURVE:
             points = np.asarray(mark.points)
-            yield np.vstack([points, points[:1]]) if getattr(mark, "closed", False) else points
+            yield np.vstack([points, points[:1]]) if getattr(mark, "closed", False) else points, 0.0
 
 
 def _named_items(scene: Scene) -> Iterator[Item]:
@@ -391,16 +444,9 @@ def _named_items(scene: Scene) -> Iterator[Item]:
 _MARGIN_OF_STAGE: Final = 30.0
 """What stays free around the motion (pt): symbols reach beyond the places that they mark."""
 _EDGE: Final = 8.0
-_WINDOW: Final = (420.0, 240.0)
-"""Width and height (pt) of a window that follows what moves."""
-_NEAR: Final = 110.0
-"""How large (pt) what moves is in such a window."""
-_LONGEST: Final = 20_000.0
-"""How long a way (pt) is drawn at most."""
-_FAR: Final = 3.0
-"""So many times as large as all of the way in view something must be seen to be followed."""
 _SQUARE: Final = 55
 """The size of squared paper (pt)."""
+_PAPER: Final = "#d5dae0"
 _TICKS: Final = 400
 """Hatching with more ticks is drawn as one dashed line."""
 _TICK: Final = 0.55
@@ -409,20 +455,20 @@ _HATCHED: Final = f'stroke-dasharray="{number(_TICK)} '
 _ROPES: Final = ("rope", "belt")
 
 
-def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
+def plane_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]) -> tuple[str, dict[str, Any]]:
     """Return the SVG of a plane motion and the numbers that move it: all of its way, or a window that follows it."""
-    projection, follows = _follow_scale(frames, projection)
-    corners = projection.page(frames.extent)
+    window = frames.window(projection)
+    projection, corners = window.projection, window.projection.page(frames.extent)
     margin = _margin(frames, projection)
     shift = margin - corners.min(axis=0)
     width, height = corners.max(axis=0) + shift + margin
-    view = _WINDOW if follows else (width, height)
+    view = window.size or (width, height)
     poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
     home = frames.placed[0]
     sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
     lines = [_line(frames, sheet, k) for k in range(len(home.strands))]
     rows, firsts = len(frames.times), np.cumsum([0, *(2 * line.shape[1] for line in lines)])
-    starts = [(each.body, projection.page(frames.placed[0].point(each))) for each in traces]
+    starts = [(each.body, projection.page(home.point(each))) for each in traces]
     data = {
         "poses": packed_columns(side_by_side(poses, rows)),
         "home": [[short(x) for x in pose[0]] for pose in poses],
@@ -430,7 +476,7 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
         "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
         "height": short(height),
-        "window": _WINDOW if follows else None,
+        "middles": None if window.middles is None else packed_columns(window.middles),
         "traces": [{"body": body, "at": [short(x), short(height - y)]} for body, (x, y) in starts],
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
@@ -438,39 +484,28 @@ def plane_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         # the lines of what is drawn at the start (pt), on which names stand where there is no other room
         found = []
         for item in frames.scene.items:
-            for points in _lines(sheet, item) if item.role not in ("frame", "contact") else ():
+            for points, half in _lines(sheet, item) if item.role not in ("frame", "contact") else ():
                 line = [[short(float(x)), short(float(height - y))] for x, y in points]
-                found.append({"body": item.body, "points": line})
+                found.append({"body": item.body, "half": half, "points": line})
         data |= {"lines": found, "rule": rule()}
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" viewBox="0 0 {number(view[0])} {number(view[1])}" '
-        f'aria-label="{escaped_xml(frames.scene.name)}"><title>{escaped_xml(frames.scene.name)}</title>'
+        f'aria-label="{_alt_text(frames)}"><title>{escaped_xml(frames.scene.name)}</title>'
         '<g stroke-linejoin="round" stroke-linecap="round" '
         f'transform="translate({number(shift[0])} {number(-shift[1])})">'
     )
-    body = _groups(frames, projection, lines, height)
-    trails = (f'<path data-trace="{k}" fill="none" stroke="#c2410c" stroke-width="0.8"/>' for k in range(len(traces)))
-    paper = _squares(corners, height) if follows and not frames.faces else ""
-    return "".join([head, paper, *body, *trails, "</g></svg>"]), data
+    paper = _squares(corners, height) if window.size and not frames.faces else ""
+    return "".join([head, paper, *_groups(frames, projection, lines, height), "</g></svg>"]), data
 
 
 def _squares(corners: Floats, height: float) -> str:
     """Return squared paper below all of a way, on which a window that follows it is seen to move."""
-    (left, low), (right, high) = corners.min(axis=0) - _WINDOW[0], corners.max(axis=0) + _WINDOW[0]
+    (left, low), (right, high) = corners.min(axis=0) - WINDOW[0], corners.max(axis=0) + WINDOW[0]
     place = f'x="{number(left)}" y="{number(height - high)}"'
     area = f'width="{number(right - left)}" height="{number(high - low)}"'
-    line = f'<path d="M{_SQUARE} 0H0V{_SQUARE}" fill="none" stroke="#d5dae0" stroke-width="0.6"/>'
+    line = f'<path d="M{_SQUARE} 0H0V{_SQUARE}" fill="none" stroke="{_PAPER}" stroke-width="0.6"/>'
     size = f'width="{_SQUARE}" height="{_SQUARE}" patternUnits="userSpaceOnUse"'
     return f'<pattern id="squares" {size}>{line}</pattern><rect {place} {area} fill="url(#squares)"/>'
-
-
-def _follow_scale(frames: Frames, projection: Projection) -> tuple[Projection, bool]:
-    """Return the scale at which what goes far is well seen, and whether it is followed."""
-    reach = float(np.linalg.norm(np.ptp(projection.page(frames.extent), axis=0)))
-    if not (frames.near > 0.0 and reach > 0.0 and frames.follows):
-        return projection, False
-    scale = min(_NEAR / frames.near, projection.scale * _LONGEST / reach)
-    return (replace(projection, scale=scale), True) if scale > _FAR * projection.scale else (projection, False)
 
 
 def _margin(frames: Frames, projection: Projection) -> float:
@@ -574,7 +609,7 @@ _BELOW: Final = 0.05
 """How far below everything the grid of the ground lies, as a part of its reach."""
 
 
-def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) -> tuple[str, dict[str, Any]]:
+def space_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]) -> tuple[str, dict[str, Any]]:
     """Return the canvas of a motion in space and the numbers that move it."""
     scene, rows = frames.scene, len(frames.times)
     poses = [_poses(np.array([placed.poses[k] for placed in frames.placed])) for k in range(len(scene.bodies))]
@@ -609,7 +644,7 @@ def space_stage(frames: Frames, projection: Projection, traces: list[Anchor]) ->
         "towards": _shorts(projection.toward),
         "traces": [{"body": each.body, "at": _shorts(each.point)} for each in traces],
     }
-    return '<canvas width="640" height="400"></canvas>', data
+    return f'<canvas width="640" height="400" role="img" aria-label="{_alt_text(frames)}"></canvas>', data
 
 
 def three() -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -21,8 +22,28 @@ MOST: Final = 1000
 """So many samples are placed at most; a page goes smoothly from one to the next."""
 _LOOKED_AT: Final = 60
 """So many frames say how much room all of them need."""
+WINDOW: Final = (420.0, 240.0)
+"""Width and height (pt) of a window that follows what moves."""
+_NEAR: Final = 110.0
+"""How large (pt) what moves is in such a window."""
+_LONGEST: Final = 20_000.0
+"""How long a way (pt) is drawn at most."""
+_FAR: Final = 3.0
+"""So many times as large as all of the way in view something must be seen to be followed."""
 _ARC: Final = 9
 """Points of a rope's arc on a wheel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """How a motion is seen: all of it at the scale of `projection`, or through a window of a `size` (pt) that follows.
+
+    `middles` (m, 2) are the places on the page in the middle of such a window at each frame (pt).
+    """
+
+    projection: Projection
+    size: tuple[float, float] | None = None
+    middles: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +65,20 @@ class Frames:
         usual = Projection(self.scene.view.right, self.scene.view.up, 1.0, self.scene.plane)
         normal = self.scene.view.towards if self.scene.plane else None
         return view_of(view, usual, self.scene.up, normal).scaled(self.extent)
+
+    def window(self, projection: Projection) -> Window:
+        """Return the window of a view: all of the motion, or the part around what moves where that would be a dot.
+
+        So the view stops to grow where a motion outgrows the mechanism, and follows.
+        """
+        reach = float(np.linalg.norm(np.ptp(projection.page(self.extent), axis=0)))
+        if self.near > 0.0 and reach > 0.0 and self.follows:
+            scale = min(_NEAR / self.near, projection.scale * _LONGEST / reach)
+            if scale > _FAR * projection.scale:
+                near = replace(projection, scale=scale)
+                middles = [near.page(placed.poses[:-1, :, 3].mean(axis=0)) for placed in self.placed]
+                return Window(near, WINDOW, np.array(middles))
+        return Window(projection)
 
     @cached_property
     def extent(self) -> Floats:
@@ -78,8 +113,8 @@ class Frames:
         away = [np.abs((middles - np.array(face.through)) @ np.array(face.normal)) for face in self.faces]
         return not away or float(np.min(away, axis=0).max()) <= self.near
 
-    def traced(self, names: Sequence[str] | None) -> list[Anchor]:
-        """Return the points to be traced: of bodies by name (their centres) and `body.point`. Raises InputError.
+    def traced(self, names: Sequence[str] | None) -> dict[str, Anchor]:
+        """Return the points to be traced: bodies by name (their centres) and `body.point`. Raises InputError.
 
         Without names they are the centres of the last three bodies at most.
         """
@@ -87,7 +122,7 @@ class Frames:
         for name in names or ():
             if name not in known:
                 raise InputError(f"there is no point {name!r} to trace", word=name, known=known)
-        return [known[name] for name in (self._last if names is None else names)]
+        return {name: known[name] for name in (self._last if names is None else names)}
 
     @property
     def _last(self) -> list[str]:

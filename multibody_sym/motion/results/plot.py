@@ -113,9 +113,18 @@ def _words(show: str | Sequence[str] | None) -> list[str]:
 
 def _all_of(run: Samples, x: str) -> list[str]:
     """Return the names that are shown unasked."""
-    taken = [*run.coordinates, *run.speeds]
-    outputs = [f"{_OUTPUT}{name}" if name in taken or name == _TIME else name for name in run.outputs]
-    return [name for name in [*taken, *outputs] if name != x]
+    return [name for name in [*run.coordinates, *run.speeds, *_outputs(run)] if name != x]
+
+
+def outputs_and_places(run: Samples) -> list[str]:
+    """Return the outputs and the coordinates that are no quaternions, or where there are none the speeds."""
+    quaternions = set(run.ready.told.quaternions)
+    return [*_outputs(run), *(name for name in run.coordinates if name not in quaternions)] or list(run.speeds)
+
+
+def _outputs(run: Samples) -> list[str]:
+    taken = {*run.coordinates, *run.speeds, _TIME}
+    return [f"{_OUTPUT}{name}" if name in taken else name for name in run.outputs]
 
 
 def _across(run: Samples, x: str, units: Units) -> tuple[_Column, str]:
