@@ -33,6 +33,7 @@ from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.draw import MOST_NAMED, FigureContent, description, item_marks
 from multibody_sym.pictures.marks.forces import strand_marks
 from multibody_sym.pictures.marks.labels import label_marks
+from multibody_sym.pictures.marks.ropes import drawn_pieces
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
 from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
 from multibody_sym.pictures.page.picture import (
@@ -463,12 +464,12 @@ def plane_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
     shift = margin - corners.min(axis=0)
     width, height = corners.max(axis=0) + shift + margin
     view = window.size or (width, height)
-    poses = [_page_poses(frames, projection, k) for k in range(len(frames.scene.bodies))]
     home = frames.placed[0]
     sheet = Sheet(frames.scene, home, home, projection, others=frames.looked_at)
+    poses = [_page_poses(frames, sheet, k) for k in range(len(frames.scene.bodies))]
     lines = [_line(frames, sheet, k) for k in range(len(home.strands))]
     rows, firsts = len(frames.times), np.cumsum([0, *(2 * line.shape[1] for line in lines)])
-    starts = [(each.body, projection.page(home.point(each))) for each in traces]
+    starts = [(each.body, sheet.at(each.body, each.point)) for each in traces]
     data = {
         "poses": packed_columns(side_by_side(poses, rows)),
         "home": [[short(x) for x in pose[0]] for pose in poses],
@@ -522,12 +523,12 @@ def _margin(frames: Frames, projection: Projection) -> float:
     return max(found)
 
 
-def _page_poses(frames: Frames, projection: Projection, body: int) -> Floats:
-    """Return places and angles of a body on the page (m, 3); the angle is zero at the start."""
+def _page_poses(frames: Frames, sheet: Sheet, body: int) -> Floats:
+    """Return places and angles of a body on the page (m, 3), displaced as it is drawn; the angle is 0 at the start."""
     poses = np.array([placed.poses[body] for placed in frames.placed])
-    places = projection.page(poses[:, :, 3])
-    across = poses[0, :, :3].T @ np.array(projection.right)
-    ways = projection.page(poses[:, :, :3] @ across)
+    places = np.array([sheet.moved(placed).at(body, (0.0, 0.0, 0.0)) for placed in frames.placed])
+    across = poses[0, :, :3].T @ np.array(sheet.projection.right)
+    ways = sheet.projection.page(poses[:, :, :3] @ across)
     return np.column_stack([places, np.arctan2(ways[:, 1], ways[:, 0])])
 
 
@@ -538,8 +539,8 @@ def _line(frames: Frames, sheet: Sheet, number_: int) -> Floats:
         marks = [next(strand_marks(sheet.moved(p), s), None) for p, s in zip(frames.placed, along, strict=True)]
         if all(isinstance(mark, Stroke) for mark in marks):
             return alike([np.asarray(mark.points, dtype=float) for mark in marks if isinstance(mark, Stroke)])
-    found: Floats = sheet.projection.page(strand_points(along))
-    return found
+    found = [drawn_pieces(sheet.moved(p), s).reshape(-1, 2) for p, s in zip(frames.placed, along, strict=True)]
+    return np.array(found)
 
 
 def _is_rope(placed: PlacedStrand) -> bool:
@@ -565,7 +566,7 @@ def _groups(frames: Frames, projection: Projection, lines: list[Floats], height:
     for number_, line in enumerate(lines):
         placed = frames.placed[_longest(line)]
         kind = "rope" if _is_rope(placed.strands[number_]) else "strand"
-        marks = list(strand_marks(Sheet(frames.scene, placed, placed, projection), placed.strands[number_]))
+        marks = list(strand_marks(sheet.moved(placed), placed.strands[number_]))
         drawn += [((kind, number_), mark) for mark in (marks[:1] if kind == "rope" else marks)]
     drawn.sort(key=lambda each: each[1].layer)
     for (attribute, place), together in groupby(drawn, key=lambda each: each[0]):

@@ -20,6 +20,8 @@ from multibody_sym.scalars.arrays import Floats
 
 MOST: Final = 1000
 """So many samples are placed at most; a page goes smoothly from one to the next."""
+_LEFT_BEHIND: Final = ("joint", "guide", "surface", "pulley", "ground")
+"""Roles of what stands on ground."""
 _LOOKED_AT: Final = 60
 """So many frames say how much room all of them need."""
 WINDOW: Final = (420.0, 240.0)
@@ -106,7 +108,7 @@ class Frames:
 
         What flies off would be seen nowhere.
         """
-        held = [i for i in self.scene.items if i.body < 0 and i.role in ("joint", "guide", "surface", "pulley")]
+        held = [item for item in self.scene.items if item.body < 0 and item.role in _LEFT_BEHIND]
         if not all(item.form.endless or isinstance(item.form, Axes) for item in held):
             return False
         middles = np.array([placed.poses[:-1, :, 3].mean(axis=0) for placed in self.looked_at])

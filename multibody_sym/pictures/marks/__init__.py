@@ -2,7 +2,7 @@
 
     sheet                a scene in a projection
     shapes, symbols      forms with a size in metres; pins, blocks and bobs in the page's size
-    forces               arrows and their length, springs, dampers, ropes
+    forces, ropes        arrows and their length, springs, dampers; ropes round their wheels
     supports, sliders    ground's triangles and hatching; rails and stops
     labels               names, lengths and angles
     place_symbols        where masses without a size stand

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import DRUM, MASS, WHEEL, fillet
+from multibody_sym.pictures.marks.place_symbols import MASS
+from multibody_sym.pictures.marks.ropes import drawn_pieces, rope_marks
 from multibody_sym.pictures.marks.shapes import capsule, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.marks.supports import drawn_pieces, is_turned, support
+from multibody_sym.pictures.marks.supports import support
 from multibody_sym.pictures.page.layout import crossing_count, segments_of
 from multibody_sym.pictures.page.picture import (
     AXIS,
@@ -160,55 +160,6 @@ def _rod(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, An
         yield Arc(end, PIN, pen, fill=PAPER, **{**named, "layer": named["layer"] + 1.0})
 
 
-def _rope(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
-    """Yield a rope: straight pieces with the bows between them; round a small wheel where it bends at a point."""
-    pen, points = sheet.pen(placed.strand, ROPE), [pieces[0][0]]
-    if placed.wound and sheet.flat:  # over the wheel beside the drum
-        named = {**named, "layer": LAYER_BODY + 0.2}
-    bows = [sheet.projection.page(bow.points()) for bow in placed.turns]
-    for first, second in pairwise(pieces):
-        ends = np.array([first[1], second[0]])
-        between = [bow for bow in bows if np.linalg.norm(bow[[0, -1]] - ends, axis=1).max() < 0.5]
-        centre = fillet(first[0], first[1], second[1], WHEEL) if not between else None
-        if between:
-            points += list(between[0])
-        elif placed.strand.name in sheet.settled.folds and is_turned(first, second):
-            points += list(_back(first, second))
-        elif centre is not None and float(np.linalg.norm(first[1] - second[0])) < 0.5:
-            start, stop = (float(np.arctan2(foot[1], foot[0])) for foot in _feet(first, second, centre))
-            angles = start + np.linspace(0.0, (stop - start + np.pi) % (2 * np.pi) - np.pi, 16)
-            points += list(centre + WHEEL * np.column_stack((np.cos(angles), np.sin(angles))))
-        else:
-            points += [first[1], second[0]]
-    points.append(pieces[-1][1])
-    yield Stroke(np.array(points), pen, **named)
-    for coil in placed.wound:
-        if not sheet.settled.drums or coil.radius * sheet.projection.scale >= DRUM:
-            yield Stroke(sheet.projection.page(coil.points()), pen, **named)
-
-
-def _back(first: Floats, second: Floats) -> Floats:
-    """Return the points of half a turn around a small wheel between two pieces, of which the second runs back."""
-    centre = (first[1] + second[0]) / 2
-    feet = _feet(first, second, centre)
-    onward = unit2(first[1] - first[0])
-    start = float(np.arctan2(feet[0][1], feet[0][0]))
-    turn = float(np.arctan2(feet[1][1], feet[1][0])) - start
-    forward = float(left(feet[0]) @ onward) > 0.0  # the rope goes on over the wheel before it comes back
-    turn = turn % (2 * np.pi) if forward else -(-turn % (2 * np.pi))
-    angles = start + np.linspace(0.0, turn, 24)
-    before, after = (float(np.linalg.norm(foot)) for foot in feet)
-    radii = np.linspace(before, after, 24)
-    found: Floats = centre + radii[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
-    return found
-
-
-def _feet(first: Floats, second: Floats, centre: Floats) -> list[Floats]:
-    """Return where two pieces touch a wheel, from its centre."""
-    ways = [(a, unit2(b - a)) for a, b in (first, second)]
-    return [a + float((centre - a) @ along) * along - centre for a, along in ways]
-
-
 def _attraction(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
     yield Stroke(pieces[0], sheet.pen(placed.strand, HIDDEN), **named)
     for anchor, end in zip(placed.strand.anchors, pieces[0], strict=True):
@@ -230,7 +181,7 @@ STRANDS: Final[Mapping[str, Look]] = {
     "spring": _spring_marks,
     "damper": _damper,
     "spring_damper": _both,
-    "rope": _rope,
+    "rope": rope_marks,
     "rod": _rod,
     "pull": _pull,
     "potential": _pull,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import WHEEL, fillet
+from multibody_sym.pictures.marks.place_symbols import WHEEL
+from multibody_sym.pictures.marks.ropes import drawn_pieces, place_of, wheel_centre
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.page.picture import (
     BODY,
@@ -25,7 +25,7 @@ from multibody_sym.pictures.page.picture import (
     Mark,
     Stroke,
 )
-from multibody_sym.pictures.scene.items import Face, Item, PlacedStrand, Polyline, Rail, Symbol
+from multibody_sym.pictures.scene.items import Face, Item, Polyline, Rail, Symbol
 from multibody_sym.scalars.arrays import Floats
 
 _STEP: Final = 46.0
@@ -114,26 +114,14 @@ def step_marks(sheet: Sheet, item: Item, at: Floats) -> Iterator[Mark]:
 # Pulleys: their axles and what holds them, and small wheels where a rope bends at a point.
 
 
-_ROUNDS: Final = 6
-"""How often a corner is moved: each leaves of the wheel's distance its width over the rope's length."""
-_STRAIGHT: Final = 0.99
-"""The cosine up to which a rope bends so little that it lies on its wheel in one line."""
-
-
 def pulley_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a small wheel in the bend of the rope that runs over a point."""
-    centre, named = wheel_centre(sheet, item, symbol), sheet.named(item, LAYER_BODY, symbol.at)
+    centre, named = wheel_centre(sheet, item), sheet.named(item, LAYER_BODY, symbol.at)
     at = place_of(sheet, item, symbol) if centre is None else centre
     if item.on_ground and not any(lies_on(sheet, item, other) for other in sheet.scene.items):
         yield from stand(sheet, item, at, _held_side(sheet, item, at), WHEEL + 6.0)
     yield Arc(at, WHEEL if centre is not None else 4.0, sheet.pen(item), fill=BODY, **named)
     yield Arc(at, 1.6, sheet.pen(item), fill=PAPER, **named)
-
-
-def place_of(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
-    """Return where a pulley is on the page: one on ground may be displaced."""
-    at = sheet.at(item.body, symbol.at)
-    return at + sheet.settled.pulleys[item.name] if item.body < 0 and item.name in sheet.settled.pulleys else at
 
 
 def lies_on(sheet: Sheet, pulley: Item, line: Item) -> bool:
@@ -155,7 +143,7 @@ def wheels_on(sheet: Sheet, line: Item) -> list[Floats]:
     found = []
     for item in sheet.scene.items:
         if item.role == "pulley" and item.symbol is not None and item.symbol.kind == "pulley":
-            centre = wheel_centre(sheet, item, item.symbol) if lies_on(sheet, item, line) else None
+            centre = wheel_centre(sheet, item) if lies_on(sheet, item, line) else None
             found += [] if centre is None else [centre]
     return found
 
@@ -166,79 +154,8 @@ def held_wheel(sheet: Sheet, at: Floats) -> Floats | None:
         if item.role != "pulley" or not item.on_ground or item.symbol is None:
             continue
         if item.symbol.kind == "pulley" and float(np.linalg.norm(sheet.at(item.body, item.symbol.at) - at)) < 1.0:
-            return wheel_centre(sheet, item, item.symbol)
+            return wheel_centre(sheet, item)
     return None
-
-
-def wheel_centre(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
-    """Return the centre (2) of the small wheel of a pulley without a radius; None where its rope does not bend."""
-    at = sheet.projection.page(sheet.placed.world(item.body, np.array([symbol.at])))[0]
-    for rope in sheet.placed.strands:
-        plain, drawn = sheet.projection.page(rope.pieces), drawn_pieces(sheet, rope)
-        for k, (first, second) in enumerate(pairwise(plain)):
-            if float(np.linalg.norm(first[1] - at)) > 0.1 or float(np.linalg.norm(second[0] - at)) > 0.1:
-                continue
-            if rope.strand.name in sheet.settled.folds and is_turned(drawn[k], drawn[k + 1]):
-                return np.asarray((drawn[k][1] + drawn[k + 1][0]) / 2)
-            bend = drawn[k][0], drawn[k][1], drawn[k + 1][1]
-            if float(unit2(bend[0] - bend[1]) @ unit2(bend[2] - bend[1])) >= -_STRAIGHT:
-                return fillet(*bend, WHEEL)
-            across = left(unit2(bend[2] - bend[0]))  # the rope lies on the wheel in one line
-            return np.asarray(bend[1] + WHEEL * (across if float(across @ sheet.down) >= 0.0 else -across))
-    return None
-
-
-def is_turned(first: Floats, second: Floats) -> bool:
-    """Return whether two pieces that follow each other run beside each other, back and forth."""
-    return float(np.linalg.norm(second[0] - first[1])) > WHEEL
-
-
-def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
-    """Return the straight pieces of a strand on the page (n, 2, 2), ended where things without a size stand."""
-    pieces, moved = sheet.projection.page(placed.pieces).copy(), sheet.settled
-    if placed.strand.name in moved.folds:
-        found: Floats = pieces + moved.folds[placed.strand.name]
-        return _round_wheels(sheet, pieces, found)
-    shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
-    if not any(np.any(shift) for shift in shifts) or not len(pieces):
-        return _round_wheels(sheet, pieces, pieces.copy()) if placed.strand.kind == "rope" else pieces
-    if len(pieces) > 1 and not placed.turns and sheet.flat:
-        # Shift the pieces at both ends of a rope with these ends, and bend it where they meet the next ones.
-        for k, shift in ((0, shifts[0]), (-1, shifts[-1])):
-            pieces[k] += shift
-        for first, second in pairwise(pieces):
-            a, b = first[1] - first[0], second[1] - second[0]
-            turn = float(a[0] * b[1] - a[1] * b[0])
-            if abs(turn) > 0.05 * float(np.linalg.norm(a) * np.linalg.norm(b)):
-                apart = second[0] - first[0]
-                corner = first[0] + a * float(apart[0] * b[1] - apart[1] * b[0]) / turn
-                first[1], second[0] = corner, corner
-    elif not placed.turns:
-        if len(pieces) == 1 and placed.strand.kind != "rod":  # a rod ends at its pins
-            across = left(unit2(pieces[0][1] - pieces[0][0]))
-            for end, (own, other) in enumerate((shifts, shifts[::-1])):
-                if not np.any(own):  # what is fixed there runs on beside, at the height of what stands on it
-                    pieces[0][end] += float(other @ across) * across
-        pieces[0][0] += shifts[0]
-        pieces[-1][1] += shifts[-1]
-    return pieces
-
-
-def _round_wheels(sheet: Sheet, plain: Floats, drawn: Floats) -> Floats:
-    """Move the corners in which a rope bends on moving bodies, so that the wheel in the bend is about its pulley."""
-    for item in sheet.scene.items:
-        if item.role != "pulley" or item.body < 0 or item.symbol is None or item.symbol.kind != "pulley":
-            continue
-        at = sheet.projection.page(sheet.placed.world(item.body, np.array([item.symbol.at])))[0]
-        centre = place_of(sheet, item, item.symbol)
-        for k in range(len(drawn) - 1):
-            if float(np.linalg.norm(plain[k][1] - at)) > 0.1 or is_turned(drawn[k], drawn[k + 1]):
-                continue
-            for _ in range(_ROUNDS):
-                lies = fillet(drawn[k][0], drawn[k][1], drawn[k + 1][1], WHEEL)
-                if lies is not None:
-                    drawn[k][1] = drawn[k + 1][0] = drawn[k][1] + centre - lies
-    return drawn
 
 
 def axle_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
