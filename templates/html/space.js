@@ -116,6 +116,10 @@ function spaceStage(root, data) {
     Barrel(group, item, material) {
       solid(group, new THREE.CylinderGeometry(item.radius, item.radius, item.length, 40), material, item.centre, item.axis);
     },
+    Cone(group, item, material) {
+      const mesh = solid(group, new THREE.ConeGeometry(item.radius, item.height, 40), material, item.tip, item.axis, [0, -1, 0]);
+      mesh.translateY(-item.height / 2);
+    },
     Face(group, item) {
       // As far as the motion goes where it is ground's, around the middle of the motion.
       const width = item.body < 0 ? Math.max(2.2 * size, data.floor.width) + 6 * (data.near || 0) : 2.2 * size;

@@ -14,6 +14,7 @@ from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.sliders import line_ends, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.symbols import ring_pins, touching_place
 from multibody_sym.pictures.page.picture import (
+    HIDDEN,
     LAYER_ARROW,
     LAYER_TEXT,
     MARKED,
@@ -23,6 +24,7 @@ from multibody_sym.pictures.page.picture import (
     Arrow,
     Mark,
     Measure,
+    Stroke,
     Wish,
     letters,
     words,
@@ -30,6 +32,10 @@ from multibody_sym.pictures.page.picture import (
 from multibody_sym.pictures.scene.items import AngleMark, Axes, Disc, Item, NamedLength, Rail, Stop, Symbol, TurnStop
 from multibody_sym.scalars.arrays import Floats
 
+_TURNED, _BOW = 0.05, 1.2
+"""From which angle on (rad) an arc shows it in space, and the bow that shows the sense of a smaller one."""
+_ARC, _BEYOND = 32.0, 1.3
+"""The radius of such an arc (pt), and how many times as long its line of reference is."""
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
@@ -218,15 +224,21 @@ def _foot(sheet: Sheet, each: AngleMark) -> Floats:
 
 
 def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
-    """Yield a bow around an axis in space with its letter."""
+    """Yield an angle in space with its letter: an arc from a line of reference, a bow while it is zero."""
     axis = sheet.placed.turned(each.at.body, each.axis)
     start = sheet.placed.turned(each.start.body, each.start.point)
     other = np.cross(axis, start)
-    angles = np.linspace(0.0, 1.2, 20)[:, None]
+    stop = sheet.placed.turned(each.stop.body, each.stop.point)
+    angle = float(np.arctan2(stop @ other, stop @ start))
+    turned = abs(angle) > _TURNED
+    angles = np.linspace(0.0, angle if turned else _BOW, 20)[:, None]
     rim = np.cos(angles) * start + np.sin(angles) * other
-    points = at + 16.0 * sheet.projection.page(rim) / sheet.projection.scale
+    points = at + (_ARC if turned else _ARC / 2.0) * sheet.projection.page(rim) / sheet.projection.scale
     if float(np.ptp(points, axis=0).max()) < 4.0:
         return
+    if turned:  # the line from which the angle is counted
+        line = at + np.outer([0.0, _BEYOND], points[0] - at)
+        yield Stroke(line, HIDDEN, role="angle", name=each.name, layer=LAYER_ARROW)
     yield Arrow(points, MOTION, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
     middle = points[len(points) // 2][None, :]
     colour = MOTION.colour

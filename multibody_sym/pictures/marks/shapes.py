@@ -27,7 +27,7 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.bodies import hull
 from multibody_sym.pictures.scene.items import GROUND as WORLD
-from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Disc, Face, Item, Polyline, Sphere, circle
+from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Cone, Disc, Face, Item, Polyline, Sphere, circle
 from multibody_sym.scalars.arrays import Floats
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -169,6 +169,17 @@ def barrel(
     yield Stroke(outline(both), pen, closed=True, fill=fill, **named)
     if abs(toward) > 0.02:
         yield Stroke(sheet.page(body, circle(near, form.axis, form.radius, 48)), pen, closed=True, fill=fill, **named)
+
+
+def _cone(sheet: Sheet, item: Item, form: Cone) -> Iterator[Mark]:
+    """Yield a cone: its outline, and its top where that faces the reader."""
+    named, pen = sheet.named(item, LAYER_BODY, form.tip), sheet.pen(item)
+    rim = circle(np.array(form.tip) + form.height * np.array(form.axis), form.axis, form.radius, 73)
+    points = sheet.page(item.body, np.vstack([form.tip, rim]))
+    yield Stroke(outline(points), pen, closed=True, fill=BODY, **named)
+    toward = float(sheet.placed.turned(item.body, form.axis) @ sheet.projection.toward)
+    if abs(toward) > 0.02:
+        yield Stroke(points[1:], pen, closed=True, fill=BODY if toward > 0.0 else None, **named)
 
 
 def outline(points: Floats) -> Floats:
@@ -323,6 +334,7 @@ FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] =
     Sphere: _ball,
     Block: _block,
     Barrel: _barrel,
+    Cone: _cone,
     Face: _face,
 }
 """How each form with a size looks; rails and symbols are in `symbols`."""

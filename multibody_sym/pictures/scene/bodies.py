@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.errors import ModelError
+from multibody_sym.mechanics.references import moves_in_plane
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import (
@@ -26,11 +27,12 @@ from multibody_sym.model.constraints import (
 )
 from multibody_sym.model.contacts_and_impacts import Coefficient, copies
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
-from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
+from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw, Spherical
 from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     Barrel,
     Block,
+    Cone,
     Disc,
     Face,
     Form,
@@ -58,6 +60,10 @@ from multibody_sym.scalars.node import Node, nodes_among
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
+_BESIDE: Final = 0.4
+"""The centre of mass of a bar is nearer to it than this part of its length."""
+_THIN: Final = 0.05
+"""Below this part of its moment across, the moment about its axis is that of a rod."""
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Sizes = Sequence[float]
 _SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
@@ -121,6 +127,10 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         return
     if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
         return
+    top = _top(stage, name, body)
+    if top is not None:
+        yield top
+        return
     apart = [place for place in places if not same(place, centre)]
     if is_bead_on_ring(stage, name):
         yield Symbol("bob", centre)
@@ -134,7 +144,41 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         if body.inertia is None:
             yield Symbol(_particle(stage, name, body) if len(apart) < len(places) else "bob", centre)
         return
-    yield link([*places, centre] if body.com is not None else places)
+    whole = body.com is None or _is_bar(stage, places, centre)
+    yield link(places if whole else [*places, centre])
+
+
+def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
+    """Return whether a body in space is a bar from joint to joint, as links of robots are: its centre is near that."""
+    if len(places) != 2 or moves_in_plane(stage.system):
+        return False
+    first, last = np.array(places)
+    along, apart = last - first, np.array(centre) - first
+    part = float(np.clip(apart @ along / float(along @ along), 0.0, 1.0))
+    return float(np.linalg.norm(apart - part * along)) < _BESIDE * float(np.linalg.norm(along))
+
+
+def _top(stage: Stage, name: str, body: Body) -> Cone | None:
+    """Return the cone of a top: it turns in all directions about a point of its axis, on ground, and is no thin rod.
+
+    Its centre of mass is at three quarters of its height, its radius that of a cone with its moment about the axis.
+    """
+    joint, inertia, mass = stage.carrying(name), body.inertia, stage.number(mass_of(body).mass)
+    if joint is None or not isinstance(joint, Spherical) or not stage.is_ground(joint.parent) or inertia is None:
+        return None
+    xx, yy, zz, xy, xz, yz = (stage.number(node) for node in inertia)
+    moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tip, centre = np.array(stage.place(joint.child).point), np.array(stage.centre(name))
+    height = float(np.linalg.norm(centre - tip))
+    if height == 0.0 or mass <= 0.0:
+        return None
+    axis = (centre - tip) / height
+    about, across = float(axis @ moments @ axis), (float(np.trace(moments)) - float(axis @ moments @ axis)) / 2.0
+    round_ = np.allclose(moments, across * np.eye(3) + (about - across) * np.outer(axis, axis), atol=1e-9 * across)
+    if not round_ or about < _THIN * across:
+        return None
+    radius = float(np.clip(np.sqrt(10.0 / 3.0 * about / mass), 0.3 * height, 1.2 * height))
+    return Cone(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:

@@ -159,6 +159,22 @@ class Barrel(_Form):
 
 
 @dataclass(frozen=True)
+class Cone(_Form):
+    """A cone that stands on its `tip`: a top, as high as `height` along the unit axis, where it has its radius."""
+
+    tip: Vector
+    axis: Vector
+    radius: float
+    height: float
+
+    @property
+    def bounds(self) -> Floats:
+        """Its tip, then the circle of its top (n, 3)."""
+        top = np.array(self.tip) + self.height * np.array(self.axis)
+        return np.vstack([self.tip, circle(top, self.axis, self.radius)])
+
+
+@dataclass(frozen=True)
 class Face(_Form):
     """A plane: a line (in space a sheet) with hatching on the side away from its normal.
 
@@ -303,7 +319,7 @@ class Axes(_Form):
         return np.array([self.at])
 
 
-Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Face | Rail | Stop | Symbol | TurnStop
+Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Cone | Face | Rail | Stop | Symbol | TurnStop
 
 
 # ----------------------------------------------------------------------------------------------------------------------

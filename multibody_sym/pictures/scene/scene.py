@@ -146,7 +146,7 @@ def scene_of(system: System) -> Scene:
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
-    book, (view, plane) = letters_of(stage.system.parameters), natural_view(stage)
+    book, (view, plane) = letters_of(stage.system.parameters), natural_view(stage, found)
     lengths = (_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage)))
     supports = list(support_items(stage, bodies))
     stood_on = {item.path for item in supports}

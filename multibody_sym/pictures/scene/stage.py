@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property, singledispatch
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -220,17 +221,22 @@ def drawn_start(mechanism: Mechanism, *, project: bool) -> Start:
 # Views: the plane of a plane model against gravity, else a look from in front and above.
 
 
-_AZIMUTHS: Final = (30.0, -60.0)
+_AZIMUTHS: Final = (30.0, -60.0, 60.0, -30.0, 45.0, -45.0, 15.0, -15.0)
+"""From where space may be seen (deg), the usual ones first: angles that do not hide axes behind each other."""
 _ELEVATION: Final = 22.0
-"""From where space is seen (deg): angles that neither hide axes behind each other nor make lengths alike."""
 _APART: Final = 0.02
 """Places nearer than this part of the whole are one on the page."""
 _CLEARLY: Final = 0.8
-"""The second azimuth is taken where places crowd by so much less."""
+"""A later azimuth is taken where it is so much less crowded than those before."""
+_ALONG: Final = 9
+"""At so many places a bar is compared with others."""
 
 
-def natural_view(stage: Stage) -> tuple[View, bool]:
-    """Return the view that a scene is drawn in unless another is asked for, and whether all moves in its plane."""
+def natural_view(stage: Stage, found: Mapping[str, Sequence[Vector]]) -> tuple[View, bool]:
+    """Return the view that a scene is drawn in unless another is asked for, and whether all moves in its plane.
+
+    `found` are the places of each body.
+    """
     normal = np.array([0.0, 0.0, 1.0]) if moves_in_plane(stage.system) else _normal(stage)
     if normal is not None:
         # The view against a normal, gravity down where it lies in the plane.
@@ -241,22 +247,36 @@ def natural_view(stage: Stage) -> tuple[View, bool]:
             up = np.array([0.0, 1.0, 0.0]) if abs(normal[1]) < 0.5 else np.array([0.0, 0.0, 1.0])
         upward = np.array(unit(up))
         return View(unit(np.cross(upward, normal)), unit(upward)), True
-    frames = (stage.place(joint.parent) for joint in stage.system.joints.values())
-    places = [stage.world(place.body, place.point) for place in frames]
-    places += [stage.world(stage.number_of(name), stage.centre(name)) for name in stage.system.bodies if name != GROUND]
-    size = float(np.linalg.norm(np.ptp(places, axis=0))) if places else 0.0
-    once = np.unique(np.round(np.array(places) / size, 6), axis=0) if size > 0.0 else np.zeros((0, 3))
     size = float(np.linalg.norm(stage.gravity))
     up = np.array([0.0, 0.0, 1.0]) if size == 0.0 else -stage.gravity / size
-    first, second = (turned_view(azimuth, _ELEVATION, up) for azimuth in _AZIMUTHS)
-    return (second if _crowd(second, once) < _CLEARLY * _crowd(first, once) else first), False
+    bars = np.array([bar for bar in _bars(stage, found) if float(np.linalg.norm(bar[1] - bar[0])) > 0.0])
+    views = [turned_view(azimuth, _ELEVATION, up) for azimuth in _AZIMUTHS]
+    crowds = [_crowd(view, bars) for view in views] if len(bars) else [0.0]
+    return views[next(k for k, crowd in enumerate(crowds) if _CLEARLY * crowd <= min(crowds))], False
 
 
-def _crowd(view: View, places: Floats) -> float:
-    """Return how near to each other places (n, 3) are on the page: the sum of one over squared distances."""
-    seen = view.project(places)
-    squares = ((seen[:, None] - seen[None]) ** 2).sum(-1)[np.triu_indices(len(seen), 1)]
-    return float((1.0 / (squares + _APART**2)).sum())
+def _bars(stage: Stage, found: Mapping[str, Sequence[Vector]]) -> Iterator[Floats]:
+    """Yield the ends (2, 3) in the world of what is long: from place to place of each body, and between bodies."""
+    for name in stage.system.bodies:
+        first, *others = [stage.world(stage.number_of(name), point) for point in (*found[name], stage.centre(name))]
+        for last in others if name != GROUND else ():
+            yield np.array([first, last])
+    for element in (*stage.system.constraints.values(), *stage.system.forces.values()):
+        between = getattr(element, "between", None) or ()
+        for one, other in pairwise(stage.place(end) for end in between):
+            yield np.array([stage.world(place.body, place.point) for place in (one, other)])
+
+
+def _crowd(view: View, bars: Floats) -> float:
+    """Return how near to each other bars (n, 2, 3) are on the page that are apart in space, and how foreshortened."""
+    parts = np.linspace(0.0, 1.0, _ALONG)[:, None]
+    places = np.vstack([bar[0] + parts * (bar[1] - bar[0]) for bar in bars])
+    of, (i, j) = np.repeat(np.arange(len(bars)), _ALONG), np.triu_indices(len(places), 1)
+    i, j = i[of[i] != of[j]], j[of[i] != of[j]]
+    size, seen = float(np.linalg.norm(np.ptp(places, axis=0))), view.project(places)
+    apart = ((places[i] - places[j]) ** 2).sum(-1) / ((seen[i] - seen[j]) ** 2).sum(-1).clip((_APART * size) ** 2)
+    shorter = ((bars[:, 1] - bars[:, 0]) ** 2).sum(-1) / (view.project(bars[:, 1] - bars[:, 0]) ** 2).sum(-1).clip(1e-9)
+    return float((apart.mean() if len(apart) else 0.0) + shorter.clip(1.0, 10.0).mean())
 
 
 def _normal(stage: Stage) -> Floats | None:
