@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from typing import Any, Final, TextIO, cast
 
 from multibody_sym.cli.options import ShownText, parse_words
-from multibody_sym.cli.output import Reply, first_lines
+from multibody_sym.cli.output import INTERRUPTED, Reply, first_lines
 from multibody_sym.errors import MultibodyError, OutputError
 
 _THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 DEBUG: Final = "MULTIBODY_SYM_DEBUG"
-INTERRUPTED: Final = 130
 INTERNAL: Final = 70
 NO_MEMORY: Final = 4
 _FAILED: Final = 3

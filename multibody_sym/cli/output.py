@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.errors import InputError, Where, at
 from multibody_sym.records import dataclass
 
 if TYPE_CHECKING:
     from multibody_sym.text.values import Units
+
+INTERRUPTED: Final = 130
+"""The exit code after Ctrl-C."""
 
 
 def first_lines(hints: Iterable[str]) -> list[str]:

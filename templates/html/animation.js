@@ -53,7 +53,7 @@ function animate(root, makeStage) {
   const data = JSON.parse(root.querySelector(".animation-data").textContent);
   const times = data.times, last = times.length - 1, start = times[0], end = times[last], length = end - start;
   const TRAIL = 0.1 * length; // how long (s) what a trail shows is
-  const digits = Math.max(0, Math.min(6, 3 - Math.ceil(Math.log10(Math.max(end, 1e-9)))));
+  const digits = Math.max(0, Math.min(6, Math.ceil(2.5 - Math.log10(length || 1)))); // a 200th of the run at least
   const frame = root.querySelector(".stage"), slider = root.querySelector("input[type=range]");
   const output = root.querySelector("output"), paths = root.querySelector("[data-for=paths]");
   const speed = root.querySelector("[data-for=speed]");

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -116,10 +120,17 @@ def test_plots_beside_a_motion_show_no_quaternions(run: mbs.Trajectory) -> None:
 
 def test_films_have_frames_in_real_time(run: mbs.Trajectory, tmp_path: Path) -> None:
     image = pytest.importorskip("PIL.Image")
-    mbs.animate(run, tmp_path / "a.gif")
+    shown: list[float] = []
+    mbs.animate(run, tmp_path / "a.gif", trace="lower,upper", on_progress=shown.append)
+    assert shown == pytest.approx(np.arange(25) / 25)
     with image.open(tmp_path / "a.gif") as film:
         assert film.n_frames == 25
         assert film.info["duration"] == 40
+        blue = []
+        for k in (1, 12, 24):
+            film.seek(k)
+            blue.append((np.asarray(film.convert("RGB"), dtype=int) @ (-1, 0, 1) > 60).sum())
+        assert blue[0] < blue[1] < blue[2]  # the path of a body grows
     pytest.importorskip("imageio_ffmpeg")
     mbs.animate(run, tmp_path / "a.mp4")
     assert (tmp_path / "a.mp4").read_bytes()[4:8] == b"ftyp"
@@ -153,6 +164,31 @@ def test_the_command_writes_a_page_and_a_notebook_shows_it(
     assert shown.count("<") == 2
 
 
+@pytest.mark.parametrize(("ending", "written"), [(".html", ["m.html"]), (".gif", [])])
+def test_ctrl_c_keeps_the_motion_until_then_and_no_part_of_a_film(
+    ending: str, written: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The signal comes while the run goes on; for a film a second one, while frames are drawn."""
+    signals: list[float] = []
+
+    @contextmanager
+    def bar() -> Iterator[Callable[[float], None]]:
+        def show(part: float) -> None:
+            signals.append(part)
+            if len(signals) == 1 or ending == ".gif":
+                os.kill(os.getpid(), signal.SIGINT)
+
+        yield show
+
+    monkeypatch.setattr("multibody_sym.documents.runs.progress_bar", bar)
+    asked = ["animate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "1e5", "--samples", "2000", "--backend", "python"]
+    assert main([*asked, "-o", str(tmp_path / f"m{ending}")]) == 130
+    assert [path.name for path in tmp_path.iterdir()] == written
+    told = capsys.readouterr()
+    assert ("where the run was interrupted" in told.out) == (ending == ".html")
+    assert ("interrupted" in told.err) == (ending == ".gif")
+
+
 def test_space_has_a_ground_below_everything_and_the_names_of_the_figure() -> None:
     """A bob on 1 m that starts 1 rad from straight down sinks to 1 m below its ball: the grid lies below that."""
     system = mbs.loads(
@@ -163,6 +199,10 @@ def test_space_has_a_ground_below_everything_and_the_names_of_the_figure() -> No
     _, data = space_stage(frames, Projection((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), [])
     assert data["floor"]["middle"][2] < -1.0
     assert data["floor"]["width"] > 0.5
+    middle, up = np.array(data["middle"]), np.array([0.0, 0.0, 1.0])
+    assert np.all(np.abs((frames.extent - middle) @ up) < data["reach"] / 2)
+    assert np.all(np.abs((frames.extent - middle) @ (1.0, 0.0, 0.0)) < 1.6 * data["reach"] / 2)
+    assert data["reach"] < 2.0
     told = {"".join(text for text, _ in each["runs"]): each for each in data["names"]}
     assert set(told) == {"bob", "J1"}
     assert told["J1"]["at"] == [0.0, 0.0, 0.0]

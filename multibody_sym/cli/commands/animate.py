@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from contextlib import ExitStack
 from typing import Final
 
 from multibody_sym.cli.options import add_run_options, run_options
-from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
+from multibody_sym.cli.output import INTERRUPTED, Reply, add_units, asked_units, verify_apart
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
 _OWN: Final = {
@@ -39,14 +38,15 @@ def run(options: argparse.Namespace) -> Reply:
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
     animation_name(place)
     verify_apart(options.file, place)
-    with ExitStack() as stack:
-        system = stack.enter_context(model(options))
-        show = stack.enter_context(progress_bar())
-        done = simulate(system, **run_options(options), on_progress=lambda _new, part: show(part))
-        found = animate(
-            done, place, trace=options.trace, view=options.view, show=options.show,
-            units=asked_units(options), speed=options.speed or 1.0,
-        )  # fmt: skip
-    count = len(found.frames.times)
-    text = f"{done.ready.mechanism.name}: {count} frames to t = {done.t_final:g} s\nwrote {place}"
-    return Reply({"frames": count, "t": done.t_final, "written": [place]}, text)
+    with model(options) as system:
+        with progress_bar() as show:
+            done = simulate(system, **run_options(options), on_progress=lambda _new, part: show(part))
+        with progress_bar() as show:
+            found = animate(
+                done, place, trace=options.trace, view=options.view, show=options.show,
+                units=asked_units(options), speed=options.speed or 1.0, on_progress=show,
+            )  # fmt: skip
+    count, ended = len(found.frames.times), ", where the run was interrupted" if done.interrupted else ""
+    text = f"{done.ready.mechanism.name}: {count} frames to t = {done.t_final:g} s{ended}\nwrote {place}"
+    answer = {"frames": count, "t": done.t_final, "written": [place]}
+    return Reply(answer, text, INTERRUPTED if done.interrupted else 0)

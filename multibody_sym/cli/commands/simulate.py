@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.options import add_run_options
-from multibody_sym.cli.output import Reply, add_units, asked_units, verify_apart
+from multibody_sym.cli.output import INTERRUPTED, Reply, add_units, asked_units, verify_apart
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import time_stages
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 HELP: Final = "compute the motion: a table, a plot, a summary"
 _FIGURES: Final = (".png", ".svg", ".pdf")
-_INTERRUPTED: Final = 130
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -72,7 +71,7 @@ def run(options: argparse.Namespace) -> Reply:
         answer["times"] = times.seconds
     answer["written"] = [path for path in (table and table.place, figure) if path is not None]
     lines += [f"wrote {path}" for path in answer["written"]]
-    code, missed = _INTERRUPTED if done.interrupted else 0, ""
+    code, missed = INTERRUPTED if done.interrupted else 0, ""
     if table is not None and table.lost:
         missed = f"{table.path} is another run's: it was written while this one lasted"
         code = code or OutputError.exit_code

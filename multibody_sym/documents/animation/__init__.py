@@ -1,6 +1,7 @@
 """Animations: pages that play, and films.
 
-    animate    `animate`: HTML, GIF or MP4; a motion packed for the player in templates/html (player.html.in its
+    animate    `animate`: a page of HTML; a motion packed for the player in templates/html (player.html.in its
                controls, animation.js its clock and keys, plane.js and space.js its stages, plots.js, names.js)
+    films      a motion as a GIF or an MP4
     frames     a run as frames of one projection, the window that follows a far motion, the points that are traced
 """

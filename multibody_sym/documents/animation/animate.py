@@ -5,21 +5,21 @@ from __future__ import annotations
 import base64
 import json
 import os
-import tempfile
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from html import escape
-from itertools import groupby
+from itertools import cycle, groupby
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.documents.animation.films import PAPER, SQUARE, film
 from multibody_sym.documents.animation.frames import (
     MOST,
     WINDOW,
     Frames,
-    Window,
     alike,
     frames_of,
     side_by_side,
@@ -27,7 +27,7 @@ from multibody_sym.documents.animation.frames import (
 )
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where
 from multibody_sym.errors import short_repr as shown_value
-from multibody_sym.model.argument_checks import door
+from multibody_sym.model.argument_checks import callback, door
 from multibody_sym.motion.results.plot import outputs_and_places, plot_of
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.draw import MOST_NAMED, FigureContent, description, item_marks
@@ -43,7 +43,6 @@ from multibody_sym.pictures.page.picture import (
     Hatch,
     Mark,
     Pen,
-    Picture,
     Placed,
     Projection,
     Simple,
@@ -51,12 +50,9 @@ from multibody_sym.pictures.page.picture import (
     Wanted,
     Wish,
     box_of,
-    in_order,
     letters,
-    shifted_mark,
     simple,
 )
-from multibody_sym.pictures.page.raster import pixels
 from multibody_sym.pictures.page.vector_files import escaped_xml, number, svg_elements
 from multibody_sym.pictures.plots import COLOURS, Plot
 from multibody_sym.pictures.scene.items import (
@@ -82,16 +78,21 @@ _DASHES: Final[tuple[list[int], ...]] = ([], [6, 3], [6, 2, 2, 2], [2, 2])
 _CURVES: Final = tuple("currentColor" if colour == "#000000" else colour for colour in COLOURS)
 """Black is the colour of the letters around it, which are white on a dark page."""
 _PATHS: Final = tuple(colour for colour in COLOURS if colour != "#000000")
+_RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True, repr=False)
 class Animation:
-    """A motion that can be looked at: `html` is a page that needs nothing beside it; a notebook shows it."""
+    """A motion that can be looked at: `html` is a page that needs nothing beside it; a notebook shows it.
+
+    `paths` are the points whose paths are shown at once, in films too.
+    """
 
     frames: Frames
     html: str
     view: str | Sequence[float] | None = None
+    paths: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Animation of {self.frames.scene.name}: {len(self.frames.times)} frames, {len(self.html) // 1000} kB>"
@@ -102,21 +103,19 @@ class Animation:
         return f'<iframe srcdoc="{page}" {shown}></iframe>'
 
     @door
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Write it as .html, .gif or .mp4, by the ending of `path`. Raises InputError for others, OutputError."""
-        ending = animation_name(path)
+    def write(self, path: str | os.PathLike[str], on_progress: Callable[[float], None] | None = None) -> None:
+        """Write it as .html, .gif or .mp4, by the ending of `path`; films are in real time.
+
+        `on_progress` is called with the part of the frames that are drawn, from 0 to 1.
+        Raises InputError for other endings, OutputError where a library is missing or the file not written.
+        """
+        ending, show = animation_name(path), callback("on_progress", on_progress)
         if ending == ".html":
             write_whole(path, self.html.encode("utf-8"))
             return
-        # a GIF or an MP4, in real time
+        traced = zip(self.frames.traced(self.paths).values(), cycle(_PATHS), strict=False)
         window = self.frames.window(self.frames.projection(self.view))
-        span = float(self.frames.times[-1] - self.frames.times[0])
-        count = min(_MOST, max(2, round(span * _RATE)))
-        even = np.linspace(self.frames.times[0], self.frames.times[-1], count)
-        at = np.searchsorted(self.frames.times, even).clip(0, len(self.frames.times) - 1)
-        images = [_image(self.frames, window, int(k)) for k in at]
-        rate = count / span if span else _RATE
-        write_whole(path, _gif(images, span / count) if ending == ".gif" else _mp4(images, rate))
+        write_whole(path, film(self.frames, window, traced, ending, show or (lambda _part: None)))
 
 
 def animation_name(path: str | os.PathLike[str]) -> str:
@@ -138,12 +137,13 @@ def animate(
     show: str | Sequence[str] | None = None,
     units: str | Sequence[str] | Units | None = None,
     speed: float | str = 1.0,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Animation:
     """Return the motion of a run as an animation, written to `path` (.html, .gif, .mp4) if one is given.
 
     `trace` names bodies and points whose paths are shown, as `"bob,rod.tip"`; else of the last bodies, at a click.
     `view` is that of `draw`. `show` and `units` say what the plots below show, as in `plot`; without `show` outputs and
-    coordinates but quaternions. `speed` is how fast it plays at first.
+    coordinates but quaternions. `speed` is how fast it plays at first. `on_progress` is that of `Animation.write`.
     Raises InputError for unknown names and endings, OutputError where a library is missing or a file not written.
     """
     if not isinstance(run, Samples):
@@ -155,11 +155,21 @@ def animate(
         fast = 0.0
     if not 0.0 < fast < 1e6:
         raise ArgumentError(f"speed: expected a positive number, got {shown_value(speed)}")
-    content = player(run, frames, trace, view, show, chosen_units(units), fast)
-    found = Animation(frames, page(run, content), view)
+    names = _names(trace)
+    content = player(run, frames, names, view, show, chosen_units(units), fast)
+    found = Animation(frames, page(run, content), view, tuple(names or ()))
     if path is not None:
-        found.write(path)
+        found.write(path, on_progress)
     return found
+
+
+def _names(trace: str | Sequence[str] | None) -> list[str] | None:
+    names = trace.split(",") if isinstance(trace, str) else trace
+    if names is None:
+        return None
+    if not (isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)):
+        raise ArgumentError(f"trace: expected names such as 'bob,rod.tip', got {shown_value(trace)}")
+    return [name.strip() for name in names]
 
 
 def page(run: Samples, content: str) -> str:
@@ -174,7 +184,7 @@ def page(run: Samples, content: str) -> str:
 def player(
     run: Samples,
     frames: Frames,
-    trace: str | Sequence[str] | None,
+    trace: Sequence[str] | None,
     view: str | Sequence[float] | None,
     show: str | Sequence[str] | None,
     units: Units,
@@ -182,14 +192,11 @@ def player(
 ) -> str:
     """Return the player as a part of a page: stage, controls, plots, data and scripts."""
     projection = frames.projection(view)
-    names = trace.split(",") if isinstance(trace, str) else trace
-    if names is not None and not (isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)):
-        raise ArgumentError(f"trace: expected names such as 'bob,rod.tip', got {shown_value(trace)}")
-    traces = frames.traced(None if names is None else [name.strip() for name in names])
+    traces = frames.traced(trace)
     stage = plane_stage if projection.flat else space_stage
     drawn, motion = stage(frames, projection, list(traces.values()))
-    for k, (name, traced) in enumerate(zip(traces, motion["traces"], strict=True)):
-        traced |= {"runs": letters(name), "colour": _PATHS[k % len(_PATHS)]}
+    for k, (name, point) in enumerate(zip(traces, motion["traces"], strict=True)):
+        point |= {"runs": letters(name), "colour": _PATHS[k % len(_PATHS)]}
     times = [short(float(t)) for t in frames.times]
     curves = plot_data(plot_of({"": run}, units, outputs_and_places(run) if show is None else show), units)
     text = json.dumps({"times": times, **motion, "plot": curves}, allow_nan=False, separators=(",", ":"))
@@ -204,7 +211,7 @@ def player(
         title=escape(run.ready.mechanism.name),
         drawn=drawn,
         speeds="".join(f'<option value="{x:g}"{" selected" if x == speed else ""}>{x:g} x</option>' for x in speeds),
-        whole=" selected" if names else "",
+        whole=" selected" if trace else "",
         follow="true" if motion.get("follow") else "false",
         data=data,
         library="" if projection.flat else f"<script>{three()}</script>",
@@ -233,7 +240,7 @@ def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
         "panels": [
             {
                 "label": panel.label,
-                "unit": panel.unit,
+                "unit": _typeset_unit(panel.unit),
                 "range": [short(end) for end in panel.shown],
                 "packed": packed_columns(np.column_stack([curve.y[kept] for curve in panel.curves])),
                 "curves": [
@@ -246,94 +253,15 @@ def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
     }
 
 
+def _typeset_unit(unit: str) -> str:
+    """Return a unit as a book sets it: kg*m^2/s as kg m²/s."""
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), unit).replace("*", "\u2009")
+
+
 def _line_style(k: int, count: int) -> dict[str, Any]:
     if count <= len(_CURVES) * len(_DASHES):
         return {"colour": _CURVES[k % len(_CURVES)], "dash": _DASHES[k // len(_CURVES)]}
     return {"colour": f"hsl({240 - 240 * k // (count - 1)} 75% 42%)", "dash": []}
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# A motion as a GIF or an MP4: its figure, frame by frame, without labels.
-
-
-_RATE: Final = 25
-"""Frames a second."""
-_MOST: Final = 750
-_MARGIN: Final = 30.0
-_DOTS: Final = 110
-
-
-def _image(frames: Frames, window: Window, k: int) -> Any:
-    """Return one frame as an array of pixels; all have one size."""
-    projection, placed = window.projection, frames.placed[k]
-    corners = projection.page(frames.extent)
-    if window.size is None or window.middles is None:
-        shift = _MARGIN - corners.min(axis=0)
-        width, height = corners.max(axis=0) + shift + _MARGIN
-    else:
-        (width, height), shift = window.size, np.array(window.size) / 2 - window.middles[k]
-    sheet = Sheet(frames.scene, placed, frames.placed[0], projection, others=frames.looked_at)
-    marks = [mark for item in frames.scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
-    marks += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
-    drawn = in_order([shifted_mark(mark, shift) for mark in marks if not isinstance(mark, Wanted)])  # type: ignore[arg-type]
-    if window.size is not None:
-        paper = [] if frames.faces else list(_squared_paper(window.size, shift))
-        drawn = [*paper, *(_cut(mark, window.size) for mark in drawn)]
-    return pixels(Picture(float(width), float(height), drawn, frames.scene.name), _DOTS)
-
-
-def _squared_paper(size: tuple[float, float], shift: Floats) -> Iterator[Stroke]:
-    """Yield the lines of squared paper in a window, at places that stay as the window moves."""
-    for axis in (0, 1):
-        for way in np.arange(shift[axis] % _SQUARE, size[axis], _SQUARE):
-            ends = np.array([[way, 0.0], [way, size[1]]]) if axis == 0 else np.array([[0.0, way], [size[0], way]])
-            yield Stroke(ends, Pen(0.6, _PAPER), role="", name="", layer=0.0, depth=0.0)
-
-
-def _cut(mark: Placed, size: tuple[float, float]) -> Placed:
-    """Return a mark without the hatching far outside a window, whose ticks stay where they are."""
-    if not (isinstance(mark, Hatch) and len(mark.points) == 2 and _length(mark.points) > 0.0):
-        return mark
-    start, end = np.asarray(mark.points, dtype=float)
-    along, reach = (end - start) / _length(mark.points), sum(size)
-    middle = float((np.array(size) / 2 - start) @ along)
-    first = max(0.0, mark.gap * np.floor((middle - reach) / mark.gap))
-    last = min(_length(mark.points), middle + reach)
-    return replace(mark, points=np.array([start + first * along, start + max(first, last) * along]))
-
-
-def _gif(images: list[Any], seconds: float) -> bytes:
-    import io
-
-    try:
-        from PIL import Image
-    except ImportError:
-        raise OutputError("a GIF needs Pillow: pip install 'multibody_sym[plot]'", number="O104") from None
-    content = io.BytesIO()
-    first, *others = [Image.fromarray(image).quantize(64) for image in images]
-    hundredths = max(2, round(100 * seconds))
-    first.save(content, "GIF", save_all=True, append_images=others, duration=10 * hundredths, loop=0, optimize=False)
-    return content.getvalue()
-
-
-def _mp4(images: list[Any], rate: float) -> bytes:
-    try:
-        import imageio_ffmpeg
-    except ImportError:
-        raise OutputError("an MP4 needs imageio-ffmpeg: pip install 'multibody_sym[animate]'", number="O104") from None
-    height, width = images[0].shape[:2]
-    folder = tempfile.mkdtemp()
-    file = Path(folder) / "film.mp4"
-    try:
-        writer = imageio_ffmpeg.write_frames(str(file), (width, height), fps=rate, macro_block_size=2)
-        writer.send(None)
-        for image in images:
-            writer.send(np.ascontiguousarray(image))
-        writer.close()
-        return file.read_bytes()
-    finally:
-        file.unlink(missing_ok=True)
-        os.rmdir(folder)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -445,9 +373,6 @@ def _named_items(scene: Scene) -> Iterator[Item]:
 _MARGIN_OF_STAGE: Final = 30.0
 """What stays free around the motion (pt): symbols reach beyond the places that they mark."""
 _EDGE: Final = 8.0
-_SQUARE: Final = 55
-"""The size of squared paper (pt)."""
-_PAPER: Final = "#d5dae0"
 _TICKS: Final = 400
 """Hatching with more ticks is drawn as one dashed line."""
 _TICK: Final = 0.55
@@ -504,8 +429,8 @@ def _squares(corners: Floats, height: float) -> str:
     (left, low), (right, high) = corners.min(axis=0) - WINDOW[0], corners.max(axis=0) + WINDOW[0]
     place = f'x="{number(left)}" y="{number(height - high)}"'
     area = f'width="{number(right - left)}" height="{number(high - low)}"'
-    line = f'<path d="M{_SQUARE} 0H0V{_SQUARE}" fill="none" stroke="{_PAPER}" stroke-width="0.6"/>'
-    size = f'width="{_SQUARE}" height="{_SQUARE}" patternUnits="userSpaceOnUse"'
+    line = f'<path d="M{SQUARE} 0H0V{SQUARE}" fill="none" stroke="{PAPER}" stroke-width="0.6"/>'
+    size = f'width="{SQUARE}" height="{SQUARE}" patternUnits="userSpaceOnUse"'
     return f'<pattern id="squares" {size}>{line}</pattern><rect {place} {area} fill="url(#squares)"/>'
 
 
@@ -606,6 +531,10 @@ _COLOURS: Final = (0x5B8DB8, 0xE0A458, 0x6DA67A, 0xB57BA6, 0x8C8C8C, 0xC96F53, 0
 _GROUND: Final = 0x9AA3AD
 _SPACE_FAR: Final = 4.0
 """A motion so many times as far as what moves may be followed: all of it in view, nobody could tell what it is."""
+_AXES: Final = 0.22
+"""How far the axes and their letters reach from the corner of the ground, in sizes of the whole."""
+_AIR, _WIDE = 1.3, 1.6
+"""How much higher a view is than what it shows, and how much wider than high."""
 _BELOW: Final = 0.05
 """How far below everything the grid of the ground lies, as a part of its reach."""
 
@@ -617,13 +546,14 @@ def space_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
     lines = [strand_points(along) for along in zip(*(placed.strands for placed in frames.placed), strict=True)]
     low, high = frames.extent.min(axis=0), frames.extent.max(axis=0)
     up = np.array(scene.up if scene.plane else unit(-np.array(scene.gravity)))
-    reach, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
+    far, near = max(float(np.linalg.norm(high - low)), 0.5 * scene.size), frames.near
     firsts = np.cumsum([0, *(3 * line.shape[1] for line in lines)])
     # a level grid below everything, a little wider than the motion; the axes stand at its corner to the left in front
     half = (high - low) / 2
     width = float(np.linalg.norm(half))
     floor = _shorts((low + high) / 2 - (float(np.abs(up) @ half) + _BELOW * width) * up)
     corner = low - float(low @ up) * up + float(np.array(floor) @ up) * up
+    middle, reach = _first_view(projection, np.vstack([frames.extent, corner + _AXES * scene.size * np.eye(3)]))
     data = {
         "poses": packed_columns(side_by_side(poses, rows)),
         "ropes": packed_columns(side_by_side(lines, rows)),
@@ -632,13 +562,13 @@ def space_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
         "bodies": list(scene.bodies),
         "items": [_item(item) for item in scene.items if item.role != "frame"],
         "size": short(scene.size),
-        "middle": _shorts((low + high) / 2),
+        "middle": _shorts(middle),
         "low": _shorts(corner),
         "floor": {"middle": floor, "width": short(1.8 * width or 1.0)},
         "names": names_in_space(scene),
         "rule": rule(),
-        "reach": short(reach),
-        "near": short(near) if reach > _SPACE_FAR * near > 0.0 else None,
+        "reach": short(max(reach, 0.5 * scene.size)),
+        "near": short(near) if far > _SPACE_FAR * near > 0.0 else None,
         "follow": frames.follows,
         "right": _shorts(projection.right),
         "up": _shorts(up),
@@ -648,10 +578,20 @@ def space_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
     return f'<canvas width="640" height="400" role="img" aria-label="{_alt_text(frames)}"></canvas>', data
 
 
+def _first_view(projection: Projection, points: Floats) -> tuple[Floats, float]:
+    """Return the point in the middle of a view that shows all points (n, 3), and how high (m) the view is."""
+    sides = np.array([projection.right, projection.up])
+    seen = points @ sides.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    inside = points.mean(axis=0)
+    wide, tall = high - low
+    middle: Floats = inside + ((low + high) / 2 - sides @ inside) @ sides
+    return middle, _AIR * max(float(tall), float(wide) / _WIDE)
+
+
 def three() -> str:
     """Return three.js as meshcat's wheel carries it. Raises OutputError where that is not installed."""
     from importlib.util import find_spec
-    from pathlib import Path
 
     found = find_spec("meshcat")
     if found is None or found.origin is None:
