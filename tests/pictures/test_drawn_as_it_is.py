@@ -131,3 +131,17 @@ def test_a_wedge_is_longer_than_what_slides_on_it() -> None:
     wedge, block = (np.ptp(points_of(marks_of(system, "body", name)), axis=0) for name in ("wedge", "block"))
     assert wedge[0] > 3.0 * block[0]
     assert wedge[1] > 2.0 * block[1]
+
+
+PULLED = [("two_drums", "rope", "block"), ("t9_block_on_block", "string", "upper")]
+
+
+@pytest.mark.parametrize(("name", "rope", "block"), PULLED)
+def test_a_rope_along_a_plane_leads_from_the_middle_of_its_block(name: str, rope: str, block: str) -> None:
+    system = example(f"textbook/{name}")
+    (line,) = [np.asarray(mark.points) for mark in marks_of(system, "rope", rope) if isinstance(mark, Stroke)]
+    outline = points_of(marks_of(system, "body", block))
+    assert line[0] == pytest.approx((outline.min(axis=0) + outline.max(axis=0)) / 2)
+    assert line[1][1] == pytest.approx(line[0][1])
+    (dot,) = [m for m in mbs.draw(system).picture.marks if m.role == "contact" and isinstance(m, Arc)][:1]
+    assert dot.centre[1] == pytest.approx(outline[:, 1].min())

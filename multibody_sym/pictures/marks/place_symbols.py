@@ -16,7 +16,7 @@ import numpy as np
 
 from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import ROD
-from multibody_sym.pictures.scene.items import Disc, Face, Item, Placed, PlacedStrand, Polyline, Rail, Symbol
+from multibody_sym.pictures.scene.items import Disc, Face, Item, Path, Placed, PlacedStrand, Polyline, Rail, Symbol
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -36,6 +36,8 @@ _CLOSE: Final = 38.0
 """How far masses without a size are apart at least that a rope or spring joins (pt)."""
 DRUM: Final = 6.0
 """The least radius of a drum on a body that hangs on its rope (pt)."""
+_LEVEL: Final = 0.02
+"""The sine of the angle to a plane up to which a rope runs along it."""
 _PARTED: Final = 3.0 * ROD
 """How far rods are apart that would lie on each other (pt)."""
 _SAME: Final = 1.0
@@ -50,7 +52,8 @@ class Settled:
     """Displacements (pt) of `bodies` by number and of `pulleys` on ground by name; `leans` are directions of blocks.
 
     `folds` are, by rope, the displacements of the ends of its pieces where it runs straight back over wheels. `drums`
-    are radii (pt), by body, of drums that would be too small to be seen.
+    are radii (pt), by body, of drums that would be too small to be seen. `lower` says how far (pt) faces, by path, lie
+    below their planes, `seats` what of them is below the places of the bodies that stand there.
     """
 
     bodies: Mapping[int, Floats] = field(default_factory=dict)
@@ -58,6 +61,8 @@ class Settled:
     leans: Mapping[int, Floats] = field(default_factory=dict)
     folds: Mapping[str, Floats] = field(default_factory=dict)
     drums: Mapping[int, float] = field(default_factory=dict)
+    lower: Mapping[Path, float] = field(default_factory=dict)
+    seats: Mapping[int, Floats] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
@@ -73,6 +78,8 @@ class _Settling:
     leans: dict[int, Floats] = field(default_factory=dict)
     folds: dict[str, Floats] = field(default_factory=dict)
     drums: dict[int, float] = field(default_factory=dict)
+    lower: dict[Path, float] = field(default_factory=dict)
+    seats: dict[int, Floats] = field(default_factory=dict)
 
     def page(self, body: int, point: object) -> Floats:
         """Return where a point of a body is on the page (2)."""
@@ -94,6 +101,8 @@ class _Settling:
 def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
     """Return where things without a size stand in a view."""
     made = _Settling(scene, home, np.array([right, up]), scale)
+    for strand in home.strands:
+        _sink(made, strand)
     for strand in home.strands:
         _fold(made, strand)
     for strand in home.strands:
@@ -122,7 +131,7 @@ def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) 
         _beside(made, strand)
         _widen(made, strand)
     _part(made)
-    return Settled(made.bodies, made.pulleys, made.leans, made.folds, made.drums)
+    return Settled(made.bodies, made.pulleys, made.leans, made.folds, made.drums, made.lower, made.seats)
 
 
 def _widen(made: _Settling, rope: PlacedStrand) -> None:
@@ -184,10 +193,38 @@ def half_size(symbol: Symbol) -> float:
     return BOB if symbol.kind == "bob" else MASS[1] / 2
 
 
+def _sink(made: _Settling, rope: PlacedStrand) -> None:
+    """Let planes along which a rope runs to a wheel lie lower, under the masses without a size that it pulls.
+
+    These would be lifted onto the planes else, and the rope, which is tangent to a wheel with a radius, would bend.
+    """
+    anchors = rope.strand.anchors
+    if not rope.turns or len(anchors) < 2 or not made.scene.plane:
+        return
+    for anchor, piece in ((anchors[0], rope.pieces[0]), (anchors[-1], rope.pieces[-1])):
+        way = made.axes @ (piece[1] - piece[0])
+        forms = [i.form for i in made.scene.items if i.body == anchor.body and i.role in ("body", "surface")]
+        if made.mass(anchor.body) is None and not all(isinstance(form, Face) for form in forms):
+            continue
+        contacts = [i for i in made.scene.items if i.role == "contact" and anchor.body in i.bodies]
+        others = {body for contact in contacts for body in contact.bodies if body != anchor.body}
+        for item in made.scene.items:
+            if item.body not in others or not isinstance(item.form, Face) or item.form.ends is not None:
+                continue
+            normal = made.way(item.body, item.form.normal)
+            height = (made.page(anchor.body, anchor.point) - made.page(item.body, item.form.through)) @ normal
+            if abs(float(height)) < _SAME and abs(float(way @ normal)) < _LEVEL * float(np.linalg.norm(way)):
+                made.lower[item.path] = MASS[1] / 2
+                made.seats[anchor.body] = -MASS[1] / 2 * normal
+                made.leans[anchor.body] = np.array([normal[1], -normal[0]])
+
+
 def _stand(made: _Settling, item: Item) -> None:
     """Let a mass that touches a plane, or slides on another body, stand on it."""
     if item.role == "contact" and len(item.bodies) == 2 and item.symbol is not None:
         mass, other = made.mass(item.body), next((b for b in item.bodies if b != item.body), item.body)
+        if item.body in made.seats:
+            return
         normal = next(_normals(made, other, made.page(item.body, item.symbol.at)), None)
         if mass is not None and normal is not None:
             _lift(made, item.body, other, normal, half_size(mass))

@@ -219,7 +219,7 @@ def face_ends(sheet: Sheet, item: Item) -> Floats | None:
     if form.ends is not None:
         return sheet.page(item.body, form.ends)
     normal = unit2(sheet.way(item.body, form.normal))
-    through, along = sheet.at(item.body, form.through), left(normal)
+    through, along = sheet.through(item, form), left(normal)
     # along what stands near it
     ways = (_near(sheet, item) - through) @ along
     start, stop = float(ways.min()), float(ways.max())
@@ -238,7 +238,7 @@ def face_ends(sheet: Sheet, item: Item) -> Floats | None:
         lean = float(along @ across)
         if abs(lean) < 0.05:
             continue
-        crossing = float((sheet.at(other.body, other.form.through) - through) @ across) / lean
+        crossing = float((sheet.through(other, other.form) - through) @ across) / lean
         if stop - room <= crossing < high:
             high = crossing
         elif low < crossing <= start + room:
@@ -274,7 +274,7 @@ def outline_of(sheet: Sheet, item: Item) -> Floats:
 def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     """Return the outline (n, 2) of a moving body behind a face: a wedge below a slope, a plate where it faces else."""
     normal = unit2(sheet.way(item.body, form.normal))
-    along, through = left(normal), sheet.at(item.body, form.through)
+    along, through = left(normal), sheet.through(item, form)
     ways = (_near(sheet, item, rest=False) - through) @ along
     level = abs(float(normal @ left(sheet.down))) < 0.02 or float(normal @ sheet.down) > -0.02
     half = _HALF if level else SLOPE
@@ -286,7 +286,8 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
         low, high = centre - half, centre + half
     points = np.array([through + low * along, through + high * along])
     if level:
-        below = float((through - sheet.at(item.body, (0.0, 0.0, 0.0))) @ normal)
+        foot = sheet.at(item.body, (0.0, 0.0, 0.0)) + sheet.settled.seats.get(item.body, np.zeros(2))
+        below = float((through - foot) @ normal)
         if below > 2.0 * _HALF:  # higher than long: a block, not a column
             points += np.outer([-1.0, 1.0], 0.6 * below * along)
         return np.vstack([points, points[::-1] - max(below, _PLATE) * normal])

@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.pictures.marks.place_symbols import Settled, settle
 from multibody_sym.pictures.page.picture import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED, Pen, Projection
-from multibody_sym.pictures.scene.items import Axes, Item, Path, Placed
+from multibody_sym.pictures.scene.items import Axes, Face, Item, Path, Placed
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -48,6 +48,11 @@ class Sheet:
     def at(self, body: int, point: Values) -> Floats:
         """Return where a point of a body is on the page (2)."""
         return np.asarray(self.page(body, [point])[0])
+
+    def through(self, item: Item, face: Face) -> Floats:
+        """Return a place of a face on the page (2), which may lie lower than its plane."""
+        lower = self.settled.lower.get(item.path, 0.0)
+        return self.at(item.body, face.through) - lower * self.way(item.body, face.normal)
 
     def way(self, body: int, direction: Values) -> Floats:
         """Return a direction of a body on the page (2): of length 1 where it lies in the page, 0 across it."""

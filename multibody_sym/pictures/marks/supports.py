@@ -100,7 +100,7 @@ def step_marks(sheet: Sheet, item: Item, at: Floats) -> Iterator[Mark]:
             if other is None or not isinstance(face.form, Face):
                 continue
             normal = unit2(sheet.way(face.body, face.form.normal))
-            height = float((at - sheet.at(face.body, face.form.through)) @ normal)
+            height = float((at - sheet.through(face, face.form)) @ normal)
             away = left(normal) * (1.0 if float((at - sheet.at(other, (0.0, 0.0, 0.0))) @ left(normal)) > 0.0 else -1.0)
             if height > 1.0:
                 points = np.array([at - height * normal, at, at + _STEP * away])

@@ -89,8 +89,9 @@ def touching_place(sheet: Sheet, item: Item, symbol: Symbol) -> Floats | None:
                 if found is not None:
                     return found
     at = sheet.at(item.body, symbol.at) - sheet.settled.bodies.get(item.body, np.zeros(2))
-    faces = [(i.body, i.form) for i in second if isinstance(i.form, Face)]
-    heights = [float((at - sheet.at(body, face.through)) @ sheet.way(body, face.normal)) for body, face in faces]
+    at = at + sheet.settled.seats.get(item.body, np.zeros(2))
+    faces = [(i, i.form) for i in second if isinstance(i.form, Face)]
+    heights = [float((at - sheet.through(i, face)) @ sheet.way(i.body, face.normal)) for i, face in faces]
     if faces and min(map(abs, heights)) >= _NEAR:
         return None
     return at if any(symbol.at) or any(isinstance(i.form, (Face, Polyline)) for i in (*first, *second)) else None
@@ -117,7 +118,7 @@ def _nearest(sheet: Sheet, a: Item, b: Item) -> Floats | None:
         return _rim_on_face(sheet, a, b)
     if isinstance(b.form, Face):
         normal = sheet.way(b.body, b.form.normal)
-        apart = float((centre - sheet.at(b.body, b.form.through)) @ normal)
+        apart = float((centre - sheet.through(b, b.form)) @ normal)
         near = abs(abs(apart) - radius) < _NEAR and float(np.linalg.norm(normal)) > 0.99
         return centre - radius * normal if near else None
     if isinstance(b.form, (Disc, Sphere)):
@@ -163,7 +164,7 @@ def _rim_on_face(sheet: Sheet, a: Item, b: Item) -> Floats | None:
 def _lowest(sheet: Sheet, a: Item, box: Block | Polyline, b: Item, face: Face) -> Floats | None:
     """Return the middle of what of a box or an outline is nearest to a face, None if it is not near."""
     normal, corners = sheet.way(b.body, face.normal), sheet.page(a.body, box.bounds)
-    heights = (corners - sheet.at(b.body, face.through)) @ normal
+    heights = (corners - sheet.through(b, face)) @ normal
     low = float(heights.min())
     return np.asarray(corners[heights < low + 1.0].mean(axis=0)) if abs(low) < _NEAR else None
 
