@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import os
 import re
+import shutil
+import warnings
 from collections.abc import Mapping
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
-from site_pages import commands, gallery, json_objects, keys, language, model_file, pictures
+from PIL import Image, ImageSequence
+from site_pages import commands, gallery, json_objects, keys, language, model_file, python_api, written
 from site_pages.generated import generated
-from site_pages.markdown import anchor
+from site_pages.markdown import anchor, plain
 
 import multibody_sym as mbs
 from multibody_sym.cli.error_pages import EXPLAINED
@@ -31,8 +36,7 @@ DOCS = ROOT / "docs"
 @pytest.fixture(scope="module")
 def reference() -> Mapping[str, str]:
     """The text of each generated page, those of examples apart, which take a while."""
-    slow = gallery.pages()
-    return {address: make() for address, make in generated().items() if address not in slow}
+    return {address: make() for address, make in generated().items()}
 
 
 def below(cls: type[Element]) -> set[type[Element]]:
@@ -63,17 +67,61 @@ def test_every_option_has_its_line(reference: Mapping[str, str]) -> None:
 
 def test_every_error_name_and_example_has_its_place(reference: Mapping[str, str]) -> None:
     assert [n for n in EXPLAINED if f"\n## {n}: " not in reference["reference/errors.md"]] == []
-    assert [n for n in mbs.__all__ if f"\n### {n}\n" not in reference["reference/python_api.md"]] == []
-    assert [n for n in gallery.examples() if f"({n}.md)" not in reference["gallery/index.md"]] == []
+    python = "".join(text for address, text in reference.items() if address.startswith("reference/python/"))
+    assert [n for n in mbs.__all__ if not re.search(rf"\n###? {re.escape(plain(n))}\n", python)] == []
+    pictures = [n for n in gallery.examples() if f'href="{n}.html"><img src="{n}.svg"' in reference["gallery/index.md"]]
+    assert pictures == list(gallery.examples())
     files = sorted(ROOT.glob("examples/**/*.yaml"))
     assert sorted(gallery.pages().values()) == files
     assert len(gallery.pages()) == len(files)
     assert [path.stem for path in files if len(gallery.statement(path)) < 20] == []
 
 
-def test_pages_that_code_writes_are_those_of_the_code() -> None:
-    old = [path.name for path, text in keys.written().items() if path.read_text(encoding="utf-8") != text]
-    assert old == [], "PYTHONPATH=docs python -m site_pages.keys writes them anew"
+def test_what_code_writes_is_that_of_the_code() -> None:
+    old = [path.name for path, make in written.written().items() if path.read_text(encoding="utf-8") != make()]
+    assert old == [], "PYTHONPATH=docs python -m site_pages writes them anew"
+
+
+@pytest.mark.long
+def test_the_moving_picture_is_that_of_the_code(tmp_path: Path) -> None:
+    (tmp_path / "new.gif").write_bytes(written.moving_picture())
+    with Image.open(written.MOVING) as old, Image.open(tmp_path / "new.gif") as new:
+        assert (old.size, old.n_frames) == (new.size, new.n_frames)
+        for a, b in zip(ImageSequence.Iterator(old), ImageSequence.Iterator(new), strict=True):
+            differs = np.any(np.asarray(a.convert("RGB")) != np.asarray(b.convert("RGB")), axis=2)
+            assert differs.mean() < 0.01
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the files that examples of the Python reference read."""
+    found = tmp_path_factory.mktemp("examples")
+    for name in ("pendulum", "cart_pole", "t5_incline"):
+        shutil.copy(gallery.examples()[name], found)
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(set(mbs.__all__) - set(python_api.MATHEMATICS)))
+def test_examples_of_the_python_reference_run(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    with warnings.catch_warnings():
+        exec(compile(python_api.example(name), name, "exec"), {"mbs": mbs, "__name__": "__main__"})
+
+
+def test_parameters_have_a_type_a_meaning_and_a_return(reference: Mapping[str, str]) -> None:
+    python = "".join(text for address, text in reference.items() if address.startswith("reference/python/"))
+    for name in mbs.__all__:
+        value = getattr(mbs, name)
+        if not inspect.isfunction(value) or name in python_api.MATHEMATICS:
+            continue
+        part = re.split(r"\n## ", python.partition(f"\n## {plain(name)}\n")[2])[0]
+        assert "**Returns** `" in part, name
+        assert all(f"\n| `{parameter}` | `" in part for parameter in inspect.signature(value).parameters), name
+    assert set(python_api.PARAMETERS) == {
+        parameter for name in mbs.__all__ if inspect.isfunction(getattr(mbs, name))
+        for parameter in inspect.signature(getattr(mbs, name)).parameters
+    }  # fmt: skip
 
 
 def test_the_origin_of_every_shape_is_where_its_mass_says() -> None:
@@ -99,20 +147,24 @@ def test_every_function_and_quantity_is_told() -> None:
 
 
 def test_a_page_of_the_gallery_has_all_its_parts() -> None:
-    page = gallery.page(ROOT / "examples" / "textbook" / "t7_atwood.yaml")
+    made = gallery.make(ROOT / "examples" / "textbook" / "t7_atwood.yaml")
+    page = made.markdown
     assert "g*(m2 - m1)/(m1 + m2)" in page
-    assert "<figure><svg" in page
-    assert "<?xml" not in page
-    for part in ("## The file", "## Equations", "## What holds at the start", "## Check against theory"):
+    assert "](t7_atwood.svg)" in page
+    assert 'src="t7_atwood_motion.html"' in page
+    assert made.figure.lstrip().startswith("<?xml")
+    assert made.film.startswith("<!DOCTYPE html>")
+    assert page.count("<math") > 10
+    for part in ("## Motion", "## Model file", "## Answers at the start", "## Equations of motion", "## Theory"):
         assert part in page
     assert len(gallery.theories()) > 40
 
 
 def test_pictures_are_drawn_of_what_stands_in_the_page() -> None:
-    drawn = {address: make() for address, make in pictures.pictures().items()}
+    drawn = {path.name: path.read_text(encoding="utf-8") for path in written.written() if path.suffix == ".svg"}
     assert all(svg.lstrip().startswith("<?xml") and "<svg" in svg for svg in drawn.values())
-    assert "block" in drawn["tutorials/incline.svg"]
-    assert "rod" in drawn["tutorials/slider_crank.svg"]
+    assert "block" in drawn["incline.svg"]
+    assert "rod" in drawn["slider_crank.svg"]
 
 
 WRITTEN = [ROOT / "README.md", ROOT / "CHANGES.md", *sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("examples/**/*.md"))]
@@ -164,6 +216,21 @@ def test_readme_and_first_page_install_alike() -> None:
     assert line.findall(pages[0]) == line.findall(pages[1]) != []
     tutorials = [path.read_text("utf-8") for path in sorted((DOCS / "tutorials").glob("*.md"))]
     assert all("](../index.md)" in text and "pip install 'multibody" not in text for text in tutorials)
+
+
+def test_the_first_page_has_a_model_of_twelve_lines_and_what_a_newcomer_asks() -> None:
+    page = (DOCS / "index.md").read_text("utf-8")
+    assert len(written.printed(DOCS / "index.md", "yaml").splitlines()) == 12
+    heads = re.findall(r"^## (.*)$", page, re.MULTILINE)
+    assert heads == ["Install", "Who it is for", "Compared with other tools", "When not to use it", "Next"]
+    assert "](double_pendulum.gif)" in page
+
+
+def test_every_code_block_has_a_language(reference: Mapping[str, str]) -> None:
+    texts = {path.name: path.read_text("utf-8") for path in WRITTEN} | dict(reference)
+    for name, text in texts.items():
+        opening = re.findall(r"^(?:```|~~~~)(.*)$", text, re.MULTILINE)[::2]
+        assert all(opening), name
 
 
 def test_the_menu_leads_to_pages() -> None:
@@ -223,11 +290,14 @@ def test_the_site_is_built_by_one_command_and_asks_for_nothing(tmp_path: Path) -
     done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = list((tmp_path / "site").rglob("*.html"))
-    coloured = (tmp_path / "site" / "guide" / "first_model.html").read_text(encoding="utf-8")
-    assert 'class="codehilite"' in coloured
-    assert '<span style="color' in coloured
+    text = {page: page.read_text(encoding="utf-8") for page in pages}
+    plain_blocks = [p for p, t in text.items() if re.search(r"<pre><code>", t) and not p.name.endswith("_motion.html")]
+    assert plain_blocks == []
+    assert '<span class="nt">' in text[tmp_path / "site" / "guide" / "first_model.html"]
+    assert "<math" in text[tmp_path / "site" / "index.html"]
+    assert all((tmp_path / "site" / "gallery" / f"{name}.svg").exists() for name in gallery.examples())
     assert len(pages) > len(gallery.pages())
     for page in pages:
         parser = _Asked()
-        parser.feed(page.read_text(encoding="utf-8"))
+        parser.feed(text[page])
         assert parser.asked == [], page

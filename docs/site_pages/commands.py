@@ -19,8 +19,8 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
 def commands() -> str:
     """Return the page."""
     whole = options._parser()[0]
-    parts = ["# Commands\n", block(whole.format_help()), *map(_section, parsers()), _METHODS, _methods(), _COMPLETION]
-    return "\n".join(parts)
+    sections = map(_section, parsers())
+    return "\n".join(["# Commands\n", block(whole.format_help(), "text"), *sections, _METHODS, _methods(), _COMPLETION])
 
 
 _METHODS = "## Integration methods\n\n`--method` of runs, and `simulation: {method: ..}` of a model file.\n"
@@ -29,7 +29,7 @@ _COMPLETION = """\
 
 With `pip install 'multibody-sym[completion]'` a shell completes commands, options, examples, methods and errors:
 
-```
+```sh
 multibody-sym --print-completion bash > ~/.local/share/bash-completion/completions/multibody-sym
 multibody-sym --print-completion zsh > "${fpath[1]}/_multibody-sym"
 ```
@@ -48,7 +48,7 @@ def _section(name: str) -> str:
     doc = paragraphs(inspect.getdoc(module)).partition(": ")[2]
     others = " and ".join(map(code, getattr(module, "ALIASES", ())))
     text = f"{doc[:1].upper()}{doc[1:]}" + (f" It is called {others} too." if others else "")
-    return f"## {name}\n\n{text}\n\n{block(usage)}\n{table(('option', 'value', 'meaning'), rows)}"
+    return f"## {name}\n\n{text}\n\n{block(usage, 'sh')}\n{table(('option', 'value', 'meaning'), rows)}"
 
 
 def _row(action: argparse.Action) -> list[str]:

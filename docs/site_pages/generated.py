@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable, Iterator, Mapping
 
 from site_pages import commands, errors, gallery, json_objects, python_api
 
 
 def generated() -> Mapping[str, Callable[[], str]]:
-    """Return how to make each page."""
-    of_examples = {address: partial(gallery.page, path) for address, path in gallery.pages().items()}
+    """Return how to make each page of the reference, and that of the gallery."""
     return {
         "reference/commands.md": commands.commands,
-        "reference/python_api.md": python_api.python_api,
+        **python_api.pages(),
         "reference/json_objects.md": json_objects.json_objects,
         "reference/errors.md": errors.errors,
         "gallery/index.md": gallery.overview,
-        **of_examples,
     }
+
+
+def of_examples() -> Iterator[tuple[str, str]]:
+    """Yield address and text of each example's page and of the files beside it."""
+    for address, path in gallery.pages().items():
+        made = gallery.example_page(path)
+        yield address, made.markdown
+        if made.figure:
+            yield address.replace(".md", ".svg"), made.figure
+        if made.film:
+            yield address.replace(".md", "_motion.html"), made.film

@@ -1,4 +1,4 @@
-"""What `mkdocs build` calls: the generated pages stand beside the written ones, and are never files in docs."""
+"""The hooks of MkDocs: generated pages stand beside the written ones, and are never files in docs."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ import sys
 from pathlib import Path
 from typing import Any
 
-_OF_THE_SITE = """
-- Look something up: [commands](reference/commands.md), [Python](reference/python_api.md),
-  [JSON](reference/json_objects.md), [errors by number](reference/errors.md).
-- Look around: [the gallery](gallery/index.md), a page for every example.
-"""
+_TYPESET = "<!-- the same equations, typeset -->"
 
 
-def on_page_markdown(markdown: str, *, page: Any, **_named: Any) -> str:
-    """Complete the first page by links to generated pages; lead links to folders of examples to the gallery."""
-    if page.file.src_uri == "index.md":
-        return markdown.rstrip() + "\n" + _OF_THE_SITE
+def on_page_markdown(markdown: str, **_named: Any) -> str:
+    """Typeset the equations of the first page; lead links to folders of the checkout to the gallery."""
+    if _TYPESET in markdown:
+        from site_pages.gallery import typeset_equations
+
+        model = markdown.partition("```yaml\n")[2].partition("```")[0]
+        markdown = markdown.replace(_TYPESET, typeset_equations(model))
     return re.sub(r"\]\((?:\.\./)+examples/[^)]*\)", "](../gallery/index.md)", markdown)
 
 
 def on_files(files: Any, *, config: Any) -> Any:
-    """Add the generated pages."""
+    """Add the generated pages, figures and films."""
     folder = str(Path(__file__).parents[1])
     if folder not in sys.path:
         sys.path.insert(0, folder)
     from mkdocs.structure.files import File
 
-    from site_pages.generated import generated
+    from site_pages.generated import generated, of_examples
 
-    for address, make in generated().items():
-        files.append(File.generated(config, address, content=make()))
+    made = [*((address, make()) for address, make in generated().items()), *of_examples()]
+    for address, text in made:
+        files.append(File.generated(config, address, content=text))
     return files

@@ -1,21 +1,14 @@
-"""`docs/keys.md`: every key of a model file, shape, function, quantity and word of state, from the declarations.
-
-    PYTHONPATH=docs python -m site_pages.keys      # writes the page and the pictures of the tutorials anew
-"""
+"""`docs/keys.md`: every key of a model file, shape, function, quantity and word of state, from the declarations."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 from multibody_sym.model.bodies import SHAPES
 from multibody_sym.model.schema import REPEAT_SAYS
 from multibody_sym.model.system import REPEAT_KEY, VERSION_KEY
 from site_pages.language import language
-from site_pages.markdown import anchor, code, table
+from site_pages.markdown import anchor, code, front_matter, table
 from site_pages.model_file import section, sections
-from site_pages.pictures import pictures
 
-DOCS = Path(__file__).parents[1]
 ORIGINS = {
     "rod": "at one end; the rod lies along x, its centre of mass at `[length/2, 0, 0]`",
     "disc": "at the centre; the axis is z",
@@ -30,7 +23,7 @@ _HEAD = f"""\
 # Keys, shapes, functions and states
 
 Every key of a model file, every shape with the place of its origin, every function, quantity, unit and word of state.
-`PYTHONPATH=docs python -m site_pages.keys` writes this page from the declarations in the code.
+`PYTHONPATH=docs python -m site_pages` writes this page from the declarations in the code.
 
 - [The file](#system): {{elements}}
 - [Shapes](#shapes)
@@ -50,7 +43,7 @@ def keys() -> str:
     """Return the page."""
     elements = ", ".join(f"[{title}](#{anchor(title)})" for title, _ in sections())
     parts = [section(title, cls) for title, cls in sections()]
-    return "\n".join((_HEAD.format(elements=elements), *parts, _shapes(), language()))
+    return "\n".join((front_matter(0.9) + _HEAD.format(elements=elements), *parts, _shapes(), language()))
 
 
 def _shapes() -> str:
@@ -61,12 +54,3 @@ def _shapes() -> str:
     says = "`shape` of a body gives mass, centre of mass, inertia and a picture."
     return f"## Shapes\n\n{says}\n\n{table(('shape', 'origin of the body'), rows)}"
 
-
-def written() -> dict[Path, str]:
-    """Return the generated files that stand in the checkout, with their texts."""
-    return {DOCS / "keys.md": keys()} | {DOCS / address: make() for address, make in pictures().items()}
-
-
-if __name__ == "__main__":
-    for path, text in written().items():
-        path.write_text(text, encoding="utf-8")
