@@ -105,7 +105,8 @@ def held_ends(placed: PlacedStrand, ends: Sequence[np.ndarray]) -> list[tuple[An
     anchors = placed.strand.anchors
     if len(anchors) == 2:
         return [(anchors[0], ends[0]), (anchors[-1], ends[-1])]
-    return [(anchors[0], ends[0])] if anchors else []
+    winds_first = any(np.allclose(bow.start, placed.pieces[0][0]) for bow in placed.wound)
+    return [(anchors[0], ends[-1] if winds_first else ends[0])] if anchors else []
 
 
 # ----------------------------------------------------------------------------------------------------------------------

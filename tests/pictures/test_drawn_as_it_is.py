@@ -145,3 +145,20 @@ def test_a_rope_along_a_plane_leads_from_the_middle_of_its_block(name: str, rope
     assert line[1][1] == pytest.approx(line[0][1])
     (dot,) = [m for m in mbs.draw(system).picture.marks if m.role == "contact" and isinstance(m, Arc)][:1]
     assert dot.centre[1] == pytest.approx(outline[:, 1].min())
+
+
+def test_who_stands_in_a_lift_stands_on_its_floor_though_it_moves() -> None:
+    system = example("lift")
+    person = points_of(marks_of(system, "body", "person"))
+    floor = next(mark for mark in marks_of(system, "surface", "ground.floor") if isinstance(mark, Hatch))
+    assert person[:, 1].min() == pytest.approx(float(np.asarray(floor.points)[:, 1].mean()))
+    assert not [mark for mark in marks_of(system, "joint", "scale") if isinstance(mark, Hatch)]
+
+
+def test_the_edge_on_which_a_rod_falls_is_seen_below_it() -> None:
+    system = example("impacts/dropped_rod")
+    (edge,) = [mark for mark in marks_of(system, "ground") if isinstance(mark, Hatch)]
+    rod = points_of(marks_of(system, "body", "rod"))
+    assert float(np.asarray(edge.points)[:, 1].mean()) == pytest.approx(rod[:, 1].min(), abs=1.0)
+    right = float(np.asarray(edge.points)[:, 0].mean()) - rod[:, 0].mean()
+    assert right / np.ptp(rod[:, 0]) == pytest.approx(0.2 / 1.2, abs=0.01)

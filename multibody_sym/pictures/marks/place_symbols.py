@@ -235,10 +235,10 @@ def _stand(made: _Settling, item: Item) -> None:
             lines = [
                 np.array([made.page(item.body, point) for point in item.form.points])
                 for item in made.scene.items
-                if item.body < 0 and item.role == "surface" and isinstance(item.form, Polyline)
+                if item.on_ground and item.role == "surface" and isinstance(item.form, Polyline)
             ]
             on_segment = any(distances(at[None, :], np.hstack((x[:-1], x[1:]))).min() < _SAME for x in lines)
-            drawn = on_segment or next(_normals(made, -1, at), None) is not None
+            drawn = on_segment or next(_normals(made, item.body, at), None) is not None
             _lift(made, item.bodies[1], item.bodies[0], up, MASS[1] / 2 if drawn else 0.0)
     elif item.role == "guide" and isinstance(item.form, Rail) and len(item.bodies) == 2 and not item.on_ground:
         parent, child = item.bodies

@@ -46,7 +46,7 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.joints import angles, dimensions, joint_items, stop_items, ways
 from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
-from multibody_sym.pictures.scene.touched import riser_items, struck_items, support_items
+from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -155,6 +155,7 @@ def scene_of(system: System) -> Scene:
         *supports,
         *riser_items(stage),
         *struck_items(stage),
+        *edge_items(stage),
         *bodies,
         *drum_items(stage),
         *pulley_items(stage),

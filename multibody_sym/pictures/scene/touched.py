@@ -112,6 +112,23 @@ def struck_items(stage: Stage) -> Iterator[Item]:
         yield Item("ground", name, "", stage.system.impact.path(name), _WORLD, sign, (_WORLD, body.body), True)
 
 
+def edge_items(stage: Stage) -> Iterator[Item]:
+    """Yield the edges of ground, such as of a table, that straight surfaces of bodies touch where no plane is."""
+    if any(surface.kind == "plane" for surface in stage.declared(GROUND).surfaces.values()):
+        return  # the edge is a step of that plane
+    for declared, name, contact in copies(stage.system.contacts):
+        for end, other in (contact.between, contact.between[::-1]):
+            body, word = stage.body(other), other.rpartition(".")[2]
+            surface = stage.declared(body).surfaces.get(word)
+            point = stage.declared(GROUND).points.get(end.removeprefix(f"{GROUND}."))
+            if point is not None and surface is not None and surface.kind in ("plane", "segment") and surface.normal:
+                number = stage.number_of(body)
+                away = vector(stage.turned(number, unit(stage.vector(surface.normal))))
+                if abs(away[2]) < _NEAR:
+                    sign = Symbol("struck", stage.vector(point), along=away)
+                    yield Item("ground", name, "", ("contacts", declared), _WORLD, sign, (_WORLD, number), True)
+
+
 def velocity_of(stage: Stage, place: FrameOnBody) -> Floats:
     """Return the velocity of a place of a body at the start (3), in the world."""
     moving = stage.motion.bodies[place.body]
