@@ -181,7 +181,7 @@ _STUDY: dict[str, Any] = {
 
 _FIGURE: dict[str, Any] = {
     "path": "drawn.svg", "at": 0.0, "view": "iso", "forces": True, "reactions": False, "names": True,
-    "redundant": False, "mark": ["joints.hinge"],
+    "redundant": False, "mark": ["joints.hinge"], "strip": "panda_",
 }
 
 

@@ -24,7 +24,7 @@ from multibody_sym.model.system import System
 from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.scene.items import ArrowItem, Path
-from multibody_sym.pictures.scene.scene import Scene, scene_of
+from multibody_sym.pictures.scene.scene import Scene, scene_of, stripped
 
 if TYPE_CHECKING:  # a figure at the start needs no run
     from multibody_sym.motion.results.trajectory import Trajectory
@@ -46,6 +46,7 @@ def draw(
     names: bool = True,
     redundant: bool = False,
     mark: Mapping[str, str] | Sequence[str] | None = None,
+    strip: str | Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
     **options: Unpack[ModelOptions],
 ) -> Figure:
@@ -57,7 +58,7 @@ def draw(
     joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps (the description of the
     figure says which are not unique); `names` are letters of bodies, joints and lengths; `redundant` marks joints and
     constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
-    word each if it is a mapping;
+    word each if it is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`);
     `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
@@ -68,7 +69,7 @@ def draw(
         ending_of(path)
     asked = with_overrides(system, options)
     with numbers_of(asked):
-        scene = scene_of(asked)
+        scene = stripped(scene_of(asked), _prefixes(strip))
         progress = callback("on_progress", on_progress)
         run = _run(asked, at, options.get("formalism"), progress, reactions=wanted["reactions"])
         motion = scene.motion()
@@ -91,6 +92,14 @@ def draw(
     if path is not None:
         figure.write(path)
     return figure
+
+
+def _prefixes(strip: str | Sequence[str]) -> tuple[str, ...]:
+    """Return the beginnings of names that letters leave out. Raises ArgumentError."""
+    found = (strip,) if isinstance(strip, str) else strip
+    if not isinstance(found, (list, tuple)) or not all(isinstance(each, str) for each in found):
+        raise ArgumentError(f"strip: expected text such as 'panda_', got {shown_value(strip)}").under("strip")
+    return tuple(found)
 
 
 def _run(

@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.page.layout import distances
-from multibody_sym.pictures.page.picture import Arrow, Picture, Stroke
+from multibody_sym.pictures.page.picture import Arrow, Picture, Stroke, TextMark
 from multibody_sym.pictures.scene.items import Cone, Polyline
 from multibody_sym.pictures.scene.scene import scene_of
 
@@ -89,3 +89,21 @@ def test_a_link_of_a_robot_leads_from_joint_to_joint_though_its_centre_is_beside
     (form,) = [item.form for item in scene.items if (item.role, item.name) == ("body", "one")]
     assert isinstance(form, Polyline)
     assert len(form.points) == count
+
+
+def words(system: mbs.System, **options: object) -> list[str]:
+    marks = mbs.draw(system, **options).picture.marks  # type: ignore[arg-type]
+    return ["".join(run for run, _ in mark.runs) for mark in marks if isinstance(mark, TextMark)]
+
+
+def test_with_what_all_names_of_a_robot_begin_is_left_out() -> None:
+    written = LINK.replace("BESIDE", "0.2")
+    for name in ("one", "two"):
+        written = written.replace(f"  {name}:", f"  arm_{name}:").replace(f": {name}", f": arm_{name}")
+    system = mbs.loads(written)
+    assert not [word for word in words(system, strip="arm_") if "arm" in word]
+    assert [word for word in words(system) if "arm" in word]
+    assert words(system, strip=["leg_", "arm_"]) == words(system, strip="arm_")
+    assert words(system, strip="arm_one") != []  # what is nothing else is kept
+    with pytest.raises(mbs.InputError, match="strip: expected text such as 'panda_', got 3"):
+        mbs.draw(system, strip=3)  # type: ignore[arg-type]

@@ -30,6 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--redundant", action="store_true", help=redundant)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
+    strip = "leave out with what names begin, such as panda_ of a robot; may be repeated"
+    parser.add_argument("--strip", metavar="PREFIX", action="append", default=[], help=strip)
 
 
 def run(options: argparse.Namespace) -> Reply:
@@ -52,6 +54,7 @@ def run(options: argparse.Namespace) -> Reply:
             names=options.names,
             redundant=options.redundant,
             mark=options.mark,
+            strip=options.strip,
             on_progress=progress,
             **model_options(options),
         )

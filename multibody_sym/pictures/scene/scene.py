@@ -36,6 +36,7 @@ from multibody_sym.pictures.scene.forces import (
 from multibody_sym.pictures.scene.items import (
     AngleMark,
     ArrowItem,
+    Axes,
     Bowl,
     Item,
     NamedLength,
@@ -183,6 +184,35 @@ def scene_of(system: System) -> Scene:
 
 
 _Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem, Item)
+_Named = TypeVar("_Named", NamedLength, AngleMark, ArrowItem, Item, Strand)
+
+
+def stripped(scene: Scene, prefixes: Sequence[str]) -> Scene:
+    """Return a scene whose labels do not begin with any of the prefixes, as those of robots do with their name."""
+
+    def short(label: str) -> str:
+        for prefix in prefixes:
+            label = label.removeprefix(prefix) or label
+        return label
+
+    def each(things: tuple[_Named, ...]) -> tuple[_Named, ...]:
+        return tuple(replace(thing, label=short(thing.label)) for thing in things)
+
+    if not prefixes:
+        return scene
+    forms = [
+        replace(item.form, names=tuple(map(short, item.form.names))) if isinstance(item.form, Axes) else item.form
+        for item in scene.items
+    ]
+    items = tuple(replace(item, form=form) for item, form in zip(scene.items, forms, strict=True))
+    return replace(
+        scene,
+        items=each(items),
+        strands=each(scene.strands),
+        dimensions=each(scene.dimensions),
+        angles=each(scene.angles),
+        arrows=each(scene.arrows),
+    )
 
 
 def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
