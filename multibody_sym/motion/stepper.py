@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from multibody_sym.dynamics.start.number_checks import check_numbers
+from multibody_sym.dynamics.start.number_checks import check_numbers, is_driven, is_plain
 from multibody_sym.errors import ArgumentError, InputError, MultibodyError, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door, whole_number
@@ -93,13 +93,14 @@ class Stepper:
             raise InputError(f"at most {_MOST_SYSTEMS:,} systems are stepped together, not {short_repr(count)}")
         self._threads = whole_number("threads", threads)
         self._declared, self._start = system, start
-        self._held = HeldInputs.of(system, self.inputs)
+        self._held = HeldInputs.of(system, self.inputs, follow=True)
         rows = self.count or 1
         begin = self._begin(None, None)
         self._ready: PreparedSystem = begin.ready
         self._problem = replace(begin.problem, t0=0.0, t_end=self.dt, samples=2)
         places = begin.ready.mechanism.parameters.places
         self._places = [places[name] for name in self._held.parameters.values()]
+        self._follows = {name: places[own] for name, own in self._held.follows.items()}
         self._runs: list[ModeRun | None] = [None] * rows
         self._stops: list[Stops | None] = [None] * rows
         self._begun, self._steps = np.zeros(rows), np.zeros(rows)
@@ -138,8 +139,8 @@ class Stepper:
 
     @property
     def held(self) -> Floats:
-        """The values of the held inputs (nw,) or (n, nw), in the order of `inputs`."""
-        return self._shown(self._parameters[:, self._places])
+        """The values of the held inputs (nw,) or (n, nw), in the order of `inputs`; expressions at this state."""
+        return self._shown(self._held_values)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -180,7 +181,7 @@ class Stepper:
         for names, values in (
             (self.coordinates, self._x[:, : self._nq]),
             (self.speeds, self._x[:, self._nq :]),
-            (self.inputs, self._parameters[:, self._places]),
+            (self.inputs, self._held_values),
         ):
             if isinstance(name, str) and name in names:
                 return self._columns(values)[names.index(name)]
@@ -224,21 +225,20 @@ class Stepper:
         inputs: Mapping[str, ArrayLike] | ArrayLike | None = None,
         rows: Sequence[int] | Sequence[bool] | npt.NDArray[Any] | None = None,
     ) -> Stepper:
-        """Begin again at t = 0, and return itself; of n systems all begin alike, or those of some `rows` do.
+        """Begin again at t = 0, and return itself; of n systems all begin, or those of some `rows` do.
 
-        `rows`: numbers from 0 on, or n times True or False. `initial` and `parameters` as for `simulate`, the same for
-        all that begin; `inputs` as for `step`, a row for each that begins. Raises InputError and NoSolutionError, and
-        leaves everything as it was then.
+        `rows`: numbers from 0 on, or n times True or False. `initial` and `parameters` as for `simulate`; of n systems
+        each name has a number for all that begin, or an array of one for each. `inputs` as for `step`, a row for each
+        that begins. Raises InputError and NoSolutionError, and leaves everything as it was then.
         """
         chosen = self._chosen(rows)
-        self._verify_alike("initial", initial)
-        self._verify_alike("parameters", parameters)
-        begin = self._begin(parameters, initial)
+        starts = self._starts(len(chosen), parameters, initial)
         values = self._parameters[chosen]
-        values[:] = _values_of(begin)
+        for row, begin in enumerate(starts):
+            values[row] = _values_of(begin)
         if inputs is not None:
             self._put(inputs, values)
-        for k in chosen:
+        for k, begin in zip(chosen, starts, strict=True):
             self._enter(k, begin)
         self._parameters[chosen] = values
         self._clock()
@@ -285,6 +285,17 @@ class Stepper:
     def _shown(self, values: Floats) -> Floats:
         return values[0].copy() if self.count is None else values.copy()
 
+    @property
+    def _held_values(self) -> Floats:
+        """The values of the held inputs (n, nw)."""
+        values = self._parameters[:, self._places]
+        following = {name: self._parameters[:, place] > 0.0 for name, place in self._follows.items()}
+        if any(rows.any() for rows in following.values()):
+            every = np.concatenate([part.arguments[4] for part in self._parts])
+            for name, rows in following.items():
+                values[rows, self.inputs.index(name)] = every[rows, self._ready.told.inputs.index(name)]
+        return values
+
     def _columns(self, values: Floats) -> list[Any]:
         """Return the columns of rows of values, as numbers where there is one system."""
         return values[0].tolist() if self.count is None and len(values) else list(values.T)
@@ -304,14 +315,52 @@ class Stepper:
                 raise InputError(f"rows has {short_repr(k)}; they are numbers from 0 to {len(every) - 1}")
         return list(dict.fromkeys(map(int, rows)))
 
-    def _verify_alike(self, kind: str, given: Any) -> None:
-        """Raise InputError where one of n systems would begin unlike another."""
+    def _starts(self, count: int, parameters: Any, initial: Any) -> list[RunStart]:
+        """Return how so many systems begin: alike, or each by its own numbers."""
+        given = [
+            self._in_columns(kind, x, count) for kind, x in (("parameters", parameters), ("initial", initial))
+        ]
+        if not count or not any(columns for _, columns in given):
+            return [self._begin(parameters, initial)] * count
+
+        def begin(k: int) -> RunStart:
+            return self._begin(*(alike if not own else alike | {x: own[x][k] for x in own} for alike, own in given))
+
+        first, (_, columns) = begin(0), given[1]
+        places = None if given[0][1] else self._free_places(list(columns))
+        if places is None:
+            return [first, *map(begin, range(1, count))]
+        x = np.tile(first.problem.x0, (count, 1))
+        for place, (name, values) in zip(places, columns.items(), strict=True):
+            verify_finite(f"initial[{name!r}]", np.array(values))
+            x[:, place] = values
+        own = first.problem.parameters
+        each = (first.problem.with_numbers(own, *np.split(row, [self._nq])) for row in x)
+        return [first._replace(problem=problem) for problem in each]
+
+    def _free_places(self, names: Sequence[str]) -> list[int] | None:
+        """Return the places in x of coordinates and speeds that start as given, None where starts are found."""
+        mechanism, order = self._ready.mechanism, [*self.coordinates, *self.speeds]
+        if self._one_way or self._declared.impact or not is_plain(mechanism) or is_driven(mechanism):
+            return None
+        turns = {k for body in mechanism.bodies for ball in body.quaternions for k in ball}
+        places = [order.index(name) for name in names]
+        return None if turns.intersection(places) else places
+
+    def _in_columns(self, kind: str, given: Any, count: int) -> tuple[Any, dict[str, list[float]]]:
+        """Return the values by name that all systems share, and those with one number a system. Raises InputError."""
         if self.count is None or not isinstance(given, Mapping):
-            return
-        name = next((name for name, value in given.items() if isinstance(value, (list, tuple, np.ndarray))), None)
-        if name is not None:
-            message = "all systems that begin together begin alike"
-            raise InputError(f"{kind}[{name!r}] is one number: {message}; reset(rows=[k], {kind}=..) begins one")
+            return given, {}
+        alike, columns = dict(given), dict[str, list[float]]()
+        for name, value in given.items():
+            if isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value):
+                values = floats(f"{kind}[{name!r}]", value)
+                if values.shape != (count,):
+                    raise InputError(f"{kind}[{name!r}] has the shape {values.shape}, not a number or ({count},)")
+                del alike[name]
+                columns[name] = values.tolist()
+        return alike, columns
+
 
     def _put(self, inputs: Any, parameters: Floats) -> None:
         """Put inputs into rows of parameters. Raises InputError for unknown names, wrong shapes, what is not finite."""
@@ -329,6 +378,8 @@ class Stepper:
                     raise InputError(f"inputs[{name!r}] has the shape {values.shape}, not {wanted}")
                 verify_finite(f"inputs[{name!r}]", values)
                 parameters[:, self._places[self.inputs.index(name)]] = values
+                if name in self._follows:
+                    parameters[:, self._follows[name]] = 0.0
             return
         width = len(self.inputs)
         values = inputs if type(inputs) is np.ndarray and inputs.dtype is _FLOAT else floats("inputs", inputs)
@@ -338,6 +389,8 @@ class Stepper:
             raise InputError(f"inputs has the shape {values.shape}, not {wanted}: {', '.join(self.inputs) or 'none'}")
         verify_finite("inputs", values)
         parameters[:, self._places] = values
+        for place in self._follows.values():
+            parameters[:, place] = 0.0
 
     def _in_si_units(self, name: str, value: Any) -> Any:
         """Return the value of an input, of text such as `2 N` its number in SI units."""
@@ -422,8 +475,7 @@ class Stepper:
             problem = replace(self._problem, **span, q0=x[: self._nq], u0=x[self._nq :])
         else:
             going = going.copied()  # a step that fails leaves the run as it was
-            values = zip(self._held.parameters.values(), self._parameters[k, self._places].tolist(), strict=True)
-            problem = going.resumed(t, Hold(until, dict(values)), x)
+            problem = going.resumed(t, Hold(until, self._own_parameters(k)), x)
         try:
             reached = run(RunStart(self._ready, problem, going), None)
         except MultibodyError as error:
@@ -433,6 +485,11 @@ class Stepper:
         end = reached.integration
         events = [] if going is None else list(going.events)
         return _Ended(np.concatenate([end.q_final, end.u_final]), end.t_final, reached.stop, going, events)
+
+    def _own_parameters(self, k: int) -> dict[str, float]:
+        """Return the parameters of system number k that change with what is held."""
+        places = self._ready.mechanism.parameters.places
+        return {name: float(self._parameters[k, places[name]]) for name in self._held.names}
 
     @property
     def _parts(self) -> list[LegSamples]:
@@ -448,7 +505,8 @@ class Stepper:
             labels = RunLabels(ResolvedAlone(leg.program.mechanism))
             values = leg.of.parameters.copy()
             places = leg.program.mechanism.parameters.places
-            values[[places[name] for name in self._held.parameters.values()]] = self._parameters[k, self._places]
+            for name, value in self._own_parameters(k).items():
+                values[places[name]] = value
             parts.append(LegSamples(labels, leg.of.compiled, values, t[here], q[here], u[here], leg.of.modes))
         return parts
 

@@ -6,7 +6,7 @@ import ctypes
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cached_property
 from itertools import accumulate, pairwise
 from pathlib import Path
@@ -356,6 +356,8 @@ def run_many(function: Any, inputs: list[Floats], outputs: list[Floats], count: 
     with ThreadPoolExecutor(threads) as pool:
         parts = [pool.submit(batch.run, a, b, stop) for a, b in pairwise(ends)]
         try:
+            while wait(parts, _PIECE).not_done:  # a wait without an end hears no Ctrl-C that another thread was sent
+                continue
             for part in parts:
                 part.result()
         except BaseException:

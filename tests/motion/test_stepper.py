@@ -91,15 +91,27 @@ def test_a_controller_is_held_from_step_to_step(cart: mbs.Prepared) -> None:
         assert np.allclose(x, [*sim.q, *sim.u], rtol=0, atol=1e-9)
 
 
-def test_until_it_is_given_an_input_is_as_declared_at_the_start(cart: mbs.Prepared) -> None:
-    sim = cart.stepper(0.02)
+def test_until_it_is_given_an_input_follows_its_expression(cart: mbs.Prepared) -> None:
+    """Within steps, as in a whole run; once given it is held, each of many by itself, until a system begins again."""
+    whole, sim, many = cart.run(t_end=0.2), cart.stepper(0.02), cart.stepper(0.02, count=2)
     assert sim.inputs == ("F", "wind")
     assert sim.held.tolist() == [2.0 - 0.25, 0.0]
-    free = cart.stepper(0.02, inputs="wind")  # F goes on as declared
     for _ in range(10):
-        free.step()
-    whole = cart.run(t_end=0.2)
-    assert np.allclose(free.q, [whole["x"][-1], whole["phi"][-1]], rtol=1e-13)
+        sim.step()
+    end = [whole["x"][-1], whole["phi"][-1]]
+    assert np.allclose(sim.q, end, rtol=1e-13)
+    F = 2.0 * np.cos(0.6) - sim["x"]
+    assert (sim["F"], sim.held[0]) == (pytest.approx(F, rel=1e-14), sim["F"])
+    held = cart.stepper(0.02).step({"F": 1.75, "wind": 0.0})
+    assert abs(held.step()["x"] - cart.run(t_end=0.04)["x"][-1]) > 1e-8
+    assert held["F"] == 1.75
+    many.step({"wind": 0.0}).reset(rows=[0], inputs={"F": 1.75})
+    for _ in range(9):
+        many.step()
+    assert np.allclose(many.q[1], end, rtol=1e-13)
+    assert many["F"].tolist() == [1.75, pytest.approx(F)]
+    held.restore(sim.state).step()
+    assert np.allclose(held.q, sim.step().q, rtol=0, atol=0)
 
 
 def test_many_have_the_bits_of_each_alone(cart: mbs.Prepared) -> None:
@@ -154,6 +166,26 @@ def test_begun_again(cart: mbs.Prepared) -> None:
     sim.reset(inputs={"wind": [1.0, 2.0, 3.0]})
     assert np.array_equal(sim.q, start)
     assert sim.held.tolist() == [[1.75, w] for w in (1.0, 2.0, 3.0)]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"), [(CART, {"phi": [0.1, 0.2, 0.3], "u_x": [1, 2, 3]}), (BLOCK, {"u_x": [0, 1, 2]})]
+)
+def test_each_begins_from_its_own_numbers(text: str, names: dict[str, list[float]]) -> None:
+    """Starts of three in one call have the bits of each begun alone; so have parameters, of which inputs are made."""
+    prepared = mbs.prepare(mbs.loads(text), method="rk4", step="2 ms")
+    many, alone = prepared.stepper(0.02, count=4), prepared.stepper(0.02)
+    columns = {"f": [1.0, 2.0, 3.0]} if text is CART else {}
+    for parameters in ({}, columns):
+        many.reset(rows=[0, 3, 1], initial=dict(names), parameters=parameters).step()
+        for k, row in enumerate((0, 3, 1)):
+            own = {name: values[k] for name, values in names.items()}
+            alone.reset(initial=own, parameters={name: values[k] for name, values in parameters.items()}).step()
+            assert np.array_equal(many.q[row], alone.q)
+            assert np.array_equal(many.u[row], alone.u)
+            assert np.array_equal(many.held[row], alone.held)
+    with pytest.raises(mbs.InputError, match=r"initial\['u_x'\] has the shape \(3,\), not a number or \(4,\)"):
+        many.reset(initial={"u_x": [0, 1, 2]})
 
 
 def test_a_stop_ends_it(cart: mbs.Prepared) -> None:
@@ -325,7 +357,8 @@ def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
         (lambda: sim.step("F"), "inputs is to be real numbers"),
         (lambda: many.step(np.zeros((3, 2))), r"inputs has the shape \(3, 2\), not \(2,\) or \(2, 2\)"),
         (lambda: sim.step({"F": "2 m"}), r"^inputs\.F: '2 m' does not fit here"),
-        (lambda: many.reset(initial={"phi": [1, 2]}), r"initial\['phi'\] .*; reset\(rows=\[k\], initial=..\)"),
+        (lambda: many.reset(initial={"phi": [1, 2, 3]}), r"initial\['phi'\] has the shape \(3,\), not a number or"),
+        (lambda: many.reset(initial={"phi": [1, np.nan]}), r"initial\['phi'\] is to be finite"),
         (lambda: many.reset(rows=[True]), "rows has 1 times True or False for 2 systems"),
         (lambda: many.reset(rows=[2]), "rows has 2; they are numbers from 0 to 1"),
         (lambda: many.reset(rows=1), "rows is a list of numbers, not 1"),

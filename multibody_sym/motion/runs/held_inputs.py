@@ -18,6 +18,7 @@ from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
+from multibody_sym.mechanics.declared_rows import expression_of
 from multibody_sym.mechanics.spanning_tree import free_name, start_names
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.fields import Names, scalar
@@ -29,7 +30,8 @@ from multibody_sym.motion.results.samples import RunStart
 from multibody_sym.program.program import interpret
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import as_node, symbol
+from multibody_sym.scalars.elementary import leaves, where
+from multibody_sym.scalars.node import ZERO, as_node, less, symbol
 from multibody_sym.scalars.numbers import floats
 
 if TYPE_CHECKING:
@@ -57,25 +59,41 @@ def held_names(system: System, given: Any) -> tuple[str, ...]:
 
 
 class HeldInputs(NamedTuple):
-    """Inputs of a system that are held, by the names of the parameters that they become."""
+    """Inputs of a system that are held, by the names of the `parameters` that they become.
+
+    `follows`: of those that follow their declared expressions until they are given, the parameter that is 1 until then.
+    """
 
     parameters: Mapping[str, str]
+    follows: Mapping[str, str]
 
     @classmethod
-    def of(cls, system: System, names: Sequence[str]) -> HeldInputs:
-        """Return the inputs of a system by these names."""
-        taken, found = {*system.parameters, *system.inputs, *system.outputs, *start_names(system)}, dict[str, str]()
+    def of(cls, system: System, names: Sequence[str], *, follow: bool = False) -> HeldInputs:
+        """Return the inputs of a system by these names; those of time and state `follow` it until they are given."""
+        taken = {*system.parameters, *system.inputs, *system.outputs, *start_names(system)}
+        declared, found, follows = check_numbers(system).inputs if follow else {}, dict[str, str](), dict[str, str]()
         for name in names:
-            found[name] = free_name(f"held_{name}", {*taken, *found.values()})
-        return cls(found)
+            found[name] = free_name(f"held_{name}", taken)
+            taken.add(found[name])
+            if any(leaf.data[0] != "parameters" for leaf in leaves([declared.get(name, ZERO)], "slot")):
+                follows[name] = free_name(f"follows_{name}", taken)
+                taken.add(follows[name])
+        return cls(found, follows)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that change with what is held."""
+        return (*self.parameters.values(), *self.follows.values())
 
     def in_system(self, system: System) -> System:
         """Return the system in which they are parameters, of the values at t = 0 where these need no state, else 0."""
-        values = self._declared(system, np.nan, np.nan)
+        values = {**dict.fromkeys(self.names, 1.0), **self._declared(system, np.nan, np.nan)}
         known = {own: Parameter(value=as_node(0.0 if np.isnan(x) else x)) for own, x in values.items()}
-        parameters = {**system.parameters, **known}
         inputs = {**system.inputs, **{name: symbol(own) for name, own in self.parameters.items()}}
-        return replace(system, parameters=Names(parameters), inputs=Names(inputs))
+        for name, own in self.follows.items():
+            declared = expression_of(name, system.inputs[name])
+            inputs[name] = where(less(ZERO, symbol(own)), declared, symbol(self.parameters[name]))
+        return replace(system, parameters=Names({**system.parameters, **known}), inputs=Names(inputs))
 
     def begun(self, begin: RunStart, values: Mapping[str, float], again: Callable[[], RunStart]) -> RunStart:
         """Return the start of a run with values (by parameter); where they decide what touches, it is made `again`."""
@@ -98,7 +116,7 @@ class HeldInputs(NamedTuple):
         state = np.full(len(mechanism.coordinates), q), np.full(len(mechanism.speeds), u)
         found = interpret(inputs_program(mechanism), 0.0, *state, np.array(parameter_values(mechanism, {})))[0]
         values = dict(zip(mechanism.inputs, found.tolist(), strict=True))
-        return {own: values[name] for name, own in self.parameters.items()}
+        return {own: values[name] for name, own in self.parameters.items() if name not in self.follows}
 
 
 def changed_parameters(parameters: Floats, places: Mapping[str, int], values: Mapping[str, float]) -> Floats:
