@@ -21,7 +21,8 @@ function nameLayer(root, names, rule) {
       if (style === "italic") span.setAttribute("font-style", "italic");
       if (style === "subscript") span.setAttribute("baseline-shift", "sub");
     }
-    text.setAttribute("style", "paint-order:stroke;stroke:var(--paper,#fff);stroke-width:3px;stroke-linejoin:round;fill:var(--ink,#1a1a1a)");
+    const halo = "paint-order:stroke;stroke:var(--paper,#fff);stroke-width:3px;stroke-linejoin:round";
+    text.setAttribute("style", `${halo};fill:var(--ink,#1a1a1a)`);
     line.setAttribute("style", "stroke:var(--quiet,#555);stroke-width:0.8px;fill:none");
     const low = runs.some(([, style]) => style === "subscript"); // what stands below needs room
     return { body, line, text, half: [wide(runs) / 2, (low ? 0.78 : 0.58) * type], foot: (low ? 0.14 : 0.35) * type, kept: null };
@@ -37,7 +38,7 @@ function nameLayer(root, names, rule) {
   const around = ([x, y], [dx, dy], [w, h]) => [x + dx - w - air, y + dy - h - air, x + dx + w + air, y + dy + h + air];
   const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
   function over({ start: [ax, ay], end: [bx, by], half }, box) { // whether a line, of its width and some air, meets a box
-    const cx = (box[0] + box[2]) / 2, cy = (box[1] + box[3]) / 2, wider = half + rule.clear / 2;
+    const cx = (box[0] + box[2]) / 2, cy = (box[1] + box[3]) / 2, wider = half + rule.clear;
     const w = (box[2] - box[0]) / 2 + wider, h = (box[3] - box[1]) / 2 + wider;
     const mx = (ax + bx) / 2 - cx, my = (ay + by) / 2 - cy, rx = (bx - ax) / 2, ry = (by - ay) / 2;
     if (Math.abs(mx) > w + Math.abs(rx) || Math.abs(my) > h + Math.abs(ry)) return false;
@@ -94,7 +95,8 @@ function nameLayer(root, names, rule) {
         const [x, y] = places[k], [dx, dy] = kept.at;
         text.setAttribute("x", (x + dx - half[0]).toFixed(1));
         text.setAttribute("y", (y + dy + foot).toFixed(1));
-        const end = [Math.max(x + dx - half[0], Math.min(x, x + dx + half[0])), Math.max(y + dy - half[1], Math.min(y, y + dy + half[1]))];
+        const nearest = (from, middle, wide) => Math.max(middle - wide, Math.min(from, middle + wide));
+        const end = [nearest(x, x + dx, half[0]), nearest(y, y + dy, half[1])];
         line.setAttribute("d", leader(lines, body, [x, y], end));
       });
     },

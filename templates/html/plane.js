@@ -2,19 +2,21 @@
 "use strict";
 
 function planeStage(root, data) {
-  const svg = root.querySelector("svg"), rows = data.times.length, poses = unpack(data.poses, rows), ropes = unpack(data.ropes, rows);
+  const svg = root.querySelector("svg"), scene = svg.querySelector("g");
+  const rows = data.times.length, poses = unpack(data.poses, rows), ropes = unpack(data.ropes, rows);
   const groups = [...svg.querySelectorAll("g[data-body]")].map((g) => [g, Number(g.dataset.body)]);
   const strands = [...svg.querySelectorAll("g[data-strand]")].map((g) => [g, Number(g.dataset.strand)]);
   const lines = [...svg.querySelectorAll("path[data-rope]")].map((p) => [p, Number(p.dataset.rope)]);
   const middles = data.middles && unpack(data.middles, rows), height = data.height;
-  const whole = svg.viewBox.baseVal, home = [whole.x, whole.y, whole.width, whole.height];
+  const box = svg.viewBox.baseVal, windowed = [0, 0, box.width, box.height]; // the whole motion, or a part that follows it
   const FADING = [0.15, 0.35, 0.55, 0.8, 1]; // how opaque the pieces of a trail are
   const trails = data.traces.map(({ colour }) => FADING.map(() => {
     const piece = document.createElementNS(svg.namespaceURI, "path");
-    for (const [name, value] of Object.entries({ fill: "none", stroke: colour, "stroke-width": 1 })) piece.setAttribute(name, value);
-    return svg.querySelector("g").insertBefore(piece, groups.length ? groups[0][0] : null);
+    const look = { fill: "none", stroke: colour, "stroke-width": 1 };
+    for (const [name, value] of Object.entries(look)) piece.setAttribute(name, value);
+    return scene.insertBefore(piece, groups.length ? groups[0][0] : null);
   }));
-  let view = home.slice(), shown = null;
+  let home = windowed, view = home, shown = null;
 
   const between = (packed, column, low, high, part) => {
     const a = packed.values[low * packed.columns + column];
@@ -47,9 +49,14 @@ function planeStage(root, data) {
     const b = w[1] * u[0] * k - w[0] * u[1], d = w[1] * u[1] * k + w[0] * u[0];
     return [a, b, c, d, ax - (a * cx + c * cy), ay - (b * cx + d * cy)];
   }
-  function follow(low, high, part) { // the middle of what moves in the middle of the window
+  function slide(low, high, part) { // the middle of what moves in the middle of the window
     const x = home[2] / 2 - between(middles, 0, low, high, part), y = home[3] / 2 - height + between(middles, 1, low, high, part);
-    svg.querySelector("g").setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
+    return [x.toFixed(2), y.toFixed(2)];
+  }
+  function follow(on) {
+    home = on ? windowed : [0, 0, ...data.whole];
+    root.classList.toggle("whole", !on); // lines as wide as ever
+    stage.reset();
   }
   const path = (points) => (points.length ? "M" + points.map(([x, y]) => x.toFixed(2) + " " + y.toFixed(2)).join("L") : "");
   function way({ body, at }, first, low, high, part) { // the points of a path up to now
@@ -67,14 +74,17 @@ function planeStage(root, data) {
   const names = data.names && data.names.length ? nameLayer(root, data.names, data.rule) : null;
   function named(low, high, part) {
     const at = new Map(), still = [1, 0, 0, 1, 0, 0];
-    const of = (body) => { if (!at.has(body)) at.set(body, body < 0 ? still : matrix(body, low, high, part)); return at.get(body); };
-    const { a, e, f } = svg.querySelector("g").getScreenCTM(), { left, top } = root.getBoundingClientRect();
+    const of = (body) => {
+      if (!at.has(body)) at.set(body, body < 0 ? still : matrix(body, low, high, part));
+      return at.get(body);
+    };
+    const { a, e, f } = scene.getScreenCTM(), { left, top } = root.getBoundingClientRect();
     const seen = (body, point) => { const [x, y] = moved(point, of(body)); return [a * x + e - left, a * y + f - top]; };
     const rods = data.lines.flatMap(({ body, half, points }) => {
       const found = points.map((point) => seen(body, point));
       return found.slice(1).map((end, k) => ({ start: found[k], end, half: half * a, body }));
     });
-    names.show(data.names.map(({ body, at: spot }) => seen(body, spot)), rods, 3.5 * a);
+    names.show(data.names.map(({ body, at: spot }) => seen(body, spot)), rods, 4.8 * a);
   }
   function look() {
     svg.setAttribute("viewBox", view.map((x) => x.toFixed(3)).join(" "));
@@ -94,17 +104,17 @@ function planeStage(root, data) {
   });
   const written = (m) => "matrix(" + m.map((x) => x.toFixed(4)).join(" ") + ")";
   const stage = {
-    switches: names ? { names: names.turn } : {},
+    switches: { ...(names && { names: names.turn }), ...(middles && { follow }) },
     show(low, high, part, { first, fades, shown: traced }) {
       shown = [low, high, part, { first, fades, shown: traced }];
-      if (middles) follow(low, high, part);
+      if (middles) scene.setAttribute("transform", `translate(${home === windowed ? slide(low, high, part) : data.shift})`);
       for (const [g, body] of groups) g.setAttribute("transform", written(matrix(body, low, high, part)));
       for (const [g, number] of strands) g.setAttribute("transform", written(stretched(number, low, high, part)));
       for (const [p, number] of lines) p.setAttribute("d", path(rope(number, low, high, part)));
       trails.forEach((pieces, k) => drawTrail(pieces, traced[k] ? way(data.traces[k], first, low, high, part) : [], fades));
       if (names) named(low, high, part);
     },
-    reset() { view = home.slice(); root.classList.remove("zoomed"); look(); },
+    reset() { view = home; root.classList.remove("zoomed"); look(); },
     recolour() {}, // style sheets do
     paint: (pen, wide, high) => paintSvg(pen, svg, wide, high),
   };

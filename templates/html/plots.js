@@ -87,7 +87,8 @@ function makePlots(root, data, go) {
     pen.stroke();
   }
   function frameOf({ canvas, panel }) { // where the axes are, and a function from numbers to pixels
-    const width = canvas.clientWidth, [left, right] = edges(width), top = 6, bottom = canvas.clientHeight - 20, [low, high] = panel.range;
+    const width = canvas.clientWidth, [left, right] = edges(width), [low, high] = panel.range;
+    const top = 6, bottom = canvas.clientHeight - 20;
     const to = (t, y) => [
       left + (t - span[0]) / (span[1] - span[0] || 1) * (right - left), bottom - (y - low) / (high - low || 1) * (bottom - top),
     ];

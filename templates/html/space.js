@@ -248,7 +248,7 @@ function spaceStage(root, data) {
     const wide = root.clientWidth || 640, high = Math.round(0.62 * Math.min(wide, window.innerHeight || wide)), ratio = sharpness || Math.min(2, window.devicePixelRatio || 1);
     if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio)) { renderer.setPixelRatio(ratio); renderer.setSize(wide, high, false); }
     const near = data.near && follows, aspect = wide / high; // the ground passes below what is followed
-    half = 0.5 * (near ? 2 * data.near : data.reach) / zoom;
+    half = 0.5 * (near ? 1.6 * data.near : data.reach) / zoom;
     centre = near ? groups.reduce((sum, group) => sum.add(group.position), new THREE.Vector3()).divideScalar(groups.length) : middle;
     Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half });
     const right = new THREE.Vector3(...data.right).applyAxisAngle(up, azimuth);

@@ -231,6 +231,20 @@ def test_a_cylinder_that_rolls_far_stays_in_the_middle_of_the_stage(browser: Any
         )
         assert np.allclose(middle, np.array(stage) / 2, atol=0.1 * stage[1])
         assert size > stage[1] / 30
+    browser.find_element("css selector", "[data-do=follow]").click()
+    width = "return document.querySelector('g[data-body] circle').getBoundingClientRect().width"
+    assert 0.0 < browser.execute_script(width) < stage[1] / 100
+    browser.find_element("css selector", "[data-do=follow]").click()
+    assert browser.execute_script(width) == pytest.approx(size)
+
+
+def test_numbers_beside_names_are_those_of_the_run(browser: Any, pages: dict[str, Path]) -> None:
+    looked_at(browser, pages["double_pendulum"])
+    moved_to(browser, 0.25)
+    told = browser.execute_script("return [...document.querySelectorAll('figcaption b')].map((b) => b.textContent)")
+    run = mbs.simulate(mbs.load(EXAMPLES / "double_pendulum.yaml"), samples=101)
+    expected = [run["theta1"][25], run["theta2"][25]]
+    assert [float(text.replace("\N{MINUS SIGN}", "-")) for text in told[1:]] == pytest.approx(expected, abs=6e-3)
 
 
 def test_keys_in_a_report_act_where_the_animation_has_the_focus(browser: Any, tmp_path: Path) -> None:

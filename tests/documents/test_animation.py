@@ -28,6 +28,7 @@ from multibody_sym.pictures.scene.items import Face
 from multibody_sym.program.target_layout import template_text
 from multibody_sym.text.values import Units
 
+PAPER = '<pattern id="squares"'
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HOSTILE = "</script><script>alert(1)</script>\" onload='x' ]]> <!--"
 
@@ -240,8 +241,8 @@ def test_what_goes_far_in_space_may_be_followed(joint: str, speed: str, near: fl
     assert data["follow"] == follow
 
 
-def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> None:
-    """A cylinder of 0.2 m rolls down for many metres on its slope; a superball flies up from its floor."""
+def test_what_goes_far_in_the_plane_is_followed() -> None:
+    """A cylinder of 0.2 m rolls down for many metres on its slope; a superball flies up from its floor, over paper."""
     rolling = mbs.simulate(mbs.load(EXAMPLES / "textbook/cylinder_down_an_incline.yaml"))
     html = mbs.animate(rolling).html
     wide, high = WINDOW
@@ -254,11 +255,15 @@ def test_what_rolls_far_in_the_plane_is_followed_and_what_flies_off_is_not() -> 
     assert 8.0 < disc < high / 4
     assert html.count("<path") < 100  # hatching of 20,000 pt is one line
     assert len(html) < 60_000
-    flying = mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"))
-    assert data_of(mbs.animate(flying).html)["middles"] is None
+    assert PAPER not in html
+    flying = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "impacts/superball.yaml"))).html
+    assert data_of(flying)["middles"]
+    assert PAPER in flying
+    along_a_rail = mbs.simulate(mbs.load(EXAMPLES / "textbook/t1_two_blocks.yaml"), samples=11)
+    assert data_of(mbs.animate(along_a_rail).html)["middles"] is None
     sleigh = mbs.animate(mbs.simulate(mbs.load(EXAMPLES / "chaplygin_sleigh.yaml"))).html
     assert data_of(sleigh)["middles"]
-    assert 'fill="url(#squares)"' in sleigh  # there is no ground to see it move on
+    assert PAPER in sleigh  # there is no ground to see it move on
 
 
 def test_a_film_follows_what_its_page_follows(tmp_path: Path) -> None:

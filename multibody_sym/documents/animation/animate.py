@@ -402,7 +402,10 @@ def plane_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
         "pieces": [[int(first), line.shape[1]] for first, line in zip(firsts, lines, strict=False)],
         "ends": [[[short(x), short(height - y)] for x, y in line[_longest(line)][[0, -1]]] for line in lines],
         "height": short(height),
+        "whole": [short(width), short(height)],
+        "shift": [short(shift[0]), short(-shift[1])],
         "middles": None if window.middles is None else packed_columns(window.middles),
+        "follow": window.middles is not None,
         "traces": [{"body": body, "at": [short(x), short(height - y)]} for body, (x, y) in starts],
     }
     if len(frames.scene.bodies) <= MOST_NAMED:
@@ -420,7 +423,7 @@ def plane_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
         '<g stroke-linejoin="round" stroke-linecap="round" '
         f'transform="translate({number(shift[0])} {number(-shift[1])})">'
     )
-    paper = _squares(corners, height) if window.size and not frames.faces else ""
+    paper = _squares(corners, height) if window.size and not frames.stays_near_a_face else ""
     return "".join([head, paper, *_groups(frames, projection, lines, height), "</g></svg>"]), data
 
 
@@ -569,7 +572,7 @@ def space_stage(frames: Frames, projection: Projection, traces: Sequence[Anchor]
         "rule": rule(),
         "reach": short(max(reach, 0.5 * scene.size)),
         "near": short(near) if far > _SPACE_FAR * near > 0.0 else None,
-        "follow": frames.follows,
+        "follow": frames.leaves_nothing and (frames.stays_near_a_face or not frames.faces),
         "right": _shorts(projection.right),
         "up": _shorts(up),
         "towards": _shorts(projection.toward),

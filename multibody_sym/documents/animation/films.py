@@ -81,7 +81,7 @@ def _image(frames: Frames, window: Window, sheet: Sheet, paths: Iterable[Stroke]
     marks += [mark for strand in sheet.placed.strands for mark in strand_marks(sheet, strand)]
     drawn = in_order([shifted_mark(mark, shift) for mark in (*paths, *marks) if not isinstance(mark, Wanted)])  # type: ignore[arg-type]
     if window.size is not None:
-        paper = [] if frames.faces else list(_squared_paper(window.size, shift))
+        paper = [] if frames.stays_near_a_face else list(_squared_paper(window.size, shift))
         drawn = [*paper, *(_cut(mark, window.size) for mark in drawn)]
     return pixels(Picture(float(width), float(height), drawn, frames.scene.name), _DOTS)
 

@@ -71,10 +71,11 @@ class Frames:
     def window(self, projection: Projection) -> Window:
         """Return the window of a view: all of the motion, or the part around what moves where that would be a dot.
 
-        So the view stops to grow where a motion outgrows the mechanism, and follows.
+        So the view stops growing where a motion outgrows the mechanism, and follows: on squared paper where no ground
+        is in the window.
         """
         reach = float(np.linalg.norm(np.ptp(projection.page(self.extent), axis=0)))
-        if self.near > 0.0 and reach > 0.0 and self.follows:
+        if self.near > 0.0 and reach > 0.0 and self.leaves_nothing:
             scale = min(_NEAR / self.near, projection.scale * _LONGEST / reach)
             if scale > _FAR * projection.scale:
                 near = replace(projection, scale=scale)
@@ -103,17 +104,19 @@ class Frames:
         return [item.form for item in self.scene.items if item.body < 0 and isinstance(item.form, Face)]
 
     @property
-    def follows(self) -> bool:
-        """Whether what moves can be followed: nothing on ground is left behind but endless faces, of which one is near.
-
-        What flies off would be seen nowhere.
-        """
+    def leaves_nothing(self) -> bool:
+        """Whether nothing on ground is left behind by what moves, but endless faces."""
         held = [item for item in self.scene.items if item.body < 0 and item.role in _LEFT_BEHIND]
-        if not all(item.form.endless or isinstance(item.form, Axes) for item in held):
+        return all(item.form.endless or isinstance(item.form, Axes) for item in held)
+
+    @property
+    def stays_near_a_face(self) -> bool:
+        """Whether a face of ground is near all the time."""
+        if not self.faces:
             return False
         middles = np.array([placed.poses[:-1, :, 3].mean(axis=0) for placed in self.looked_at])
         away = [np.abs((middles - np.array(face.through)) @ np.array(face.normal)) for face in self.faces]
-        return not away or float(np.min(away, axis=0).max()) <= self.near
+        return float(np.min(away, axis=0).max()) <= self.near
 
     def traced(self, names: Sequence[str] | None) -> dict[str, Anchor]:
         """Return the points to be traced: bodies by name (their centres) and `body.point`. Raises InputError.
