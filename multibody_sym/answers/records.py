@@ -10,7 +10,7 @@ from multibody_sym.derivation.notation import Notation
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.text.printer import AT, text
-from multibody_sym.text.values import SI, Units, Value
+from multibody_sym.text.values import SI, Units, Value, with_formula
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Worked: a solution step by step, as data to be written out.
@@ -110,7 +110,7 @@ class Definition:
         number = units.said(self.value, self.unit)
         if self.equation is not None and self.expression is None:
             return f"= {number}, from {self.formula}"
-        return f"= {self.formula} = {number}" if self.formula not in ("", f"{self.value:.10g}") else f"= {number}"
+        return f"= {with_formula(self.formula, number)}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""

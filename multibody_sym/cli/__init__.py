@@ -4,7 +4,8 @@
     options        commands and their options, usage errors, suggestions, completion, `--help`
     model, runs    the model file of a command; its run, recalled or prepared, written while it goes on
     commands       one file a command
-    output         `--json`, text, units of results, exit codes
+    output         `--json`, text, units and digits of results, exit codes
+    terminal       width, headings and colours of what a terminal shows
     error_pages    pages of `explain` and their small models
     version        `--version`
 

@@ -7,10 +7,13 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
 from typing import Any, Final, TextIO, cast
 
 from multibody_sym.cli.options import ShownText, parse_words
 from multibody_sym.cli.output import INTERRUPTED, Reply, first_lines
+from multibody_sym.cli.terminal import COLOURS, terminal_of
 from multibody_sym.errors import MultibodyError, OutputError
 
 _THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -36,23 +39,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    colours = _colours(words)
     answer, text = _run_guarded(words)
     try:
         # the object on standard output and the text on standard error, or the text alone where it belongs
         if text is not None:
-            _say(answer.text)
+            _say(answer.text, colours)
             _write(sys.stdout, text)
         elif "error" in answer.json:
-            _say(answer.text)
+            _say(answer.text, colours)
         else:
-            _write(sys.stdout, answer.text)
+            out = answer.text if answer.source else terminal_of(sys.stdout, colours).show(answer.text)
+            _write(sys.stdout, out)
         if answer.missed:
-            _say(answer.missed)
+            _say(answer.missed, colours)
     except BrokenPipeError:  # whoever read the output has seen enough
         _silence(sys.stdout)
     except OSError as problem:
         _silence(sys.stdout)
-        _say(f"error: the output cannot be written: {problem.strerror}")
+        _say(f"error: the output cannot be written: {problem.strerror}", colours)
         return OutputError.exit_code
     except KeyboardInterrupt:
         _silence(sys.stdout)
@@ -93,18 +98,25 @@ def _run(words: Sequence[str]) -> Reply:
     options.hints = tuple
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        warnings.showwarning = cast(Any, _show_notice)
+        warnings.showwarning = cast(Any, partial(_show_notice, options.color))
         try:
             answer: Reply = options.run(options)
         except MultibodyError as error:
             if error.exit_code == _FAILED:  # what is wrong input has no hints yet
                 for hint in options.hints():
-                    _say(f"hint: {hint}")
+                    _say(f"hint: {hint}", options.color)
             raise
         hints = list(options.hints())
     for hint in hints:
-        _say(f"hint: {hint}")
+        _say(f"hint: {hint}", options.color)
     return Reply({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
+
+
+def _colours(words: Sequence[str]) -> str:
+    """Return what `--color` asks for, also where the other words of the command line are wrong."""
+    after = (word.partition("=")[2] or nearby for word, nearby in pairwise([*words, ""]) if word.startswith("--color"))
+    asked = next(after, "")
+    return asked if asked in COLOURS else COLOURS[0]
 
 
 def _failure(code: str, number: str, message: str, exit_code: int) -> Reply:
@@ -120,10 +132,12 @@ def _error_text(message: str, number: str) -> str:
     return "\n".join((f"error: {first} [{number}]", *rest))
 
 
-def _show_notice(message: Warning | str, category: type[Warning], *_place: Any, **_options: Any) -> None:
+def _show_notice(
+    colours: str, message: Warning | str, category: type[Warning], *_place: Any, **_options: Any
+) -> None:
     """Print the toolkit's own notices as lines; a command's user can do nothing about other libraries' warnings."""
     if category.__module__.startswith("multibody_sym."):
-        _say(f"note: {message}")
+        _say(f"note: {message}", colours)
 
 
 def _write(stream: TextIO | None, text: str) -> None:
@@ -132,10 +146,10 @@ def _write(stream: TextIO | None, text: str) -> None:
         stream.flush()
 
 
-def _say(text: str) -> None:
-    """Print a line on standard error, if anybody listens."""
+def _say(text: str, colours: str) -> None:
+    """Print a text on standard error, if anybody listens."""
     try:
-        _write(sys.stderr, text)
+        _write(sys.stderr, terminal_of(sys.stderr, colours).show(text))
     except OSError:
         _silence(sys.stderr)
 

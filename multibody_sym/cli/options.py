@@ -9,6 +9,7 @@ from keyword import iskeyword
 from types import ModuleType
 from typing import Any, Final, NoReturn, cast, get_args
 
+from multibody_sym.cli.terminal import COLOURS
 from multibody_sym.errors import InputError, OutputError, Where, nearest
 from multibody_sym.model.run_options import ASSIGNED, MODEL_OPTIONS, RUN_OPTIONS, ModelOptions, RunOptions
 
@@ -129,7 +130,7 @@ class Brief(argparse.HelpFormatter):
         return ", ".join(names) + (f" {self._value(action)}" if action.nargs != 0 else "")
 
     def _value(self, action: argparse.Action) -> str:
-        if action.choices:
+        if action.choices and action.metavar is None:
             return "|".join(map(str, action.choices))
         return f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar)
 
@@ -151,6 +152,7 @@ COMMANDS: Final = (
 """The commands, in the order in which they are told."""
 _WITHOUT_CHANGES: Final = ("new", "import", "schema", "explain")
 _AS_JSON: Final = "print one JSON object, also for an error"
+_IN_COLOURS: Final = "bold and colours: auto (default), always or never"
 _PURPOSE: Final = "Equations of motion of multibody systems, derived and run."
 
 
@@ -303,6 +305,7 @@ def _parser(names: Sequence[str] = COMMANDS) -> tuple[argparse.ArgumentParser, M
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
+        one.add_argument("--color", choices=COLOURS, default=COLOURS[0], metavar="WHEN", help=_IN_COLOURS)
         if name not in _WITHOUT_CHANGES:
             group = one.add_argument_group("what changes the model, or how it is solved")
             for option in MODEL_OPTIONS:

@@ -19,7 +19,7 @@ from multibody_sym.documents.formulas import latex_document
 from multibody_sym.documents.notes import shifts_text
 from multibody_sym.text.printer import text
 from multibody_sym.text.units import rate_unit
-from multibody_sym.text.values import SI, Units, Value, number_within
+from multibody_sym.text.values import SI, Units, Value, number_within, with_formula
 
 _NOWHERE: Final = "rest is possible at no value of"
 
@@ -32,7 +32,7 @@ def rest_text(found: RangeOfRest, units: Units = SI) -> str:
         lines = [f"{_NOWHERE} {found.parameter}{why}"]
     low, high = found.searched
     if low not in (None, 0.0) or high is not None:
-        first, last = (units.said(x or 0.0, found.unit, 6) for x in (low, high))
+        first, last = (units.said(x or 0.0, found.unit, digits=6) for x in (low, high))
         turn = found.unit == "rad" and low is not None and high is not None and isclose(high - low, 2 * pi)
         lines.append(f"note: looked for {'through a whole turn, ' if turn else ''}from {first} to {last}")
     return "\n".join(lines)
@@ -51,7 +51,7 @@ def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) ->
     first, last = (_bound_text(x, found.unit, units) + (", excluded" if x.open else "") for x in (low, high))
     if units.said(low.value, found.unit) == units.said(high.value, found.unit):
         return f"rest is possible only for {name} = {min(first, last, key=len)}"
-    return f"rest is possible for {name} from {first}\n  to {last}"
+    return f"rest is possible for {name} from {first} to {last}"
 
 
 def _bound_text(bound: RestBound, unit: str, units: Units) -> str:
@@ -59,8 +59,7 @@ def _bound_text(bound: RestBound, unit: str, units: Units) -> str:
     assert bound.value is not None
     number = units.said(bound.value, unit, error=bound.error)
     forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
-    shown = [form for form in dict.fromkeys(forms) if form != f"{bound.value:.10g}"]
-    formula = " = ".join([*shown, number])
+    formula = with_formula(" = ".join(dict.fromkeys(forms)), number)
     return f"{formula} ({', '.join(bound.gives_way)})" if bound.gives_way else formula
 
 
@@ -88,7 +87,7 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
     ways = zip(found.free, found.beyond, found.one_sided, found.closed, strict=True)
     each = zip(found.positions, found.errors, found.stable, ways, strict=True)
     for position, errors, stable, (free, beyond, one_sided, closed) in each:
-        known = {name: units.said(x, found.units[name], 9, errors[name]) for name, x in position.items()}
+        known = {name: units.said(x, found.units[name], errors[name]) for name, x in position.items()}
         values = ", ".join(f"{name} = {number}" for name, number in known.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
@@ -117,8 +116,8 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
 # Small motions as text and as a LaTeX document.
 
 
-_DIGITS: Final = 9
-"""Digits of an eigenvalue without error."""
+_WIDEST: Final = 78
+"""Characters of a matrix that is printed in one piece."""
 _MOVES_OFF: Final = "moves off uniformly (omega = 0)"
 _ORDER: Final = "frequencies are numbered by their size at the declared parameters"
 
@@ -126,15 +125,15 @@ _ORDER: Final = "frequencies are numbered by their size at the declared paramete
 def modes_text(found: Modes, units: Units = SI) -> str:
     """Return small motions for people to read, in chosen units."""
     sections: dict[str, Sequence[str]] = {
-        "M": _matrix(found.mass),
-        "C": _matrix(found.rates) if _moves(found.rates) else [],
-        "K": _matrix(found.stiffness),
-        "roots in omega of": [found.characteristic] if found.characteristic else [],
         "motions": list(_modes(found, units)),
         "stability": _stability(found),
+        "M": _matrix(found.mass, units),
+        "C": _matrix(found.rates, units) if _moves(found.rates) else [],
+        "K": _matrix(found.stiffness, units),
+        "roots in omega of": [found.characteristic] if found.characteristic else [],
         "eigenvalues, dampers included": [
             f"{real} 1/s" if imaginary == "0" else f"{real} +- {imaginary} i 1/s"
-            for real, imaginary, _, _ in (_eigenvalue_pairs(found, 1.0) if _moves(found.rates) else ())
+            for real, imaginary, _, _ in (_eigenvalue_pairs(found, 1.0, units.digits) if _moves(found.rates) else ())
         ],
         "motion from the declared start, of its own amplitude": (
             [] if found.period is None else [f"T = {found.period.told(units)}"]
@@ -159,16 +158,20 @@ def _moves(rows: Sequence[Sequence[Value]]) -> bool:
     return any(x.value for row in rows for x in row)
 
 
-def _matrix(rows: Sequence[Sequence[Value]]) -> list[str]:
-    """Return rows of formulas in columns, or of numbers where there are none."""
-    cells = [[_short(x) for x in row] for row in rows]
+def _matrix(rows: Sequence[Sequence[Value]], units: Units) -> list[str]:
+    """Return rows of formulas in columns, or of numbers where there are none; of a wide matrix its elements."""
+    cells = [[_short(x, units) for x in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    if sum(widths) + 2 * len(widths) > _WIDEST:
+        return [f"[{i}, {j}] {x}" for i, row in enumerate(cells, 1) for j, x in enumerate(row, 1) if x != "0"]
     return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in cells]
 
 
-def _short(value: Value) -> str:
-    told = value.as_json()
-    return str(told["expression"]) if told["expression"] is not None else value.digits
+def _short(value: Value, units: Units) -> str:
+    """Return the formula, or the number in SI units where there is none."""
+    if value.expression is None:
+        return number_within(value.value or 0.0, value.error, units.digits)
+    return text(value.expression)
 
 
 def _modes(found: Modes, units: Units) -> Iterator[str]:
@@ -181,16 +184,17 @@ def _modes(found: Modes, units: Units) -> Iterator[str]:
             yield f"omega{place} = {mode.frequency.told(units)}"
             yield f"  T{place} = {mode.period.told(units)}"
             if mode.rate is not None and mode.rate.value:
-                yield f"  {'fades' if mode.rate.value < 0 else 'grows'} like exp({_short(mode.rate)}*t)"
+                yield f"  {'fades' if mode.rate.value < 0 else 'grows'} like exp({_short(mode.rate, units)}*t)"
         elif mode.motion == "free":
             yield _MOVES_OFF
         else:
-            swings = "" if mode.frequency is None else f" while it swings with omega = {mode.frequency}"
-            yield f"{'grows' if mode.motion == 'grows' else 'fades'} like exp(rate*t){swings}, rate = {mode.rate}"
+            swings = "" if mode.frequency is None else f" while it swings with omega = {mode.frequency.told(units)}"
+            told = "unknown" if mode.rate is None else mode.rate.told(units)
+            yield f"{'grows' if mode.motion == 'grows' else 'fades'} like exp(rate*t){swings}, rate = {told}"
         if len(found.coordinates) > 1:
-            yield f"  shape: {_amplitudes(mode.shape)}"
+            yield f"  shape: {_amplitudes(mode.shape, units)}"
             if mode.quarter:
-                yield f"  a quarter of a period ahead: {_amplitudes(mode.quarter)}"
+                yield f"  a quarter of a period ahead: {_amplitudes(mode.quarter, units)}"
     if several:
         yield f"({_ORDER})"
     if swinging:
@@ -198,8 +202,8 @@ def _modes(found: Modes, units: Units) -> Iterator[str]:
         yield f"(expressions name omega{place} frequency(1), T{place} period(1))"
 
 
-def _amplitudes(shape: Mapping[str, Value]) -> str:
-    return ", ".join(f"{name} {_short(value)}" for name, value in shape.items())
+def _amplitudes(shape: Mapping[str, Value], units: Units) -> str:
+    return ", ".join(f"{name} {_short(value, units)}" for name, value in shape.items())
 
 
 def _stability(found: Modes) -> list[str]:
@@ -211,10 +215,12 @@ def _stability(found: Modes) -> list[str]:
     return [f"stable{where}" if found.stable else f"oscillations are stable{where}; what moves off uniformly is not"]
 
 
-def _eigenvalue_pairs(found: Modes | Linearization, size: float) -> Iterator[tuple[str, str, complex, float]]:
+def _eigenvalue_pairs(
+    found: Modes | Linearization, size: float, digits: int
+) -> Iterator[tuple[str, str, complex, float]]:
     """Yield real and imaginary part in a unit of a size, the number and its error; of each pair the upper one."""
     for x, error in zip(found.eigenvalues, found.eigenvalue_errors, strict=True):
-        real, imaginary = (number_within(part / size, error / size, _DIGITS) for part in (x.real, x.imag))
+        real, imaginary = (number_within(part / size, error / size, digits) for part in (x.real, x.imag))
         if imaginary == "0" or x.imag > 0.0:
             yield real, imaginary, x, error
 
@@ -239,6 +245,9 @@ def modes_document(found: Modes) -> str:
 
 _FEW: Final = 4
 """Digits of an eigenvalue, and of its frequency and damping ratio, without error."""
+_MANY: Final = 12
+"""More coordinates and speeds than so many are told by the states alone."""
+_MOST_NAMED: Final = 6
 _ROUNDING: Final = 1e-9
 _ZERO: Final = 1e-12
 """What a position that was looked for is near to zero at best."""
@@ -252,8 +261,10 @@ def linearization_text(found: Linearization, units: Units = SI) -> str:
     if not found.states:
         return "nothing is free to move: there are no states"
     clear = {name: x if abs(x) > _ZERO else 0.0 for name, x in found.at.items()}
-    place = ", ".join(f"{name} = {units.said(x, found.units[name], 6)}" for name, x in clear.items())
-    begun = [*([f"about {place}"] if clear else []), *shifts_text(found.shifts, found.units, units)]
+    few = clear if len(clear) <= _MANY else {name: x for name, x in clear.items() if name in found.states}
+    place = ", ".join(f"{name} = {units.said(x, found.units[name])}" for name, x in few.items())
+    more = f"; {len(clear) - len(few)} others follow" if len(few) < len(clear) else ""
+    begun = [*([f"about {place}{more}"] if clear else []), *shifts_text(found.shifts, found.units, units)]
     names = ", ".join(units.named(name, found.units[name]) for name in found.states)
     lines = [f"linearised in {names}", *begun, *_linearization_notes(found, units)]
     if found.steady:
@@ -261,22 +272,23 @@ def linearization_text(found: Linearization, units: Units = SI) -> str:
     states, inputs = (  # sizes of chosen units in SI units
         np.array([units.size(found.units[name]) for name in names]) for names in (found.states, found.inputs)
     )
-    lines += ["A", *_linearization_matrix((found.A * states / states[:, None]).tolist())]
+    lines += ["A", *_linearization_matrix((found.A * states / states[:, None]).tolist(), units)]
     if found.inputs:
         by = ", ".join(units.named(name, found.units[name]) for name in found.inputs)
-        lines += [f"B (by {by})", *_linearization_matrix((found.B * inputs / states[:, None]).tolist())]
+        lines += [f"B (by {by})", *_linearization_matrix((found.B * inputs / states[:, None]).tolist(), units)]
     return "\n".join(lines)
 
 
 def multipliers_text(found: Multipliers, units: Units = SI) -> str:
     """Return the multipliers over one period, pure numbers, for a person to read."""
-    period = units.said(found.period, "s", 6)
+    period = units.said(found.period, "s")
     lines = [f"in {', '.join(found.states)}, over one period of {period}", "multipliers"]
     for x in found.multipliers:
         if abs(x.imag) <= _ROUNDING * abs(x):
-            lines.append(f"  {x.real:.6g}")
+            lines.append(f"  {number_within(x.real, most=units.digits)}")
         elif x.imag > 0.0:
-            lines.append(f"  {x.real:.6g} +- {x.imag:.6g} i   (size {abs(x):.6g})")
+            real, imaginary, size = (number_within(part, most=units.digits) for part in (x.real, x.imag, abs(x)))
+            lines.append(f"  {real} +- {imaginary} i   (size {size})")
     return "\n".join(lines)
 
 
@@ -284,8 +296,10 @@ def _linearization_notes(found: Linearization, units: Units) -> list[str]:
     """Return what to know of the state and of what was held."""
     notes = []
     independent = {name: x for name, x in found.accelerations.items() if not found.steady or name in found.states}
-    rates = {name: units.said(x, rate_unit(found.units[name]), 6) for name, x in independent.items()}
-    moving = ", ".join(f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING)
+    rates = {name: units.said(x, rate_unit(found.units[name])) for name, x in independent.items()}
+    changing = [f"{name}' = {rates[name]}" for name, x in independent.items() if abs(x) > _ROUNDING]
+    more = f" and {len(changing) - _MOST_NAMED} more" if len(changing) > _MOST_NAMED else ""
+    moving = ", ".join(changing[:_MOST_NAMED]) + more
     if not found.steady:
         notes.append(f"note: {NO_EIGENVALUES} ({moving}): its eigenvalues are not given")
     elif moving:
@@ -303,7 +317,7 @@ def _linearization_notes(found: Linearization, units: Units) -> list[str]:
 
 def _linear_eigenvalues(found: Linearization, units: Units) -> Iterator[str]:
     """Yield a line for each real eigenvalue and for each pair, with frequency and damping ratio."""
-    for real, imaginary, x, error in _eigenvalue_pairs(found, units.size("1/s")):
+    for real, imaginary, x, error in _eigenvalue_pairs(found, units.size("1/s"), units.digits):
         if imaginary == "0":
             yield real
         else:
@@ -313,5 +327,18 @@ def _linear_eigenvalues(found: Linearization, units: Units) -> Iterator[str]:
             yield f"{decays}+- {imaginary} i   ({frequency} Hz, damping ratio {damping})"
 
 
-def _linearization_matrix(rows: Sequence[Sequence[float]]) -> list[str]:
-    return ["  " + " ".join(f"{x:12.6g}" for x in row) for row in rows]
+def _linearization_matrix(rows: Sequence[Sequence[float]], units: Units) -> list[str]:
+    """Return numbers in columns, of a wide matrix so many columns below each other as a page holds."""
+    cells = [[number_within(x, most=units.digits) for x in row] for row in rows]
+    widths = [max(map(len, column)) + 2 for column in zip(*cells, strict=True)]
+    lines, first = list[str](), 0
+    while first < len(widths):
+        last = first + 1
+        while last < len(widths) and sum(widths[first : last + 1]) <= _WIDEST:
+            last += 1
+        if last - first < len(widths):
+            lines.append(f"  columns {first + 1} to {last}")
+        shown = slice(first, last)
+        lines += ["".join(x.rjust(w) for x, w in zip(row[shown], widths[shown], strict=True)) for row in cells]
+        first = last
+    return lines

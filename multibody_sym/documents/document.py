@@ -35,7 +35,7 @@ from multibody_sym.documents.formulas import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.text.printer import latex_width
-from multibody_sym.text.values import SI, Units
+from multibody_sym.text.values import SI, Units, number_within
 
 _TEXT_WIDTH: Final = 110
 _EQUATION_WIDTH: Final = 100
@@ -140,7 +140,7 @@ class Writer(ABC):
         """Return a number with its unit; angles are in degrees where no unit was chosen."""
         number, unit = quantity
         if unit == "rad" and self.units.of(unit) == unit:
-            return self.number(f"{number * _DEGREES:.10g}", "deg")
+            return self.number(number_within(number * _DEGREES, most=self.units.digits), "deg")
         digits, _, chosen = self.units.said(number, unit).partition(" ")
         return self.number(digits, chosen)
 

@@ -96,6 +96,6 @@ def shifts_text(shifts: Mapping[str, float], known: Mapping[str, str], units: Un
     if not shifts:
         return []
     largest = sorted(shifts.items(), key=lambda item: -abs(item[1]))
-    named = ", ".join(f"{name} by {units.said(change, known[name], 3)}" for name, change in largest[:_MOST])
+    named = ", ".join(f"{name} by {units.said(change, known[name], digits=3)}" for name, change in largest[:_MOST])
     more = f" and {len(shifts) - _MOST} more by less" if len(shifts) > _MOST else ""
     return [f"given start values were changed to satisfy the constraints: {named}{more}"]

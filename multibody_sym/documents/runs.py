@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Final
+from itertools import groupby
+from operator import itemgetter
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,18 +18,19 @@ from multibody_sym.motion.loop.problem import SEVERAL
 from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.values import SI, Units
 
 _MOST_LINES: Final = 20
+_LAST_LINES: Final = 5
+_ALIKE: Final = 3
+"""So many changes of a kind stand in one line."""
 _MOST_NAMED: Final = 6
 _GROWN: Final = 100
 """By how much errors of a run are larger than the tolerances of its steps; sensitive motions have more."""
 _UNRESOLVED: Final = 1e-3
 """The part of a run's absolute tolerance that is told as nothing: the run does not tell it from zero."""
-_OF_STEPS: Final = 6
-"""Digits of a run with steps of a given length."""
-_OF_TIMES: Final = 6
 _ROUNDING: Final = 1e-14
 """The part of the largest kinetic energy that a sum of energies has from rounding."""
 _TAKEN: Final = 1e-13
@@ -58,7 +61,7 @@ def run_summary(run: Trajectory, units: Units = SI) -> str:
     ]
     if run.stop is not None and run.stop["t"] <= run.problem.t0:
         lines.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
-    lines += [*_end(run, units), *_energy(run, units), *_constraints(run)]
+    lines += [f"at t = {_end_time(run, units)}:", *_end(run, units), *_energy(run, units), *_constraints(run)]
     lines += withheld_text(run.withheld, run.withheld_reasons)
     untold = run.ready.told.untold
     lines += [f"  outputs without a value for that: {', '.join(untold)}"] if untold else []
@@ -66,40 +69,64 @@ def run_summary(run: Trajectory, units: Units = SI) -> str:
 
 
 def _time(t: float, units: Units) -> str:
-    return units.said(t, "s", _OF_TIMES)
+    return units.said(t, "s")
 
 
 def _found_time(run: Trajectory, t: float, units: Units) -> str:
     """Return a time at which something happened: all times of a run have as many digits as its tolerance leaves."""
     if _is_nothing(run, t):
         return units.said(0.0, "s")
-    known = 1.0 if run.problem.step else 2.0 * _GROWN * run.problem.rtol * 10.0**_OF_TIMES
-    return units.said(t, "s", max(1, _OF_TIMES - math.ceil(math.log10(max(known, 1.0)))))
+    known = 1.0 if run.problem.step else 2.0 * _GROWN * run.problem.rtol * 10.0**units.digits
+    return units.said(t, "s", digits=max(1, units.digits - math.ceil(math.log10(max(known, 1.0)))))
 
 
 def _end_time(run: Trajectory, units: Units) -> str:
     return _time(run.t_final, units) if run.stop is None else _found_time(run, run.t_final, units)
 
 
+def _outputs(run: Trajectory, units: Units, error: float) -> Iterator[tuple[str, str]]:
+    """Yield the outputs at the end, whose relative error is that of the state."""
+    for name, values in run.outputs.items():
+        value = float(values[-1]) if len(values) else math.nan
+        told = 0.0 if _is_nothing(run, value) else value
+        number = units.said(told, run.output_units[name], error=error * abs(told))
+        yield name, number if math.isfinite(value) else "no value"
+
+
+def _state_error(run: Trajectory, errors: Mapping[str, float]) -> float:
+    """Return the largest error of the state, relative to the largest value of the same name along the run."""
+    courses: Mapping[str, Floats] = {**run.coordinates, **run.speeds}
+    sizes = {name: float(np.max(np.abs(courses[name]), initial=0.0)) for name in errors}
+    return max((min(error / sizes[name], 1.0) for name, error in errors.items() if sizes[name]), default=0.0)
+
+
 def _end(run: Trajectory, units: Units) -> list[str]:
+    """Return the outputs at the end, all of them, for they were asked for; then the state."""
     known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
-    width = max(map(len, values), default=0)
-    errors, lines = _end_errors(run, values, known), []
+    errors, state = _end_errors(run, values, known), dict[str, str]()
     for name, value in values.items():
         if _is_nothing(run, value):
             number = units.said(0.0, known[name])
         elif name in errors:
             number = units.said(value, known[name], error=errors[name])
         else:
-            number = units.said(value, known[name], _OF_STEPS)
-        lines.append(f"  {name:{width}} {number if number[0] == '-' else f' {number}'}")
-    return [f"at t = {_end_time(run, units)}:", *_first_lines(lines)]
+            number = units.said(value, known[name])
+        state[name] = number
+    outputs = dict(_outputs(run, units, _state_error(run, errors)))
+    width = max(map(len, (*outputs, *state)), default=0)
+    asked, whole = (
+        [f"  {name:{width}} {x if x[0] == '-' else f' {x}'}" for name, x in each.items()] for each in (outputs, state)
+    )
+    return [*asked, *_shortened(whole)]
 
 
-def _first_lines(lines: list[str]) -> list[str]:
-    more = [f"  ... {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
-    return [*lines[:_MOST_LINES], *more]
+def _shortened(lines: Sequence[str]) -> list[str]:
+    """Return the first and the last of many lines."""
+    if len(lines) <= _MOST_LINES:
+        return list(lines)
+    first = _MOST_LINES - _LAST_LINES - 1
+    return [*lines[:first], f"  ... {len(lines) - first - _LAST_LINES} more", *lines[-_LAST_LINES:]]
 
 
 def _end_errors(run: Trajectory, values: Mapping[str, float], known: Mapping[str, str]) -> Mapping[str, float]:
@@ -134,12 +161,12 @@ def _energy(run: Trajectory, units: Units) -> list[str]:
     for name, work in run.friction_work.items():
         bodies = _beyond_rounding(run, work.bodies)
         if bodies or _beyond_rounding(run, {name: work.total}):
-            shares = [f"{units.said(x, 'J', 6)} on {body}" for body, x in bodies.items()]
+            shares = [f"{units.said(x, 'J')} on {body}" for body, x in bodies.items()]
             parts = f" ({', '.join(shares)})" if len(shares) > 1 else ""
-            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J', 6)}{parts}")
+            lines.append(f"  work of friction at {name}: {units.said(work.total, 'J')}{parts}")
     lost = _beyond_rounding(run, run.impact_losses)
-    lines += [f"  impact of {name} took {units.said(x, 'J', 6)}" for name, x in lost.items()]
-    return [f"total energy {units.said(begin, 'J', 6)} at the start{account}", *_first_lines(lines)]
+    lines += [f"  impact of {name} took {units.said(x, 'J')}" for name, x in lost.items()]
+    return [f"total energy {units.said(begin, 'J')} at the start{account}", *_shortened(lines)]
 
 
 def _largest_kinetic_energy(run: Trajectory) -> float:
@@ -158,7 +185,7 @@ def _change(run: Trajectory, units: Units) -> str:
     if run.ready.told.drives:
         drives = ", ".join(run.ready.told.drives)
         return f"prescribed motion ({drives}) does work, so that its change tells nothing about the integration"
-    told = f"it changed by at most {units.said(run.drift['energy'], 'J', 2)}"
+    told = f"it changed by at most {units.said(run.drift['energy'], 'J', digits=2)}"
     rubbing = _beyond_rounding(run, {name: work.total for name, work in run.friction_work.items() if work.total < 0.0})
     lost = _beyond_rounding(run, run.impact_losses)
     acting = _first_names(list(dict.fromkeys((*run.ready.told.working, *rubbing, *lost))))
@@ -171,11 +198,11 @@ def _account(run: Trajectory, units: Units) -> str:
     account = run.modes.account
     rubbing = _beyond_rounding(run, {name: work.total for name, work in account.friction.items()})
     lost, acting = _beyond_rounding(run, run.impact_losses), run.ready.told.working
-    told = [f"friction took {units.said(-sum(rubbing.values()), 'J', 6)} at {_first_names(rubbing)}"] if rubbing else []
-    told += [f"impacts took {units.said(sum(lost.values()), 'J', 6)} at {_first_names(lost)}"] if lost else []
-    told += [f"the work of {_first_names(acting)} is {units.said(account.loads, 'J', 6)}"] if acting else []
-    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', 2)}"
-    return "; ".join([f", {units.said(float(run.whole.energy[-1]), 'J', 6)} at the end", *told, left])
+    told = [f"friction took {units.said(-sum(rubbing.values()), 'J')} at {_first_names(rubbing)}"] if rubbing else []
+    told += [f"impacts took {units.said(sum(lost.values()), 'J')} at {_first_names(lost)}"] if lost else []
+    told += [f"the work of {_first_names(acting)} is {units.said(account.loads, 'J')}"] if acting else []
+    left = f"the energy account closes to {units.said(abs(run.energy_residual), 'J', digits=2)}"
+    return "; ".join([f", {units.said(float(run.whole.energy[-1]), 'J')} at the end", *told, left])
 
 
 def _first_names(names: Collection[str]) -> str:
@@ -202,14 +229,8 @@ def _constraints(run: Trajectory) -> list[str]:
 
 def _events(run: Trajectory, units: Units) -> list[str]:
     """Return what began to stick, slide, open or close, and when; singular positions; warnings."""
-    changes, lines = [*run.begun, *run.changes], []
-    for x in changes:
-        word = str(x["kind"])
-        if word == SEVERAL:
-            left = "the laws leave several motions, and nothing says which one happens"
-            word = f"{x['taken']}, one of {SEVERAL}: {left}"
-        lines.append(f"  t = {_found_time(run, x['t'], units)}: {x['element']} {word}")
-    lines = ["changes of what holds one way only:", *_first_lines(lines)] if lines else []
+    changes = [*run.begun, *run.changes]
+    lines = ["changes of what holds one way only:", *_change_lines(run, changes, units)] if changes else []
     times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
     if times:
         shown = ", ".join(times if len(times) <= _MOST_LINES else [*times[:_MOST_LINES], "..."])
@@ -218,6 +239,31 @@ def _events(run: Trajectory, units: Units) -> list[str]:
         lines.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
     return [*lines, *(_warning_text(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told)]
+
+
+def _change_lines(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
+    """Return a line for each change; successive changes alike stand in one, of very many all that are alike."""
+    named = [(f"{x['element']} {_change_words(x)}", x["t"]) for x in changes]
+    successive = [(words, [t for _, t in each]) for words, each in groupby(named, key=itemgetter(0))]
+    if len(successive) > _MOST_LINES:
+        alike: dict[str, list[float]] = {}
+        for words, t in named[:-1]:
+            alike.setdefault(words, []).append(t)
+        successive = [*alike.items(), (named[-1][0], [named[-1][1]])]
+    lines: list[str] = []
+    for words, times in successive:
+        told = [_found_time(run, t, units) for t in times]
+        if len(times) < _ALIKE:
+            lines += [f"  t = {t}: {words}" for t in told]
+        else:
+            lines.append(f"  t = {told[0]} to {told[-1]}: {words}, {len(times)} times")
+    return _shortened(lines)
+
+
+def _change_words(change: Mapping[str, Any]) -> str:
+    if change["kind"] != SEVERAL:
+        return str(change["kind"])
+    return f"{change['taken']}, one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
 
 
 def _warning_text(kind: str, element: str, t: str) -> str:

@@ -121,7 +121,7 @@ def _centres(found: ImpactFound) -> Iterable[str]:
 
 SEVERAL_MOTIONS: Final = "the laws leave several motions: this is one of them, and nothing says which one happens"
 _IDLE: Final = ("open", "free")
-_STATES: Final = "the state, found by the laws of contact and friction: nobody gave directions"
+_STATES: Final = "the state, by the laws of contact and friction"
 _WHERE: Final = "where, as formulas name it"
 _REACTIONS: Final = "reactions of joints, on the child, in the axes of the joint's frame on the parent (zeros left out)"
 
@@ -133,11 +133,9 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
     several = several if solution.verdict == "several" else []
     limits = {condition: broken for condition, broken in solution.limits.items() if broken is not None}
     sections: dict[str, Iterable[str]] = {
-        _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
         SEVERAL_MOTIONS: several,
-        "start values that follow from the constraints": [
-            f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
-        ],
+        "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
+        _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
         **({} if solution.impact is None else impact_lines(solution.impact, units)),
         "accelerations": [
             f"{name + primes[name]} = {value.told(units)}" for name, value in solution.accelerations.items()
@@ -160,7 +158,9 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
             solution.withheld, solution.withheld_reasons
         ),
         "conditions": [f"{x}, else {limits[x]}" if x in limits else x for x in solution.conditions],
-        "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
+        "start values that follow from the constraints": [
+            f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
+        ],
         _WHERE: list(_where(solution, primes, units)),
         "notes": solution.notes,
     }
@@ -221,17 +221,17 @@ def check_text(found: CheckReport, units: Units = SI) -> str:
     hints = [f"hint: {hint}" for hint in found.hints]
     if found.failure is not None:
         return "\n".join([f"no motion: {found.failure}", *hints])
-    lines = _freedom(found)
+    agree, differ = f"all agree ({len(found.agreement)} formalisms, and the theorems)", ", ".join(found.missing)
+    lines = [f"verdict: {agree if found.agrees else f'THEY DISAGREE: {differ}'}", *_freedom(found)]
     lines += [f"held at the start: {', '.join(found.held)}"] if found.held else []
     lines += [f"assembled: {', '.join(found.assembled)}"] if found.assembled else []
     lines += shifts_text(found.shifts, found.units, units)
     if found.verdict == "several":
         lines.append(f"{SEVERAL_MOTIONS}; all this is of {_states(found.states)}")
         lines += [f"  another: {_states(other)}" for other in found.others]
-    verdict = "all agree" if found.agrees else f"THEY DISAGREE: {', '.join(found.missing)}"
     ratios = ", ".join(f"{name} {ratio:.2g}" for name, ratio in found.agreement.items())
     bounds = "scaled residuals; rounding stays below 10, with constraints below 100"
-    lines.append(f"formalisms ({bounds}): {ratios}: {verdict}")
+    lines.append(f"formalisms ({bounds}): {ratios}")
     residuals = ", ".join(f"{name.replace('_', ' ')} {x:.1e}" for name, x in found.theorems.items())
     nothing = "nothing has mass and nothing acts, all forces are zero"
     lines.append(f"theorems (relative residuals): {residuals or nothing}")
@@ -267,5 +267,5 @@ def theorems_text(misses: Mapping[str, Miss], units: Units = SI) -> list[str]:
     width = max(map(len, misses))
     head = "theorems along the run (largest miss, relative to the sum of absolute terms):"
     words = {name: name.replace("_", " ") for name in misses}
-    lines = (f"  {words[x]:{width}} {m.relative:.1e} at t = {units.said(m.t, 's', 6)}" for x, m in misses.items())
+    lines = (f"  {words[x]:{width}} {m.relative:.1e} at t = {units.said(m.t, 's')}" for x, m in misses.items())
     return [head, *lines]

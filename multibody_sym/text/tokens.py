@@ -17,7 +17,7 @@ _NO_VALUE: Final = (
     "{} is no value: numbers are finite here; give a number, or leave the entry out where it may be absent, such as a "
     "limit that is not there"
 )
-_SHOWN_EACH_SIDE: Final = 40
+_SHOWN_EACH_SIDE: Final = 36
 
 _TOKEN: Final = re.compile(
     r"""(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 # Numbers as text, with their reliable digits.
 
 
+DIGITS: Final = 6
+"""Digits that commands print of a number, unless others are asked for."""
 MOST: Final = 10
-"""Digits that are printed of a number without error."""
+"""Digits of a number without error in other texts, as `str` of a value."""
 
 
 def number_within(number: float, error: float = 0.0, most: int = MOST) -> str:
@@ -43,8 +45,16 @@ def number_within(number: float, error: float = 0.0, most: int = MOST) -> str:
     return f"{number:.{digits}g}"
 
 
+_DECIMAL: Final = re.compile(r"-?[0-9.]+(e[-+]?[0-9]+)?")
+
+
+def with_formula(formula: str, number: str) -> str:
+    """Return `formula = number`, and the number alone where the formula is one too, or empty."""
+    return number if not formula or _DECIMAL.fullmatch(formula) else f"{formula} = {number}"
+
+
 # ----------------------------------------------------------------------------------------------------------------------
-# Units that people choose to read, such as `mm,deg`: the factor and the text of each in place of an SI unit.
+# How people choose to read numbers: digits, and units such as `mm,deg` with the factor and text of each.
 
 
 _PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?([-0-9/]+)\)?)?")
@@ -59,9 +69,13 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """The chosen units for quantities; others stay SI, or follow: with mm and deg speeds are in mm/s and deg/s."""
+    """The chosen units for quantities; others stay SI, or follow: with mm and deg speeds are in mm/s and deg/s.
+
+    Numbers have at most so many `digits`.
+    """
 
     chosen: Mapping[Kind, _Choice] = field(default_factory=dict)
+    digits: int = DIGITS
 
     def of(self, unit: str) -> str:
         """Return the display unit of quantities in an SI unit."""
@@ -78,10 +92,10 @@ class Units:
         assert size is not None
         return size
 
-    def said(self, number: float, unit: str, digits: int = MOST, error: float = 0.0) -> str:
-        """Return a number in an SI unit, off by at most `error`, as text in the chosen unit."""
-        size = self.size(unit)
-        return f"{number_within(number / size, error / size, digits)} {self.of(unit)}".rstrip()
+    def said(self, number: float, unit: str, error: float = 0.0, digits: int | None = None) -> str:
+        """Return a number in an SI unit, off by at most `error`, as text in the chosen unit; `digits`: fewer."""
+        size, most = self.size(unit), self.digits if digits is None else min(digits, self.digits)
+        return f"{number_within(number / size, error / size, most)} {self.of(unit)}".rstrip()
 
     def named(self, name: str, unit: str) -> str:
         """Return a name with the chosen unit in brackets."""
@@ -116,6 +130,7 @@ class Units:
 
 
 SI: Final = Units()
+_LONG: Final = Units(digits=MOST)
 
 
 def chosen_units(units: str | Sequence[str] | Units | None) -> Units:
@@ -177,8 +192,8 @@ class Value:
     t_error: float = 0.0
 
     def __str__(self) -> str:
-        """Return `formula = number unit`, without a formula that is that number."""
-        return self.told()
+        """Return `formula = number unit`, without a formula that is that number; the number with up to ten digits."""
+        return self.told(_LONG)
 
     def told(self, units: Units = SI) -> str:
         """Return the same with the number in chosen units and its reliable digits; numeric formulas are in SI units."""
@@ -189,12 +204,7 @@ class Value:
         if formula and self.value is None:
             return formula
         when = "" if self.t is None else f" at t = {units.said(self.t, 's', error=self.t_error)}"
-        return number + when if formula in ("", self.digits) else f"{formula} = {number}{when}"
-
-    @property
-    def digits(self) -> str:
-        """The number (SI) as text, with its reliable digits."""
-        return number_within(self.value or 0.0, self.error)
+        return with_formula(formula, number) + when
 
     def _formula(self, units: Units) -> str:
         if self.expression is None:

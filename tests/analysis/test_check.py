@@ -59,8 +59,8 @@ def test_object_has_the_promised_keys() -> None:
 
 def test_text_tells_what_matters() -> None:
     text = check_text(check(system(outputs={})))
-    assert text.splitlines()[0] == "degrees of freedom: 1"
-    assert "all agree" in text
+    assert text.splitlines()[0].startswith("verdict: all agree (")
+    assert text.splitlines()[1] == "degrees of freedom: 1"
     assert "conserved: total_energy()" in text
     assert "hint: no outputs are declared" in text
 

@@ -68,7 +68,7 @@ def test_an_end_has_the_value_of_its_formula_and_the_digits_that_hold():
     assert (low.error, low.as_json().get("error")) == (0.0, None)
     assert abs(high.value - math.pi / 2) <= high.error == high.as_json()["error"] < 1e-10
     flat = mbs.RangeOfRest("F", ((RestBound(1 / 3, error=1e-6), RestBound(2 / 3, error=2e-4)),), (None, None), unit="N")
-    assert rest_text(flat) == "rest is possible for F from 0.33333 N\n  to 0.67 N"
+    assert rest_text(flat) == "rest is possible for F from 0.33333 N to 0.67 N"
 
 
 def test_one_value_and_all_of_them_are_told_as_such():

@@ -42,6 +42,8 @@ SUBJECT = {"system", "model", "path"}
 PRINTED = {
     "json": "how the answer is printed: a function returns it",
     "help": "prints",
+    "color": "how the answer is printed: a function returns it",
+    "digits": "how many digits are printed: a function returns numbers; value.told() takes units with digits",
     "units": "in which units answers are printed: a function returns SI; run.plot() and run.table() take units",
     ("derive", "steps"): "how much of the equations is printed: they hold all of it",
     ("derive", "format"): "how the equations are printed: they are text, LaTeX and data at once",

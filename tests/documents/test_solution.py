@@ -31,8 +31,8 @@ def test_speeds_that_are_no_coordinate_s_rate_have_one_prime() -> None:
         bodies={"b": mbs.Body(mass=1, inertia={"Ixx": 1, "Iyy": 2, "Izz": 3})},
         joints={"joint": mbs.Spherical("ground", "b", initial={"u": [1, 1, 0]})},
     )
-    assert "joint_wz' = -1/3 = -0.3333333333 rad/s^2" in solution_text(mbs.solve(ball))
-    assert "  joint_wz' = -19.09859317 deg/s^2" in solution_text(mbs.solve(ball), chosen_units("deg")).splitlines()
+    assert "joint_wz' = -1/3 = -0.333333 rad/s^2" in solution_text(mbs.solve(ball))
+    assert "  joint_wz' = -19.0986 deg/s^2" in solution_text(mbs.solve(ball), chosen_units("deg")).splitlines()
 
 
 def test_the_command_prints_text_or_one_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

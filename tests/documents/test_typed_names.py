@@ -18,6 +18,7 @@ from multibody_sym.documents.solution import check_text, solution_text
 from multibody_sym.model.settings import Ask
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import FORCE_NAMES
+from multibody_sym.text.values import Units
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STOPPED = """
@@ -326,7 +327,7 @@ joints: {A: {type: revolute, parent: ground, child: rod, q: phi, initial: {q: 0.
 
 def numbers(solution: mbs.Solution) -> dict[str, str]:
     """Return the last of the numbers with its unit that stands behind each name."""
-    lines = (line.strip().split(" = ") for line in solution_text(solution).splitlines())
+    lines = (line.strip().split(" = ") for line in solution_text(solution, Units(digits=10)).splitlines())
     return {name: others[-1] for name, *others in lines if others}
 
 

@@ -55,7 +55,7 @@ from types import CodeType
 from typing import Any
 
 import pytest
-from problem_files import COMMANDS, PROBLEMS, read_problem
+from problem_files import COMMANDS, PROBLEMS, WITH_DIGITS, read_problem
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
@@ -288,7 +288,8 @@ def test_a_command_answers_as_expected(
     text = model_of_case(model, case)
     Path(name).write_text(text, encoding="utf-8")
     command = next(key for key in COMMANDS if key in case)
-    code = main([command, name, "--json", *words_of_options(options_of(case))])
+    digits = ["--digits", "10"] if command in WITH_DIGITS else []
+    code = main([command, name, "--json", *digits, *words_of_options(options_of(case))])
     printed = capsys.readouterr()
     found = json.loads(printed.out)
     verify_print(printed.err, case)

@@ -38,7 +38,7 @@ def test_numbers_are_told_with_their_unit() -> None:
     assert units.said(0.1, "m") == "100 mm"
     assert units.said(math.pi / 6, "rad") == "30 deg"
     assert units.said(0.25, "") == "0.25"
-    assert SI.said(0.1, "m/s", 3) == "0.1 m/s"
+    assert SI.said(0.1, "m/s", digits=3) == "0.1 m/s"
     assert chosen_units(None) is SI
 
 

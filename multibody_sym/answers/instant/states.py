@@ -112,7 +112,7 @@ def state_found(solved: SolvedInstant) -> StateFound:
 
     units = {name: "rad/s" if row.unit == "N*m" else "m/s" for name, row in rows.items()}
     closing = solved.values(speeds, units) if rows else {}
-    strikes = (f"{name} strikes: it closes with {speed.told()} (see the notes)" for name, speed in closing.items())
+    strikes = (f"{name} strikes: it closes with {speed} (see the notes)" for name, speed in closing.items())
     lines = (*strikes, *_lines(solved, acting, words, needed))
     return StateFound(words, closing, directions, lines, dict(_at_limit(solved)), needed)
 
@@ -179,7 +179,7 @@ def _why_sticking(
             return ": friction that is not unique"
         if least is None or not least.value:
             return ": no friction is needed"
-        return f": that needs a coefficient of {least.told()} or more"
+        return f": that needs a coefficient of {least} or more"
     if isinstance(row, RopeSlipRow) and all(_is_unique(solved, name) for name in (row.rope.name, *row.rope.rubs)):
         wheel = row.rope.rubs.index(row.name)
         less, greater = sorted(float(acting.tensions[asked]) for asked in row.rope.asked[wheel : wheel + 2])

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_units, asked_units, first_lines
+from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units, first_lines
 
 HELP: Final = "check a model: freedoms, redundancy, formalisms compared, hints"
 _DISAGREES: Final = 3
@@ -17,6 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     add_units(parser)
+    add_digits(parser)
 
 
 def run(options: argparse.Namespace) -> Reply:

@@ -47,5 +47,6 @@ def run(options: argparse.Namespace) -> Reply:
         if options.theorems:
             data["conserved"] = {each.name: each.symmetry for each in kept}
         if options.format == "json":
-            return Reply(data, json.dumps(data, indent=1))
-        return Reply(data, write_document(derivation_document(equations, steps=options.steps), options.format))
+            return Reply(data, json.dumps(data, indent=1), source=True)
+        text = write_document(derivation_document(equations, steps=options.steps), options.format)
+        return Reply(data, text, source=options.format != "text")

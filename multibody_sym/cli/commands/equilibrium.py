@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.options import UsageError, model_options
-from multibody_sym.cli.output import Reply, add_units, asked_units
+from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
 from multibody_sym.errors import Where
 
 HELP: Final = "find positions of rest and whether they are stable, or for which values of a parameter there is rest"
@@ -20,6 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vary", metavar="NAME", help=_VARY)
     parser.add_argument("--least", metavar="NAME", help=_LEAST)
     add_units(parser)
+    add_digits(parser)
 
 
 def run(options: argparse.Namespace) -> Reply:

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> Reply:
     text, speeds = dumps(system), len(mechanism(system).speeds)
     answer = {"model": text, "file": options.output, "speeds": speeds}
     if options.output is None:
-        return Reply(answer, text)
+        return Reply(answer, text, source=True)
     write_new(options.output, text.encode("utf-8"))
     done = f"wrote {options.output}: {len(system.bodies)} bodies, {speeds} speeds"
     return Reply(answer, f"{done}; next: multibody-sym simulate {options.output} --plot")

@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_units, asked_units
+from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
 
 HELP: Final = "small oscillations as formulas: frequencies, modes, stability"
 _FORMATS: Final = ("text", "latex")
@@ -17,6 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
     add_units(parser)
+    add_digits(parser)
     place = "where: equilibrium, the position of rest found first, or NAME=VALUE; default: the start, or beside it"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
     swings = "a coordinate whose period in the motion from the start is told too, whatever its amplitude"
@@ -32,4 +33,6 @@ def run(options: argparse.Namespace) -> Reply:
     units = asked_units(options)
     with model(options) as system:
         found = modes(system, at=options.at, period=options.period, **model_options(options))
-    return Reply(found.as_json(), modes_document(found) if options.format == "latex" else modes_text(found, units))
+    if options.format == "latex":
+        return Reply(found.as_json(), modes_document(found), source=True)
+    return Reply(found.as_json(), modes_text(found, units))

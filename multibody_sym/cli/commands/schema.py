@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> Reply:
     found = schema()
     text = json.dumps(found, indent=1)
     if options.output is None:
-        return Reply(found, text)
+        return Reply(found, text, source=True)
     write_new(options.output, f"{text}\n".encode())
     first = f"# yaml-language-server: $schema={options.output}"
     return Reply({"file": options.output}, f"wrote {options.output}; as first line of a model: {first}")

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.cli.options import add_run_options
-from multibody_sym.cli.output import INTERRUPTED, Reply, add_units, asked_units, verify_apart
+from multibody_sym.cli.output import INTERRUPTED, Reply, add_digits, add_units, asked_units, verify_apart
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import time_stages
 
@@ -27,6 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help="the table: .csv, .npz or .parquet")
     add_units(parser)
+    add_digits(parser)
     figure = "a figure (.png, .svg, .pdf); default: FILE.png"
     parser.add_argument("--plot", metavar="PNG", nargs="?", const="", help=figure)
     shown = "names that the figure shows, with commas; default: all"

@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_units, asked_units
+from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
 _FORMATS: Final = ("text", "latex", "html")
@@ -18,6 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", action="store_true", help="show how a book gets there, from bodies cut free on")
     parser.add_argument("--format", choices=_FORMATS, help="how to print the steps: text (default), latex or html")
     add_units(parser)
+    add_digits(parser)
 
 
 def run(options: argparse.Namespace) -> Reply:
@@ -32,5 +33,7 @@ def run(options: argparse.Namespace) -> Reply:
         solution = solve(system, steps=steps, **model_options(options))
     if solution.steps is None:
         return Reply(solution.as_json(), solution_text(solution, units))
-    text = write_document(worked_document(solution.steps), options.format or "text", units)
-    return Reply(solution.as_json(), text)
+    form = options.format or "text"
+    return Reply(
+        solution.as_json(), write_document(worked_document(solution.steps), form, units), source=form != "text"
+    )

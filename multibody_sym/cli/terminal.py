@@ -1,0 +1,125 @@
+"""What does a terminal show of a plain text? Lines within its width, bold headings, verdicts in colour.
+
+Replies are plain texts; files and pipes get them as they are. A heading stands before deeper lines and has neither
+quantity nor equation.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Final, TextIO
+
+from multibody_sym.records import dataclass
+
+COLOURS: Final = ("auto", "always", "never")
+_BOLD, _RED, _GREEN, _YELLOW, _PLAIN = (f"\x1b[{code}m" for code in (1, 31, 32, 33, 0))
+_VERDICTS: Final = {
+    _RED: r"error:|no motion:|verdict: THEY DISAGREE|unstable|rest is possible at no value|\S+: (?:failed|interrupted)",
+    _GREEN: r"verdict: all agree|stable|at rest|rest is possible|oscillations are stable|\S+: done",
+    _YELLOW: r"warning:|hint:|note:|indifferent|not decided|\S+: stopped",
+}
+"""The words at the beginning of a line that are shown in a colour; those of an earlier entry count first."""
+_VERDICT: Final = {colour: re.compile(rf"\s*(?:{words})(?!\w)") for colour, words in _VERDICTS.items()}
+_SAYS: Final = re.compile(r": | = |; |\d [A-Za-z]")
+"""A quantity, an equation or a sentence, which no heading has."""
+_OPERATORS: Final = ("=", "+", "-", "<", ">", "<=", ">=", "==", "!=")
+_HANG: Final = 4
+_USUAL: Final = 80
+_LEAST: Final = 20
+"""Columns below which a terminal is taken to be this wide."""
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """Shows texts in lines of at most `width` characters, None for any, and in colours or not."""
+
+    width: int | None
+    colours: bool
+
+    def show(self, text: str) -> str:
+        """Return a plain text as this terminal shows it."""
+        lines = text.splitlines()
+        shown: list[str] = []
+        for line, after in zip(lines, [*lines[1:], ""], strict=True):
+            parts = [line] if self.width is None else list(wrap_line(line, self.width))
+            shown += self._styled(parts, is_heading(line, after)) if self.colours else parts
+        return "\n".join(shown)
+
+    def _styled(self, parts: Sequence[str], bold: bool) -> list[str]:
+        if bold:
+            return [f"{_BOLD}{part}{_PLAIN}" for part in parts]
+        first, *others = parts
+        for colour, words in _VERDICT.items():
+            if found := words.match(first):
+                first = f"{colour}{first[: found.end()]}{_PLAIN}{first[found.end() :]}"
+                break
+        return [first, *others]
+
+
+def terminal_of(stream: TextIO | None, colours: str) -> Terminal:
+    """Return the terminal at a stream, with colours as `--color` asks for: without one text stays as it is."""
+    at_terminal = stream is not None and stream.isatty()
+    known = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+    known = known and (sys.platform != "win32" or "WT_SESSION" in os.environ)
+    width = max(_columns(stream), _LEAST) if stream is not None and at_terminal else None
+    return Terminal(width, colours == "always" or (colours == "auto" and at_terminal and known))
+
+
+def _columns(stream: TextIO) -> int:
+    """Return the columns of a terminal: those that COLUMNS says, else its own, 80 where it has none."""
+    said = os.environ.get("COLUMNS", "")
+    return int(said) if said.isdecimal() else os.get_terminal_size(stream.fileno()).columns or _USUAL
+
+
+def is_heading(line: str, after: str) -> bool:
+    """Return whether a line is the heading of the deeper one after it."""
+    deeper = line[:1].strip() != "" and after[:1] == " "
+    return deeper and (line.endswith(":") or not _SAYS.search(line))
+
+
+def wrap_line(line: str, width: int) -> Iterator[str]:
+    """Yield a line in parts of at most `width` characters, those after the first indented.
+
+    A part ends outside brackets where it can, before an operator, and not between a number and its unit or a name and
+    its value; what has no such place, as a path, stays whole.
+    """
+    indent = " " * min(len(line) - len(line.lstrip()) + _HANG, width // 2)
+    while len(line) > width:
+        end = _break(line, width)
+        if end == len(line):
+            break
+        yield line[:end].rstrip()
+        line = indent + line[end:].lstrip()
+    yield line
+
+
+def _break(line: str, width: int) -> int:
+    """Return where the first part of a line ends: at a space, else within a product, else at the end of the word."""
+    begin, depth = len(line) - len(line.lstrip()), 0
+    spaces, signs = dict[int, int](), dict[int, int]()  # places with how many brackets are open there
+    for k, c in enumerate(line):
+        depth += (c in "([{") - (c in ")]}")
+        if k <= begin:
+            continue
+        if c == " " and line[k + 1 : k + 2] != " " and not _stay_together(line, k):
+            spaces[k] = depth
+        elif (c in "*," and line[k - 1] != c != line[k + 1 : k + 2]) or line[k - 1 : k + 1] == ")/":
+            signs[k + 1] = depth
+    for places in (spaces, {**spaces, **signs}):
+        for least in ((begin + width) // 2, begin + 1):
+            within = [(depth, -k) for k, depth in places.items() if least <= k <= width]
+            if within:
+                return -min(within)[1]
+    return min((k for k in (*spaces, *signs) if k > width), default=len(line))
+
+
+def _stay_together(line: str, k: int) -> bool:
+    """Return whether the words around a space belong together: operators and operands, quantities, names and values."""
+    *_, before_that, before = ("", "", *line[:k].split())
+    after = line[k + 1 :].partition(" ")[0]
+    quantity = before.lstrip("-(")[-1:].isdigit() and before.lstrip("-(")[:1].isdigit() and after[:1].isalpha()
+    named = after == "=" and before_that not in _OPERATORS
+    return before in _OPERATORS or before.endswith(":") or after.startswith("[") or quantity or named
