@@ -59,6 +59,11 @@ class Panel:
         return min((low for low, _ in found), default=0.0), max((high for _, high in found), default=0.0)
 
     @property
+    def is_constant(self) -> bool:
+        """Whether no curve changes by more than rounding or drift."""
+        return self.is_flat or all(low == high for low, high in (curve.range for curve in self.curves))
+
+    @property
     def is_flat(self) -> bool:
         """Whether all that the curves do is rounding or drift, against the size of what they are made of."""
         low, high = self.range

@@ -44,8 +44,8 @@ function nameLayer(root, names, rule) {
     if (Math.abs(mx) > w + Math.abs(rx) || Math.abs(my) > h + Math.abs(ry)) return false;
     return Math.abs(rx * my - ry * mx) <= w * Math.abs(ry) + h * Math.abs(rx);
   }
-  function leader(lines, body, from, to) { // from where the way to a far name leaves the lines of its own body, to there
-    let last = 0, wide = 0;
+  function leader(lines, body, from, to, sign) { // from where the way to a far name leaves the lines of its own body, to there
+    let last = 0, wide = sign;
     const dx = to[0] - from[0], dy = to[1] - from[1];
     for (const { start: [ax, ay], end: [bx, by], half } of lines.filter((line) => line.body === body)) {
       const ex = bx - ax, ey = by - ay, cross = dx * ey - dy * ex, fx = ax - from[0], fy = ay - from[1];
@@ -97,7 +97,7 @@ function nameLayer(root, names, rule) {
         text.setAttribute("y", (y + dy + foot).toFixed(1));
         const nearest = (from, middle, wide) => Math.max(middle - wide, Math.min(from, middle + wide));
         const end = [nearest(x, x + dx, half[0]), nearest(y, y + dy, half[1])];
-        line.setAttribute("d", leader(lines, body, [x, y], end));
+        line.setAttribute("d", leader(lines, body, [x, y], end, sign));
       });
     },
     turn(shown) {

@@ -9,6 +9,7 @@ function planeStage(root, data) {
   const lines = [...svg.querySelectorAll("path[data-rope]")].map((p) => [p, Number(p.dataset.rope)]);
   const middles = data.middles && unpack(data.middles, rows), height = data.height;
   const box = svg.viewBox.baseVal, windowed = [0, 0, box.width, box.height]; // the whole motion, or a part that follows it
+  const SPRING = 5; // half the width of a spring or damper (pt)
   const FADING = [0.15, 0.35, 0.55, 0.8, 1]; // how opaque the pieces of a trail are
   const trails = data.traces.map(({ colour }) => FADING.map(() => {
     const piece = document.createElementNS(svg.namespaceURI, "path");
@@ -80,11 +81,12 @@ function planeStage(root, data) {
     };
     const { a, e, f } = scene.getScreenCTM(), { left, top } = root.getBoundingClientRect();
     const seen = (body, point) => { const [x, y] = moved(point, of(body)); return [a * x + e - left, a * y + f - top]; };
-    const rods = data.lines.flatMap(({ body, half, points }) => {
-      const found = points.map((point) => seen(body, point));
-      return found.slice(1).map((end, k) => ({ start: found[k], end, half: half * a, body }));
-    });
-    names.show(data.names.map(({ body, at: spot }) => seen(body, spot)), rods, 4.8 * a);
+    const pieces = (points, half, body) => points.slice(1).map((end, k) => ({ start: points[k], end, half: half * a, body }));
+    const drawn = data.lines.flatMap(({ body, half, points }) => pieces(points.map((point) => seen(body, point)), half, body));
+    for (const [elements, half] of [[strands, SPRING], [lines, 0]])
+      for (const [, number] of elements)
+        drawn.push(...pieces(rope(number, low, high, part).map((point) => seen(-1, point)), half, null));
+    names.show(data.names.map(({ body, at: spot }) => seen(body, spot)), drawn, 4.8 * a);
   }
   function look() {
     svg.setAttribute("viewBox", view.map((x) => x.toFixed(3)).join(" "));

@@ -71,7 +71,7 @@ def test_a_plane_page_moves_bodies_to_where_the_run_has_them(run: mbs.Trajectory
     assert np.allclose(poses[:, 1, :2] / scale, [placed.poses[1][:2, 3] for placed in frames.placed], atol=1e-4)
     assert [trace["body"] for trace in data["traces"]] == [0, 1]
     assert len({trace["colour"] for trace in data["traces"]}) == 2
-    energy, angles_shown = data["plot"]["panels"]
+    angles_shown, energy = data["plot"]["panels"]  # what is constant comes last
     assert energy["label"] == "energy [J]"
     assert angles_shown["label"] == "theta1, theta2 [rad]"
     curve = unpacked(angles_shown["packed"], len(run))[:, 0]

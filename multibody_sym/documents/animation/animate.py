@@ -226,8 +226,8 @@ def _alt_text(frames: Frames) -> str:
 
 
 def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
-    """Return the panels of a plot as plots.js reads them; None where there is nothing to plot."""
-    panels = [panel for panel in plot.panels if panel.curves]
+    """Return the panels of a plot as plots.js reads them, constants last; None where there is nothing to plot."""
+    panels = sorted((panel for panel in plot.panels if panel.curves), key=lambda panel: panel.is_constant)
     if not panels:
         return None
     x = panels[0].curves[0].x
