@@ -119,7 +119,7 @@ def _short(signature: inspect.Signature) -> str:
 
 def _parameter(p: inspect.Parameter) -> list[str]:
     default = "required" if p.default is p.empty else code(repr(p.default))
-    return [code(p.name), _type(p.annotation), default, cell(PARAMETERS[p.name])]
+    return [code(p.name), _type(p.annotation), default, cell(PARAMETERS.get(p.name, ""))]
 
 
 def _type(annotation: Any) -> str:

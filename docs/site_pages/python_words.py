@@ -145,6 +145,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "speed": "how fast the film plays; 1 is real time",
     "step": "the fixed step in s",
     "steps": "also return the solution step by step",
+    "strip": "the beginning of names that labels leave out, such as `panda_`",
     "system": "the system",
     "t_end": "the end of the run in s",
     "text": "the text of a model file",

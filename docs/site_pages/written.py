@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import re
 import tempfile
 from collections.abc import Callable, Mapping
@@ -13,9 +15,9 @@ from pathlib import Path
 from textwrap import wrap
 
 import multibody_sym as mbs
+from multibody_sym.cli.main import main
 from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import write_document
-from multibody_sym.documents.solution import solution_text
 from site_pages.gallery import EXAMPLES, ROOT
 from site_pages.keys import keys
 
@@ -67,10 +69,19 @@ def _readme() -> str:
     """Return the README with the lines that `solve` prints of its model today, of those that it shows."""
     page = ROOT / "README.md"
     shown = printed(page, "text").splitlines()
-    lines = solution_text(mbs.solve(mbs.loads(printed(page, "yaml")))).splitlines()
+    lines = _solved(printed(page, "yaml")).splitlines()
     heads = [re.split(r" = |: |,", line)[0] for line in shown]
     today = "".join(f"{next(line for line in lines if line.startswith(head))}\n" for head in heads)
     return page.read_text(encoding="utf-8").replace(printed(page, "text"), today)
+
+
+def _solved(model: str) -> str:
+    """Return the text that `multibody-sym solve` prints of a model file's text."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
+        path = Path(folder) / "model.yaml"
+        path.write_text(model, encoding="utf-8")
+        main(["solve", str(path)])
+    return out.getvalue()
 
 
 def _first_page() -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start
@@ -25,11 +25,7 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, symbol
-from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
-
-if TYPE_CHECKING:
-    from multibody_sym.answers.ask.working import WorkedAnswer
 
 
 def solve(
@@ -51,19 +47,19 @@ def solve(
     quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
-    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    with numbers_of(changed):
-        if changed.impact is not None:
-            return solution_of_impact(changed, formalism, steps=flag("steps", steps))
-        solved = solved_start(changed, formalism)
+    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(asked):
+        if asked.impact is not None:
+            return solution_of_impact(asked, formalism, steps=flag("steps", steps))
+        solved = solved_start(asked, formalism)
         if beyond := beyond_limits(solved):  # floats cannot tell the state that exact numbers have
-            solved = solved_start(changed, formalism, beyond)
-        found, asked = solution_of(solved)
+            solved = solved_start(asked, formalism, beyond)
+        found = solution_of(solved)
         if not flag("steps", steps):
             return found
         from multibody_sym.answers.worked.worked import worked_steps
 
-        return replace(found, steps=worked_steps(solved, found, asked))
+        return replace(found, steps=worked_steps(solved, found))
 
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
@@ -77,14 +73,9 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
     worked_out = None
     if steps:
-        from multibody_sym.answers.ask.working import WorkedAnswer, Working
         from multibody_sym.answers.impact_solution import worked_impact
-        from multibody_sym.answers.worked.questions import with_questions
-        from multibody_sym.derivation.notation import symbols_of
 
-        asked = {name: WorkedAnswer(text(x.value), Working(), x.value) for name, x in system.ask.items() if x.value}
         worked_out = worked_impact(solved, found)
-        worked_out = with_questions(worked_out, solved.mechanism, symbols_of(solved.mechanism), answers, asked)
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -105,20 +96,18 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     )
 
 
-def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
-    """Return what holds at a start that was solved, and how the answers to questions are found."""
+def solution_of(solved: SolvedInstant) -> Solution:
+    """Return what holds at a start that was solved."""
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
-    answers: Mapping[str, Value] = {}
-    remarks: list[str] = []
-    asked: Mapping[str, WorkedAnswer] = {}
+    answers, remarks = dict[str, Value](), list[str]()
     if solved.system.ask:
         from multibody_sym.answers.ask.ask import answers_of  # which brings runs and all that they take
 
-        answers, remarks, asked = answers_of(solved)
+        answers, remarks = answers_of(solved)
     valid, state = validity(solved, reactions), state_found(solved)
     places = {place_of(row)[0]: row for row in resolved.rows}
     kinds: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
@@ -165,7 +154,7 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
         searched=solved.decided.searched,
         labels=letters_of(solved.system.parameters),
     )
-    return _with_shared_roots(solved, found), asked
+    return _with_shared_roots(solved, found)
 
 
 def _rates_of_states(solved: SolvedInstant) -> dict[str, Value]:

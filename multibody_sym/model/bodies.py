@@ -76,18 +76,18 @@ class EndField(Vector):
 class Surface(Element):
     """A surface of a body, in body axes: a ball, the sharp rim of a disc about `axis`, a plane, a segment, a point.
 
-    `revolution`, such as `0.5*s^2`, is the height along `axis` over `centre` of a surface that is round about the axis,
-    at the distance s from it; points lie on it. In a plane model s is the way along x if the axis is y, of any sign.
-    Balls and discs have their centre at `centre`; what touches them `inside` is in a bowl or a drum. A plane goes
-    through a place and has a `normal`, which points away from the body; in a plane model it may end at the two places
-    `between`. A segment, a thin bar, leads from place to place. Such ends are places or points of the body by name. In
-    a plane model it is touched on both sides if its `normal` is z, else where that points; in space the first of two
-    bars that cross lies where the normal of the second points, or the second against that of the first if the second's
-    is z.
+    `revolution`, such as `0.5*s^2`, is the height along `axis` over `centre` of a surface of revolution, at the
+    distance s from the axis. Points lie on it. In a plane model s is the distance along x if the axis is y, of any
+    sign. Balls and discs have their centre at `centre`; with `inside` they are bowls or drums. A plane goes through a
+    place and has a `normal`, which points away from the body. In a plane model it may end at the two places `between`.
+    A segment, a thin bar, leads from place to place. Its ends are places, or points of the body by name. In a plane
+    model it touches on both sides if its `normal` is z, else on that of the normal. In space the `normal` of one of two
+    crossing bars decides which lies above: the first lies where the normal of the second points, or, if that is z, the
+    second lies against the normal of the first.
 
-    A `curve`, in a plane model, is touched by points, discs and outlines on one `side` of its way: left, which is above
-    `{y: f(x)}`, or right. An `outline` is that of the body, such as an ellipse, once around counter-clockwise as its
-    parameter grows by 2 pi, and is touched from outside. Both start from `centre`.
+    A `curve`, in a plane model, touches points, discs and outlines on one `side` of its direction: left, which is above
+    `{y: f(x)}`, or right. An `outline` is that of the body, such as an ellipse. It runs once around, counter-clockwise,
+    as its parameter grows by 2 pi, and touches on its outside. Both start from `centre`.
     """
 
     sphere: Node | None = holds(Scalar("m"), None, says="a ball of this radius", such="r")
@@ -210,13 +210,13 @@ class InertiaField:
 
 @dataclass(frozen=True)
 class VariableMass(Element):
-    """A mass that varies (Meshchersky): its `value` names the time or coordinates, and what leaves or joins moves.
+    """A mass that varies (Meshchersky): an expression of time or coordinates, with the velocity of the mass flow.
 
-    Either `relative_velocity`, that of what leaves or joins relative to the body where it does so, along the axes of
-    `frame` (a body, or a frame of one; by default the body itself); or `absolute_velocity`, that relative to inertial
-    space (axes of ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and
-    inertia lose or gain it. `at` a point of the body all of it passes there; what is lost elsewhere has flowed there
-    through the body, without swirl: Coriolis forces and jet damping follow from the rates of mass, `com` and inertia.
+    `relative_velocity` is that of the particles that leave or join, relative to the body there, along the axes of
+    `frame` (a body, or a frame of one; by default the body itself). `absolute_velocity` is relative to inertial space
+    (axes of ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and inertia
+    change. With `at` all of it passes that point of the body. The flow inside the body has no swirl; Coriolis forces
+    and jet damping follow from the rates of mass, `com` and inertia.
     """
 
     meant: ClassVar[Mapping[str, str]] = {

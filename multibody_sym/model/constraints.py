@@ -62,13 +62,13 @@ class Rope(Element):
     """A massless rope from end to end of `path` over pulleys; its multiplier is the tension.
 
     `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
-    initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: on both sides of it the
-    tensions differ. `wind` names pulleys on bodies at ends of the path, drums on which the rope winds (one that the
-    path does not name is put at its end). `wrap` tells, for all wheels or by name, that the rope runs about a pulley's
-    axis counter-clockwise (+) or clockwise (-) in path order: at drums, and where the centre is not inside the bend
-    at the start; it keeps its side, and a run ends where it comes off. `turns` are full turns more that it lies around
-    pulleys. `label` is the letter of its tension in equations. Where it goes taut with a speed, `restitution` (0 to 1)
-    of it is given back, and it is slack again.
+    initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: the tensions on both
+    sides of it differ. `wind` names drums, pulleys on bodies at ends of the path, on which the rope winds (one that the
+    path does not name is put at its end). `wrap` is the direction in which the rope runs about a pulley's axis in path
+    order, for all wheels or by name: + counter-clockwise, - clockwise. It is needed at drums, and where the centre is
+    not inside the bend at the start. The rope keeps its side, and a run ends where it comes off. `turns` are additional
+    full turns around pulleys. `label` is the letter of its tension in equations. A rope that becomes taut with a speed
+    rebounds with `restitution` (0 to 1), and is slack again.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
@@ -113,8 +113,8 @@ class Rope(Element):
 class Expression(Element):
     """A holonomic constraint: the expression of coordinates and t equals zero.
 
-    It gives generalised forces and no place where they act, so that reactions of joints which they could reach are
-    withheld; `acts="in_joints"` says that each joint is driven along its own axes.
+    It determines generalised forces, but not their place. Reactions of joints that depend on the place are withheld.
+    `acts="in_joints"` drives each joint along its own axes, and determines them.
     """
 
     zero: Node = holds(Scalar(), says="the expression of coordinates and t that stays zero", such="x1 + x2 - L")
@@ -131,11 +131,11 @@ class Gear(Element):
     The multiplier is the moment (or force) of the gear on the first joint; on the second it acts -ratio times. `acts`
     is that of `Expression`.
 
-    With `radii`, those of wheels on revolute joints that both lead to one body, which carries them, the force acts
-    where the wheels touch, across the line from axis to axis, and bearings have their reactions (what oblique flanks
-    push apart is left out). Axes are parallel, or meet (bevel wheels). Of a planet in a ring that is ground, the arm's
-    joint stands for the ring. `at`, a point of the carrying body, tells in which plane across the axes, or on which
-    side of where these meet, wheels touch.
+    `radii` are those of wheels on revolute joints that both lead to one body, which carries them. The force then acts
+    where the wheels touch, across the line from axis to axis, and bearings have their reactions (oblique flanks are
+    neglected). Axes are parallel, or meet (bevel wheels). For a planet in a ring that is ground, the arm's joint stands
+    for the ring. `at`, a point of the carrying body, selects the plane across the axes, or the side of their
+    intersection, in which the wheels touch.
     """
 
     joints: tuple[str, ...] = holds(
@@ -179,7 +179,7 @@ class Coupler(Element):
     joints: Mapping[str, Node] = holds(
         MapOf(Scalar()), says="joints of one freedom each, with the factors of their coordinates", such="{A: 1, B: 3}"
     )
-    value: Node = holds(Scalar(), 0, says="what the sum of factor times coordinate stays equal to", such="0")
+    value: Node = holds(Scalar(), 0, says="the constant value of the sum of factor times coordinate", such="0")
     acts: str | None = holds(
         _ACTS, None, says="in_joints: it acts along the joints' own axes, so that reactions are known", such="in_joints"
     )
@@ -227,9 +227,9 @@ class PointInPlane(Element):
 class OnCurve(Element):
     """A point of one body stays on a `curve` of another, `on` a body, point or frame of it (ground).
 
-    Its multipliers `x`, `y` and `z` are the components of the force on the point, along the axes of what carries the
-    curve; `normal(NAME.foot)` is the force across it. The parameter is a coordinate; at the start it is found
-    from where the point is: where the curve is nearest.
+    Its multipliers `x`, `y` and `z` are the components of the force on the point, along the axes of the body with the
+    curve; `normal(NAME.foot)` is the force across it. The parameter is a coordinate. At the start it is that of the
+    nearest point of the curve.
     """
 
     components: ClassVar[tuple[str, ...]] = AXES
@@ -244,10 +244,10 @@ class Rolling(Element):
     """A ball or disc (`body`, or a surface of it) rolls on a plane or another one (`on`), never slips or lifts off.
 
     Its multipliers are the components of the force on the rolling body: `n` along the normal, and two across it. In a
-    plane model t1 is normal x z (uphill), in space ground's x at the start as far as it lies in the plane (its y where
-    the normal is x there), carried along with the plane from then on; t2 = normal x t1.
+    plane model t1 is normal x z (uphill). In space t1 is ground's x at the start, projected onto the plane (ground's y
+    if the normal is x there), and moves with the plane; t2 = normal x t1.
 
-    With coefficients of friction, `static` and `kinetic`, it may slip and lift off: it is a contact then.
+    With coefficients of friction, `static` and `kinetic`, it is a contact, which may slip and lift off.
     """
 
     components: ClassVar[tuple[str, ...]] = ("n", "t1", "t2")
@@ -372,12 +372,11 @@ class RoughnessField:
 class Pulley(Element):
     """A pulley on the paths of ropes: at a point, massless and frictionless, or on a `body` that turns with the rope.
 
-    At a point it may be without a radius: the rope bends at the point itself. With a radius the rope lies in the plane
-    normal to `axis` (of the body that carries it, or is it) and wraps the side on which the pulley's centre is inside
-    the bend. On a `body`, or a point of it, at the centre, the rope grips: it turns the wheel by what its tensions
-    differ, and acts on it where it touches. With `rough` coefficients of friction (one, or `static` and `kinetic`) it
-    slips where one tension is more than exp(coefficient * wrap) times the other; at a point that is a drum which stands
-    still.
+    At a point it needs no radius: the rope bends at the point itself. With a radius the rope lies in the plane normal
+    to `axis` (of the body that carries it, or is it), on the side on which the pulley's centre is inside the bend. On a
+    `body`, or a point of it, at the centre, the rope grips: the difference of its tensions turns the wheel. With
+    `rough` coefficients of friction (one, or `static` and `kinetic`) it slips where one tension exceeds exp(coefficient
+    * wrap) times the other. A rough pulley at a point is a drum that stands still.
     """
 
     at: str | None = holds(

@@ -78,17 +78,16 @@ def friction_coefficient(value: Any) -> Node:
 class Contact(Element):
     """Two bodies that may touch and then push each other, never pull; the first of `between` against the second.
 
-    `between` names surfaces, `body.surface`; a body whose shape is a box stands for its corners, discs, cylinders and
-    spheres for themselves, a rod for its ends and sides, any other body or point for that point. In space corners touch
-    faces, and edges of boxes nothing unless they are named (`a.bottom_front`); these and sides of bars touch each other
-    where they cross, and balls. Coulomb's friction has the coefficients `static` and `kinetic`: one alone counts for
-    both, without either the contact is smooth, and where it has `enough` it never slips. `rolling_resistance` is a
-    length. An impact returns `restitution` of the normal speed, and `tangential_restitution` of that along the surface,
-    as far as friction can (a superball). The normal leads from the second to the first, and friction, positive along
-    the tangent, is that on the first; `tangent`, in the axes of the body with the plane, turns it around. An `open`
-    contact does not touch at the start. With `repeat` there are so many contacts, in whose names and ends `#` is 1, 2,
-    ... and `#+1`, `#+2` the next ones; the forces of those of one body with another, such as a table's legs, have a
-    sum, as those of corners do.
+    `between` names surfaces, `body.surface`, or bodies and points. A box stands for its corners; discs, cylinders and
+    spheres stand for themselves, a rod for its ends and sides. Any other body stands for its point. In space corners
+    touch faces. Edges of boxes touch only if they are named (`a.bottom_front`); they and sides of bars touch each other
+    where they cross, and balls. Coulomb's friction has the coefficients `static` and `kinetic`. One alone holds for
+    both; without either the contact is smooth, and with `enough` it never slips. `rolling_resistance` is a length. An
+    impact returns `restitution` of the normal speed, and `tangential_restitution` of that along the surface, as far as
+    friction can (a superball). The normal leads from the second to the first. Friction is that on the first, positive
+    along the tangent; `tangent`, in the axes of the body with the plane, reverses it. An `open` contact does not touch
+    at the start. `repeat` declares so many contacts: `#` in their names and ends is 1, 2, ..., `#+1` and `#+2` the next
+    ones. Contacts of one body with another, such as a table's legs, have a sum, as corners do.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"mu": "static", "friction": "static", "e": "restitution"}
@@ -248,15 +247,14 @@ _FITTING: Final[Mapping[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Impact(Element):
-    """One thing that strikes or is struck at the given instant.
+    """An impact at the given instant.
 
-    `between` two points that meet: along `normal`, from the second to the first, in the axes of `frame` (a body,
-    or a frame of one; ground if left out), with a `restitution` of 0 to 1 and friction `static`, `kinetic`; without a
-    normal along their relative velocity. Or `contacts`: declared contacts, stops and ropes that close. Or a given
-    `impulse` (N s) `at` a point, or a given `couple` (N m s) `on` a body, with components along the axes of `frame`. Or
-    what `begins` to hold:
-    joints that are `cut` or constraints that did not hold before. Or a prescribed `motion`, a joint or constraint whose
-    rate jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
+    `between` two points that meet: along `normal`, from the second to the first, in the axes of `frame` (a body, or a
+    frame of one; ground by default), with a `restitution` of 0 to 1 and friction `static`, `kinetic`. Without a normal
+    it acts along their relative velocity. `contacts`: declared contacts, stops and ropes that close. `impulse` (N s)
+    `at` a point, or `couple` (N m s) `on` a body, with components along the axes of `frame`. `begins`: joints that are
+    `cut`, or constraints, that did not hold before. `motion`: a joint or constraint with a prescribed motion whose rate
+    jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
     """
 
     between: tuple[str, ...] | None = holds(

@@ -153,8 +153,8 @@ class Damper(Element):
 class Pull(Element):
     """A force that pulls two points together, by any law: `value` may name their `distance` and `distance_rate`.
 
-    Of a law of `distance` and parameters alone what it does counts as potential energy, where that has a formula that
-    is soon found; of all others as work.
+    A law of `distance` and parameters alone has a potential energy, if its formula is found quickly. The work of all
+    other laws counts as work.
     """
 
     between: tuple[str, ...] = holds(
@@ -168,11 +168,11 @@ class Pull(Element):
 
 @dataclass(frozen=True)
 class Potential(Element):
-    """A potential energy V, whose slope is the force; `value` says V, by names that depend on where it is.
+    """A potential energy V, whose negative gradient is the force; `value` is V, in names that depend on its place.
 
-    `between` two points: of their `distance`. In a `joint` (or several `joints`): of its coordinates. `on` a body (its
-    centre of mass, or the point `at`): of the place `x`, `y`, `z` of that point in a `frame` (a body, or a frame or
-    point of one, default ground), which bears the opposite force. Parameters, inputs and the time may stand in all.
+    `between` two points: their `distance`. In a `joint` (or several `joints`): its coordinates. `on` a body (its centre
+    of mass, or the point `at`): the place `x`, `y`, `z` of that point in a `frame` (a body, or a frame or point of one,
+    default ground), which bears the opposite force. Parameters, inputs and the time may stand in all of them.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"energy": "value", "potential": "value"}
@@ -282,19 +282,18 @@ class Motor(Element):
 class Friction(Element):
     """Dry friction (Coulomb) in a joint, from the joint's own reaction.
 
-    A slider (prismatic) is a guide with two sides, which rubs with mu |F|; with a `length` it has two pads so far
-    apart, on the child, symmetric about the joint's point there, each of which takes its share of force and moment, so
-    that it may jam. A hinge (revolute) is a journal of `radius`: mu radius |F|, F the force across its axis; with a
-    `length` two such bearings stand so far apart along the axis. What such a force leaves out, a couple or a force
-    along the axis, is told. A cylindrical joint rubs along and, with a radius, about its axis; a screw on a thread of
-    mean `radius`. What slides on a plane (planar, point) rubs with mu |N| against the velocity of the joint's point, N
-    along the normal; a planar joint with a `radius` on a ring of it, whose force F and couple C have together the size
-    sqrt(F^2 + (C/radius)^2) = mu |N|. A ball (spherical) of `radius` rubs with mu radius |F| against its angular
-    velocity; a universal joint on two pins of `radius`, each with the force across it, as the freedoms of a
-    custom joint do, one on the other. `static` may be the word `enough`. One coefficient that is left out is as large
-    as the other. With a `force` in place of coefficients a hinge or slider rubs with that constant force or moment,
-    whatever presses, and holds as much at rest.
-    `regularised`: a speed (m/s, of what turns at its radius) below which friction is smooth, so that nothing sticks.
+    A slider (prismatic) is a guide with two sides: mu |F|. With a `length` it has two pads so far apart, on the child,
+    symmetric about the joint's point. Each takes its share of force and moment, so the slider may jam. A hinge
+    (revolute) is a journal of `radius`: mu radius |F|, with F the force across its axis. With a `length` it has two
+    bearings so far apart along the axis. Neglected forces are reported: a couple, or a force along the axis. A
+    cylindrical joint has friction along and, with a radius, about its axis; a screw has it on a thread of mean
+    `radius`. Planar and point joints have mu |N| against the velocity of the joint's point, N along the normal. A
+    planar joint with a `radius` slides on a ring: force F and couple C satisfy sqrt(F^2 + (C/radius)^2) = mu |N|. A
+    ball joint (spherical) of `radius` has mu radius |F| against its angular velocity. A universal joint has two pins of
+    `radius`, each with the force across it, and a custom joint has a guide or pin for each freedom. `static` may be the
+    word `enough`. A missing coefficient equals the other one. A `force` in place of coefficients is a constant friction
+    force or moment of a hinge or slider, at rest too. `regularised` is the speed (m/s, at the radius) below which
+    friction is smooth; nothing sticks then.
     """
 
     meant: ClassVar[Mapping[str, str]] = {

@@ -113,11 +113,11 @@ def effort_unit(speed: str) -> str:
 
 @dataclass(frozen=True)
 class Initial(Element):
-    """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) leaves one to be found.
+    """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) is solved for.
 
-    `known` values are held when closed loops are assembled: of the coordinates in a list that are, or with `True` of
-    all, what is given. What is left out is found, whatever is marked. What is given is held before what is not, and
-    never changed for its sake.
+    `known` values are kept when closed loops are assembled: True for all given values, or a list with one entry a
+    coordinate. Missing values are always solved for. Given values are kept before missing ones, and never change for
+    their sake.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -151,9 +151,9 @@ class Initial(Element):
 class Limits(Element):
     """How far (`lower`, `upper`), how fast (`velocity`) and with how much force or moment (`effort`) a joint may move.
 
-    Stops hold the joint between `lower` and `upper`, and push only; it rebounds from them with `restitution`. Where
-    they do not act (`acts=False`), and past the velocity, nothing stops it: `check` and the summary of a run tell where
-    position and speed pass them. The effort is for programs that choose a drive.
+    Stops keep the joint between `lower` and `upper`. They only push, and the joint rebounds from them with
+    `restitution`. With `acts=False` nothing stops the joint, nor does `velocity`: `check` and the summary of a run
+    report positions and speeds beyond the limits. `effort` is for programs that choose a drive.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"min": "lower", "max": "upper", "e": "restitution"}
@@ -161,7 +161,7 @@ class Limits(Element):
     lower: Node | None = holds(Scalar(), None, says="the lower stop of the coordinate, in m or rad", such="0")
     upper: Node | None = holds(Scalar(), None, says="the upper stop of the coordinate, in m or rad", such="0.5")
     velocity: Node | None = holds(
-        Scalar(), None, says="the largest speed, in m/s or rad/s; runs tell when it is passed", such="2"
+        Scalar(), None, says="the largest speed, in m/s or rad/s; runs report larger ones", such="2"
     )
     effort: Node | None = holds(
         Scalar(), None, such="50",
@@ -171,7 +171,7 @@ class Limits(Element):
         Scalar(""), None, says="which part of the speed a stop gives back, 0 to 1; 0 if left out", such="0.3"
     )
     acts: bool = holds(
-        Flag(), True, says="whether the stops hold; else runs only tell when they are passed", such="false"
+        Flag(), True, says="whether the stops act; otherwise runs only report positions beyond them", such="false"
     )
 
     def verify(self) -> None:
@@ -437,8 +437,8 @@ class PointJoint(MovingJoint):
 class CurveJoint(MovingJoint):
     """A bead on a wire: the child's frame stays on a `curve` in the parent's; the coordinate is the curve's parameter.
 
-    The child does not turn, as suits a particle, unless it `turns`: with the `tangent`, which stays its x axis, of a
-    curve in the x-y plane, or `free`, about z.
+    The child, usually a particle, does not turn unless `turns` says so. With `tangent` its x axis stays tangent to a
+    curve in the x-y plane; with `free` it turns about z.
     """
 
     kind: ClassVar[str] = "curve"

@@ -155,12 +155,12 @@ class Ask(Element):
 
     `value`: an expression at the start; at the moment `when`; or `after` a time. `of` and `after`: the path of a body
     in a time; with `along`, a direction, its displacement that way, which has a sign. `when` alone: the time at which a
-    coordinate comes to a value (back to one that it has at the start), a condition becomes true or a state begins; 0
-    where that holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction.
-    `max`, `min`: the largest or least value of an expression over the motion, `after` a time and `until` another or a
-    moment. `find`: the value of a parameter, coordinate or speed at the start for which the equation `so` holds,
-    `between` two values if that is known. `formula`: a coordinate as a function of time. `period_of`: the period of a
-    coordinate in the motion from the start, whatever its amplitude. Expressions name other answers too.
+    coordinate reaches a value (or returns to its start value), a condition becomes true or a state begins; 0 if it
+    holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction. `max`, `min`:
+    the largest or least value of an expression over the motion, `after` a time and `until` another or a moment. `find`:
+    the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
+    values. `formula`: a coordinate as a function of time. `period_of`: the period of a coordinate in the motion from
+    the start, of any amplitude. Expressions may name other answers.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -275,9 +275,9 @@ class Stabilisation(Element):
 
 @dataclass(frozen=True, kw_only=True)
 class SmoothFriction(Element):
-    """Friction made smooth: below the speed `regularised` (m/s, or rad/s where things turn) it fades, and all creeps.
+    """Smooth friction: below the speed `regularised` (m/s, or rad/s) it fades, and sticking bodies creep.
 
-    What would stick moves so fast that friction, mu N v / sqrt(v^2 + e^2), is as large as it takes.
+    A body that would stick creeps so fast that friction, mu N v / sqrt(v^2 + e^2), balances the other forces.
     """
 
     regularised: Node = holds(
@@ -318,10 +318,9 @@ class SamplesField:
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
 
-    `coordinates` are those of joints from body to body, or of each body, which every joint restricts.
-    `project` lets every start value change, known ones too, as little as constraints need.
-    `multipliers` says which are taken where rows are redundant and others serve equally well.
-    `friction` makes dry friction smooth, which it is not otherwise.
+    `coordinates` are those of joints from body to body, or of each body, which every joint restricts. `project` lets
+    every start value change, known ones too, as little as constraints need. `multipliers` selects the reported forces
+    of redundant constraints. `friction` makes dry friction smooth; it is exact by default.
     """
 
     t_end: Node = holds(Scalar("s"), 10, says="when the run ends", such="2 s")
@@ -352,7 +351,7 @@ class Settings(Element):
     )
     multipliers: str = holds(
         Choice(MULTIPLIERS), MULTIPLIERS[0], such="minimum_norm",
-        says="which forces are told where constraints depend on each other",
+        says="which forces of redundant constraints are reported",
     )
     friction: SmoothFriction | None = holds(
         Record(SmoothFriction), None, such="{regularised: 1e-3}",

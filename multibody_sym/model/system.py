@@ -97,11 +97,11 @@ class System(Element):
     )
     contacts: Mapping[str, Contact] = holds(
         MapOf(Record(Contact)), None, keyword=True, such="{c1: {between: [block, ground.table], static: 0.4}}",
-        says="what may touch, push and rub, by name",
+        says="contacts by name: bodies that may touch, push and rub",
     )
     impact: Impacts | None = holds(
         ImpactsField(), None, keyword=True, such="{impulse: [0, I, 0], at: coin.edge}",
-        says="what strikes at the start: one impact, a map of several, or closing",
+        says="the impact at the start: one, a map of several, or closing",
     )
     states: Mapping[str, StateVariable] = holds(
         MapOf(Record(StateVariable)), None, keyword=True, such="{p: {rate: (Q - A*u_s)/C, initial: 1 bar}}",
@@ -113,7 +113,7 @@ class System(Element):
     )
     outputs: Mapping[str, Node] = holds(
         MapOf(Scalar()), None, such="{pull: fy(hinge)}",
-        says="outputs by name: expressions that runs report; solve tells those that ask names",
+        says="outputs by name: expressions that runs report; questions may name them",
     )
     stop: Mapping[str, Node | StateCondition] = holds(
         MapOf(StopCondition()), None, says="conditions by name that end a run", such="{fall: y < 0}"
@@ -126,7 +126,7 @@ class System(Element):
     )
 
     description: str | None = holds(
-        Prose(), None, keyword=True, says="what the system is and what is asked: the statement of a problem",
+        Prose(), None, keyword=True, says="the statement of the problem: the system and the question",
         such="A block slides down a rough incline.",
     )
 
@@ -395,7 +395,7 @@ class Repeat(Element):
         AnyMap(JOINTS), such="{type: revolute, parent: end}",
         says="the joint of each copy, without child; parent names a point of the copy before",
     )
-    start: str = holds(Text(), "ground", says="what the first copy is joined to", such="ground.top")
+    start: str = holds(Text(), "ground", says="the body or point that carries the first copy", such="ground.top")
     body_name: str = holds(Text(), "body", says="the bodies are called by this name and 1, 2, ..", such="rod")
     joint_name: str = holds(Text(), "joint", says="the joints are called by this name and 1, 2, ..", such="hinge")
 
