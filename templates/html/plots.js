@@ -137,7 +137,9 @@ function makePlots(root, data, go) {
     const part = k > 0 && x[k] > x[k - 1] ? (at - x[k - 1]) / (x[k] - x[k - 1]) : 1, [low, high] = panel.range;
     readings.forEach((reading, c) => {
       const b = values[k * columns + c], a = k > 0 ? values[(k - 1) * columns + c] : b, y = a + part * (b - a);
-      reading.textContent = Number.isNaN(y) ? "" : written(y, (high - low) / 1000);
+      const span = panel.packed.high[c] - panel.packed.low[c]; // digits that tell its changes, five at most
+      const step = Math.max(span / 1000, (high - low) / 1e6, Math.abs(y) / 1e5);
+      reading.textContent = Number.isNaN(y) ? "" : written(y, step);
     });
   }
   function show(t) {

@@ -198,7 +198,18 @@ function spaceStage(root, data) {
     return sprite;
   }
   const names = data.names.length ? nameLayer(root, data.names, data.rule) : null;
-  const bars = data.items.filter((item) => item.form === "Polyline" && item.points.length <= 12);
+  // What letters keep clear of: bars, and the rims of discs and rings, as lines of a width (m).
+  function rim({ centre, axis, radius }) {
+    const way = new THREE.Vector3(...axis).normalize(), side = new THREE.Vector3(1, 0, 0);
+    if (Math.abs(way.x) > 0.9) side.set(0, 1, 0);
+    side.cross(way).normalize().multiplyScalar(radius);
+    const at = (k) => side.clone().applyAxisAngle(way, k * Math.PI / 12).add(new THREE.Vector3(...centre)).toArray();
+    return Array.from({ length: 25 }, (_, k) => at(k));
+  }
+  const outlines = data.items.flatMap((item) => {
+    if (item.form === "Disc") return [{ body: item.body, points: rim(item), half: item.hollow ? 0.012 * size : 0 }];
+    return item.form === "Polyline" && item.points.length <= 12 ? [{ body: item.body, points: item.points, half: 0.011 * size }] : [];
+  });
   function named() {
     const wide = canvas.clientWidth, high = canvas.clientHeight, p = new THREE.Vector3();
     const seen = (body, at) => {
@@ -208,9 +219,9 @@ function spaceStage(root, data) {
       return [(p.x + 1) / 2 * wide, (1 - p.y) / 2 * high];
     };
     const pixel = high / (2 * half);
-    const lines = bars.flatMap(({ body, points }) => {
+    const lines = outlines.flatMap(({ body, points, half: radius }) => {
       const found = points.map((point) => seen(body, point));
-      return found.slice(1).map((end, k) => ({ start: found[k], end, half: 0.011 * size * pixel, body }));
+      return found.slice(1).map((end, k) => ({ start: found[k], end, half: radius * pixel, body }));
     });
     names.show(data.names.map(({ body, at }) => seen(body, at)), lines, 0.025 * size * pixel);
   }
