@@ -84,7 +84,7 @@ def main(count: int = 10, figure: str | None = None) -> None:
     print(f"pushed to the right by {run['pushed_right'][-1]:.1e} N")
     print(f"the energy account closes to {run.energy_residual:.1e} J of {run.energy_at_start:.3f} J")
     if figure is not None:
-        mbs.draw(system, figure, initial=run.final["coordinates"], names=False)
+        mbs.draw(system, figure, initial=run.final["coordinates"], names="none")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Unpack
+from typing import TYPE_CHECKING, Any, Final, Unpack, get_args
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
 from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
+from multibody_sym.pictures.marks.labels import Names
 from multibody_sym.pictures.scene.items import ArrowItem, Path
 from multibody_sym.pictures.scene.scene import Scene, scene_of, stripped
 
@@ -43,7 +44,8 @@ def draw(
     view: str | Sequence[float] | None = None,
     forces: bool = False,
     reactions: bool = False,
-    names: bool = True,
+    names: Names = "letters",
+    dimensions: bool = True,
     redundant: bool = False,
     mark: Mapping[str, str] | Sequence[str] | None = None,
     strip: str | Sequence[str] = (),
@@ -56,15 +58,19 @@ def draw(
     right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
     declared forces and torques are always shown; `forces` add weights, pulls of springs and drags, `reactions` what
     joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps (the description of the
-    figure says which are not unique); `names` are letters of bodies, joints and lengths; `redundant` marks joints and
+    figure says which are not unique); `names`: the problem's `letters` (of masses, springs, coefficients, pins A, B),
+    `all`, names of bodies, joints and ropes too, or `none`; what finds no room, and what is given without a place,
+    stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
     constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
     word each if it is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`);
     `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
-    flags = {"forces": forces, "names": names, "reactions": reactions, "redundant": redundant}
+    flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in flags.items()}
+    if names not in get_args(Names):
+        raise ArgumentError(f"names: expected {', '.join(get_args(Names))}, got {shown_value(names)}").under("names")
     if path is not None:
         ending_of(path)
     asked = with_overrides(system, options)
@@ -76,7 +82,8 @@ def draw(
         if run is not None:  # a moment after the start is the start
             k = 0 if run.t[-1] <= _MOMENT else -1
             motion = scene.motion(run.q[k], run.u[k], float(run.t[k]))
-        shown = FigureContent(names=wanted["names"], forces=wanted["forces"], marked=_marked_paths(asked, mark))
+        letters: dict[str, Any] = {"names": names, "dimensions": wanted["dimensions"]}
+        shown = FigureContent(**letters, forces=wanted["forces"], marked=_marked_paths(asked, mark))
         if wanted["forces"] or wanted["reactions"]:
             shown = replace(shown, reactions=_arrows(asked, scene, motion, run, wanted))
         if wanted["reactions"] and run is not None:

@@ -86,7 +86,7 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
             items = tuple(item for item in scene.items if item.body == k and item.role in _ROLES)
             others: dict[str, Any] = dict.fromkeys(("strands", "dimensions", "angles", "arrows", "ropes"), ())
             alone = replace(scene, name=body.name, items=items, **others)
-            shown = FigureContent(names=False, reactions=on_body, undrawn=tuple(sorted(letters.get(k, ()))))
+            shown = FigureContent(names="none", reactions=on_body, undrawn=tuple(sorted(letters.get(k, ()))))
             placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
             figures[body.name] = Figure(draw_scene(alone, placed, shown=shown))
     return figures

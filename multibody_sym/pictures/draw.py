@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import groupby
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
 from multibody_sym.pictures.marks.forces import arrow_marks, free_axes, strand_marks
-from multibody_sym.pictures.marks.labels import angle_marks, dimension_marks, label_marks, word_marks
+from multibody_sym.pictures.marks.labels import Names, angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.marks.sliders import rail_marks, stop_marks
 from multibody_sym.pictures.marks.symbols import SYMBOLS
-from multibody_sym.pictures.page.layout import laid_out
+from multibody_sym.pictures.page.layout import Runs, laid_out, legend_lines
 from multibody_sym.pictures.page.picture import (
-    LAYER_TEXT,
+    AngleArc,
     Arc,
     Hatch,
     LegendLine,
@@ -29,9 +30,9 @@ from multibody_sym.pictures.page.picture import (
     Projection,
     Run,
     Stroke,
+    Wish,
     letters,
     view_of,
-    width_of,
 )
 from multibody_sym.pictures.page.vector_files import svg
 from multibody_sym.pictures.scene.items import (
@@ -57,13 +58,14 @@ from multibody_sym.text.files import path_name, write_whole
 
 @dataclass(frozen=True)
 class FigureContent:
-    """What a picture shows: `names` of bodies and joints, weights and other `forces`, `reactions` at its instant.
+    """What a picture shows: `names`, named lengths (`dimensions`), weights and other `forces`, `reactions` then.
 
     `not_unique` tells of which elements they could be others too, and how that is shown; `undrawn` are the letters of
     those that are left out. What is declared at or under a path of `marked` stands out, with a word beside it.
     """
 
-    names: bool = True
+    names: Names = "letters"
+    dimensions: bool = True
     forces: bool = False
     reactions: tuple[ArrowItem, ...] = ()
     not_unique: tuple[str, ...] = ()
@@ -75,16 +77,12 @@ class FigureContent:
 # The legend below a figure: what its dashes mean, what it leaves out, lengths that it has no room for.
 
 
-_WIDE: Final = 265.0
-"""How wide a line of the legend is at most (pt)."""
+_WORD: Final = re.compile(r"[A-Za-z]\w*")
+_FEW: Final = 12
+"""Of more parameters that are not drawn the legend has those that are asked about."""
 MOST_LENGTHS: Final = 12
 """Of more lengths those to centres of mass stand in the legend."""
 _CENTRE: Final = ".com"
-_MOST: Final = 6
-"""So many lines one entry has at most."""
-_MORE: Final = ((", ..", "roman"),)
-
-Runs = tuple[Run, ...]
 
 
 def notes(shown: FigureContent) -> Iterator[LegendLine]:
@@ -122,27 +120,26 @@ def _centre_entry(scene: Scene, name: str, given: Sequence[NamedLength]) -> Runs
     return (*letters(name.removesuffix(_CENTRE)), (" (", "roman"), *shown[1:], (")", "roman"))
 
 
-def legend_lines(name: str, words: str, entries: Sequence[Runs]) -> Iterator[LegendLine]:
-    """Yield words and entries behind them as lines that are no wider than a legend, named `name`."""
-    line: list[Run] = [(words, "roman")]
-    count = held = 0
-    for k, entry in enumerate(entries):
-        parted = [*entry, ("," if k + 1 < len(entries) else "", "roman")]
-        apart: list[Run] = [(" ", "roman")] if held else []
-        if held and width_of([*line, *apart, *parted], LegendLine.size) > _WIDE:
-            count += 1
-            if count == _MOST:
-                yield _line(name, [*line, *_MORE])
-                return
-            yield _line(name, line)
-            line, held, apart = [], 0, []
-        line += [*apart, *parted]
-        held += 1
-    yield _line(name, line)
+def givens_not_drawn(scene: Scene, marks: Iterable[Mark], *, dimensions: bool) -> Iterator[LegendLine]:
+    """Yield the parameters whose letters no mark has, with their numbers: those that are asked, others if they are few.
+
+    Lengths are none of them where a figure has no `dimensions`.
+    """
+    drawn = [runs for mark in marks if (runs := getattr(mark, "runs", ()))]
+    measured = {name for each in scene.dimensions if not dimensions for name in _WORD.findall(each.label)}
+    lacking = [each for each in scene.givens if not any(contains(runs, letters(each.letter)) for runs in drawn)]
+    lacking = [each for each in lacking if each.value and each.letter not in measured]
+    asked = [each for each in lacking if each.name in scene.asked]
+    shown = lacking if len(lacking) <= _FEW else asked
+    if shown:
+        entries = [(*letters(each.letter), (f" = {each.value}", "roman")) for each in shown]
+        yield from legend_lines("given", "", entries)
 
 
-def _line(name: str, runs: Sequence[Run]) -> LegendLine:
-    return LegendLine(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
+def contains(runs: Sequence[Run], part: Sequence[Run]) -> bool:
+    """Return whether runs contain those of a symbol, whole: m is not in m_1."""
+    ends = (k + len(part) for k in range(len(runs) - len(part) + 1) if tuple(runs[k : k + len(part)]) == tuple(part))
+    return any(end == len(runs) or runs[end][1] != "subscript" for end in ends)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -202,12 +199,14 @@ def scene_marks(
     placed: Placed,
     projection: Projection,
     *,
-    names: bool = True,
+    names: Names = "letters",
+    dimensions: bool = True,
     marked: Mapping[Path, str] | None = None,
 ) -> list[Mark]:
     """Return the marks of a scene at a state, in points of a page whose origin is that of space; labels are wishes.
 
-    `names` shows letters of bodies, joints, lengths and angles; `marked` paths are drawn in another colour.
+    `names` as of `Names`, none leaves out letters of lengths and angles too; `dimensions` shows named lengths; `marked`
+    paths are drawn in another colour.
     """
     sheet = Sheet(scene, placed, scene.at(), projection, marked or {})
     found = [mark for item in scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
@@ -216,9 +215,26 @@ def scene_marks(
     found += free_axes(sheet, np.min([*(points.min(axis=0) for points in lines), sheet.span[0]], axis=0))
     found += arrow_marks(sheet, np.max([*(points.max(axis=0) for points in lines), sheet.span[1]], axis=0), found)
     found += word_marks(sheet)
-    if names:
-        found += [*label_marks(sheet), *dimension_marks(sheet), *angle_marks(sheet)]
-    return found
+    if names != "none":
+        lengths = [mark for mark in dimension_marks(sheet) if dimensions or mark.role != "dimension"]
+        found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet)]
+    else:
+        found = [mark for mark in found if not isinstance(mark, AngleArc)]
+    asked = [letters(each.letter) for each in scene.givens if each.name in scene.asked]
+    return [_ranked(mark, asked) for mark in found]
+
+
+_RANKS: Final = {"force": 1, "torque": 1, "coordinate": 2, "angle": 3, "dimension": 4}
+"""Which letters find room first, after those that are asked; bodies, springs and contacts come with forces."""
+_SMALL_NAME: Final = 5
+
+
+def _ranked(mark: Mark, asked: Sequence[Runs]) -> Mark:
+    """Return a mark with the rank of its letters."""
+    if not isinstance(mark, Wish):
+        return mark
+    rank = _SMALL_NAME if mark.runs[0][1] == "small" else _RANKS.get(mark.role, 1)
+    return replace(mark, rank=0 if any(contains(mark.runs, each) for each in asked) else rank)
 
 
 def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
@@ -237,12 +253,14 @@ def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-WIDEST: Final = 425.0
-"""A page (pt) is at most 150 mm wide and high, as far as letters allow that."""
+WIDEST: Final = 378.0
+"""A page (pt) is at most 133 mm wide and high, as far as letters allow that: 10 pt letters have 6 pt on 80 mm."""
 _UNSEEN: Final = frozenset(("couple", "drag"))
 """Arrows that a figure does not show: a drag acts against what moves, and `--forces` tells it."""
 MOST_NAMED: Final = 40
 """Of more bodies no page has room for all names: the figure shows none, its description tells them."""
+_PRINTED: Final = 0.9
+"""How large the mechanism of a printed figure is beside that of a film: letters are legible where it is 80 mm wide."""
 _TRIES: Final = 3
 _USUAL, _LARGEST = 16.0, 1.5
 """So many letters a figure of the usual size has room for; one of more is larger, up to so many times."""
@@ -275,7 +293,7 @@ def draw(
     projection = view_of(view, usual, upward, scene.view.towards if scene.plane else None)
     named = {item.name for item in scene.items if item.role in ("body", "joint", "pulley")}
     count = len(named) + len(scene.strands) + len(scene.dimensions) + len(scene.angles)
-    room = float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if wanted.names else 1.0
+    room = float(np.clip(np.sqrt(count / _USUAL), 1.0, _LARGEST)) if wanted.names != "none" else 1.0
     # what has a size: bodies, places of joints, strands
     found = [np.zeros((0, 3))]
     for item in scene.items:
@@ -286,7 +304,7 @@ def draw(
         found.extend(bow.points() for bow in strand.bows)
     points = np.vstack(found)
     bounds: Floats = points[np.isfinite(points).all(1)]
-    projection = projection.scaled(bounds, room, _largest_scale(scene))
+    projection = projection.scaled(bounds, _PRINTED * room, _largest_scale(scene))
     title, words = scene.name, description(scene, placed, wanted)
     picture = laid_out(_marks(scene, placed, projection, wanted), title, words)
     for _ in range(_TRIES):
@@ -299,9 +317,13 @@ def draw(
 
 
 def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureContent) -> list[Mark]:
-    named = shown.names and len(scene.bodies) <= MOST_NAMED
-    scene, told = in_legend(scene) if named else (scene, [])
-    return [*scene_marks(scene, placed, projection, names=named, marked=shown.marked), *told, *notes(shown)]
+    names: Names = shown.names if len(scene.bodies) <= MOST_NAMED else "none"
+    lettered, told = in_legend(scene) if names != "none" and shown.dimensions else (scene, [])
+    wanted: dict[str, Any] = {"names": names, "dimensions": shown.dimensions}
+    found = scene_marks(lettered, placed, projection, **wanted, marked=shown.marked)
+    if names != "none":
+        told.extend(givens_not_drawn(scene, [*found, *told], dimensions=shown.dimensions))
+    return [*found, *told, *notes(shown)]
 
 
 def _largest_scale(scene: Scene) -> float:

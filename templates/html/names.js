@@ -8,7 +8,7 @@ function nameLayer(root, names, rule) {
   group.setAttribute("class", "names");
   group.setAttribute("aria-hidden", "true");
   const wide = (runs) => runs.reduce((sum, [text, style]) => {
-    pen.font = `${style === "italic" ? "italic " : ""}${(style === "subscript" ? 0.75 : 1) * type}px serif`;
+    pen.font = `${style === "italic" ? "italic " : ""}${(style === "subscript" || style === "small" ? 0.75 : 1) * type}px serif`;
     return sum + pen.measureText(text).width;
   }, 0);
   const labels = names.map(({ runs, body }) => {
@@ -17,7 +17,7 @@ function nameLayer(root, names, rule) {
     for (const [letters, style] of runs) {
       const span = tag("tspan", text);
       span.textContent = letters;
-      span.setAttribute("font-size", (style === "subscript" ? 0.75 : 1) * type);
+      span.setAttribute("font-size", (style === "subscript" || style === "small" ? 0.75 : 1) * type);
       if (style === "italic") span.setAttribute("font-style", "italic");
       if (style === "subscript") span.setAttribute("baseline-shift", "sub");
     }

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import SUBSCRIPT, Picture, TextMark
+from multibody_sym.pictures.page.picture import SIZES, Picture, TextMark
 
 LEAST_TYPE = 8.0
 STRIDE = 0.4
@@ -67,6 +67,6 @@ def _cut_off(picture: Picture) -> Iterator[str]:
 
 def _small_type(picture: Picture) -> Iterator[str]:
     for text in texts(picture):
-        least = min(text.size * (SUBSCRIPT if style == "subscript" else 1.0) for _, style in text.runs)
+        least = min(text.size * SIZES[style] for _, style in text.runs)
         if least < LEAST_TYPE:
             yield f"{shown(text)!r} is of {least:.1f} pt"

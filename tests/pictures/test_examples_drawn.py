@@ -10,6 +10,7 @@ from geometry import faults, shown, texts
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import draw
 from multibody_sym.pictures.page.picture import Picture, letters
+from multibody_sym.pictures.scene.items import Axes
 from multibody_sym.pictures.scene.scene import Scene, scene_of
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").rglob("*.yaml"))
@@ -26,7 +27,8 @@ def missing(scene: Scene, picture: Picture) -> list[str]:
     told = {each.name for each in scene.dimensions if each.name.endswith(".com") and each.component}
     told = {name for name in told if f"{shown_name(name)} (" in legend}
     written = {text.name for text in texts(picture)} | told
-    joints = {item.name for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") != "free"}
+    signs = [item for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") != "free"]
+    joints = {item.name for item in signs if not (scene.static and isinstance(item.form, Axes))}
     lengths = {each.name for each in scene.dimensions}
     return [*sorted(joints - drawn), *sorted(lengths - written)]
 

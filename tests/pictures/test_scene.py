@@ -94,4 +94,4 @@ forces: {f: {type: force, on: rod.tip, value: [pull, 0, 0]}}
     scene = scene_of(mbs.loads(text))
     assert [each.label for each in scene.dimensions] == ["l/2"]
     assert {each.label for each in scene.arrows} == {"gravity"[:1], "F_0"}
-    assert [item.label for item in scene.items if item.role == "contact"] == ["mu"]
+    assert [item.letters for item in scene.items if item.role == "contact"] == ["mu"]

@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.pictures.page.layout import distances
-from multibody_sym.pictures.page.picture import Arrow, Picture, Stroke, TextMark
+from multibody_sym.pictures.page.picture import HIDDEN, Arrow, Picture, Stroke, TextMark
 from multibody_sym.pictures.scene.items import Cone, Polyline
 from multibody_sym.pictures.scene.scene import scene_of
 
@@ -64,7 +64,7 @@ def test_an_angle_in_space_leads_from_its_line_of_reference_to_its_rod() -> None
     for name, arm in (("theta", "left"), ("psi", "right")):
         marks = [mark for mark in shown.marks if (mark.role, mark.name) == ("angle", name)]
         (arc,) = [np.asarray(mark.points) for mark in marks if isinstance(mark, Arrow)]
-        (line,) = [np.asarray(mark.points) for mark in marks if isinstance(mark, Stroke)]
+        (line,) = [np.asarray(mark.points) for mark in marks if isinstance(mark, Stroke) and mark.pen == HIDDEN]
         assert float(distances(arc[:1], line.reshape(1, 4))[0, 0]) < 0.5
         rod = next(m.points for m in shown.marks if isinstance(m, Stroke) and (m.role, m.name) == ("body", arm))
         around = np.vstack((rod, rod[:1]))

@@ -24,8 +24,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--view", metavar="VIEW", help=view)
     parser.add_argument("--forces", action="store_true", help="show weights, pulls of springs and drags too")
     parser.add_argument("--reactions", action="store_true", help="show what joints, contacts, ropes and rods exert")
-    names = "letters of bodies and joints, dimensions (default); --no-names leaves them out"
-    parser.add_argument("--names", action=argparse.BooleanOptionalAction, default=True, help=names)
+    names = "letters of the problem (default), all: names of bodies, joints and ropes too, or none"
+    parser.add_argument("--names", choices=("letters", "all", "none"), default="letters", help=names)
+    dimensions = "named lengths (default); --no-dimensions leaves them out"
+    parser.add_argument("--dimensions", action=argparse.BooleanOptionalAction, default=True, help=dimensions)
     redundant = "mark joints and constraints with rows that follow from others"
     parser.add_argument("--redundant", action="store_true", help=redundant)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
@@ -52,6 +54,7 @@ def run(options: argparse.Namespace) -> Reply:
             forces=options.forces,
             reactions=options.reactions,
             names=options.names,
+            dimensions=options.dimensions,
             redundant=options.redundant,
             mark=options.mark,
             strip=options.strip,

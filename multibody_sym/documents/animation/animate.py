@@ -32,7 +32,7 @@ from multibody_sym.motion.results.plot import outputs_and_places, plot_of
 from multibody_sym.motion.results.samples import Samples
 from multibody_sym.pictures.draw import MOST_NAMED, FigureContent, description, item_marks
 from multibody_sym.pictures.marks.forces import strand_marks
-from multibody_sym.pictures.marks.labels import label_marks
+from multibody_sym.pictures.marks.labels import label_marks, name_runs
 from multibody_sym.pictures.marks.ropes import drawn_pieces
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
 from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
@@ -330,7 +330,9 @@ def names_in_space(scene: Scene) -> list[dict[str, Any]]:
             at = np.array(form.at) + min(0.62 * form.reach, _BESIDE * scene.size) * np.array(form.way)
         else:
             at = form.bounds.mean(axis=0)
-        found.setdefault((item.role, item.name), {"body": item.body, "at": _shorts(at), "runs": letters(item.label)})
+        runs = name_runs(scene, item, "letters")
+        if runs:
+            found.setdefault((item.role, item.name), {"body": item.body, "at": _shorts(at), "runs": runs})
     return list(found.values())
 
 

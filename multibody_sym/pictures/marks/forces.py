@@ -19,6 +19,7 @@ from multibody_sym.pictures.page.picture import (
     BLACK,
     BODY,
     DARK,
+    DATUM,
     DOT,
     FORCE,
     HIDDEN,
@@ -26,13 +27,14 @@ from multibody_sym.pictures.page.picture import (
     LAYER_BODY,
     LAYER_GROUND,
     LAYER_TEXT,
-    MOTION,
     PAPER,
     PIN,
     REACTION,
     ROPE,
     SPRING,
     THIN,
+    VELOCITY,
+    AngleArc,
     Arc,
     Arrow,
     Hatch,
@@ -40,6 +42,7 @@ from multibody_sym.pictures.page.picture import (
     Pen,
     Stroke,
     Wish,
+    formula,
     letters,
     simple,
 )
@@ -230,14 +233,14 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
             pen = _arrow_pen(item, REACTION if item.role == "couple" else FORCE)
             yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.role != "drag":
-            pen = _arrow_pen(item, {"reaction": REACTION, "velocity": MOTION}.get(item.role, FORCE))
+            pen = _arrow_pen(item, {"reaction": REACTION, "velocity": VELOCITY}.get(item.role, FORCE))
             if any(item.lever):
                 thread = _thread(sheet, item, at, vector)
                 yield Stroke(thread, ROPE, **{**named, "role": "rope", "layer": LAYER_BODY + 0.2})
                 at = thread[1]
             at = at + taken.aside(at, sheet.projection.page(vector))
             declared = item.role == "force" and item.path[0] == "forces"
-            yield from _force(sheet, at, vector, item.label, named, pen, lines if declared else None)
+            yield from _force(sheet, at, vector, item, named, pen, lines if declared else None)
 
 
 def _thread(sheet: Sheet, item: ArrowItem, at: Floats, vector: Floats) -> Floats:
@@ -310,7 +313,7 @@ def _gravity(
     top = corner + np.array([30.0, 0.0])
     points = np.array([top, top + _GRAVITY * unit2(way)])
     yield Arrow(points, THIN, **named)
-    yield Wish(points.mean(axis=0)[None, :], letters(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
+    yield Wish(points.mean(axis=0)[None, :], formula(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
 
 
 def _ground_motion(
@@ -321,17 +324,17 @@ def _ground_motion(
     if float(np.linalg.norm(way)) < 0.05:
         return
     points = corner + np.array([30.0, -_GRAVITY - _MOVING]) + np.outer([-0.5, 0.5], _MOVING * unit2(way))
-    yield Arrow(points, MOTION, **named)
-    about, colour = points.mean(axis=0)[None, :], MOTION.colour
-    yield Wish(about, letters(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
+    yield Arrow(points, VELOCITY, open=True, **named)
+    about, colour = points.mean(axis=0)[None, :], VELOCITY.colour
+    yield Wish(about, formula(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
 
 
 def _force(
-    sheet: Sheet, at: Floats, vector: Floats, label: str, named: dict[str, Any], pen: Pen, lines: Floats | None
+    sheet: Sheet, at: Floats, vector: Floats, item: ArrowItem, named: dict[str, Any], pen: Pen, lines: Floats | None
 ) -> Iterator[Mark]:
-    """Yield a force at a place of the page along its direction, unless it is zero or points at the reader.
+    """Yield a force or speed at a place of the page along its direction, unless it is zero or points at the reader.
 
-    It begins there, or ends there where it crosses fewer `lines` so.
+    It begins there, or ends there where it crosses fewer `lines` so; its angle stands at its tail.
     """
     way = sheet.projection.page(vector) / sheet.projection.scale
     size = float(np.linalg.norm(vector))
@@ -346,11 +349,17 @@ def _force(
         pushes = into < away or (pressed and into == away > 0)  # a load lies on a beam
     if pushes:
         points = points + points[0] - points[1]
-    yield Arrow(points, pen, **named)
+    yield Arrow(points, pen, open=item.role == "velocity", **named)
     side = left(unit2(points[1] - points[0]))
     prefer = (float(side[0]), float(side[1]))
     end = points[:1] if pushes else points[1:]
-    yield Wish(end, letters(label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+    yield Wish(end, formula(item.label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+    if item.angle and item.beside is not None and sheet.flat:
+        first, second = (float(np.arctan2(y, x)) for x, y in (sheet.way(item.beside.body, item.beside.point), way))
+        turn = (second - first + np.pi) % (2 * np.pi) - np.pi
+        low, high = min(first, first + turn), max(first, first + turn)
+        about, lines_shown = (points[0], low, high, formula(item.angle)), (turn > 0.0, turn < 0.0)
+        yield AngleArc(*about, lines_shown, None, role="angle", name=item.name, layer=LAYER_TEXT)
 
 
 def _torque(
@@ -367,7 +376,7 @@ def _torque(
     rim = np.cos(angles) * e1 + np.sin(angles) * e2
     points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
     yield Arrow(points, pen, head=5.0, **named)
-    yield Wish(points, letters(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+    yield Wish(points, formula(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -384,26 +393,27 @@ _AXES_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
 
 def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
     """Yield the axes of each joint that leaves a body free, in a row below the `corner` of what is drawn."""
-    free = [item for item in sheet.scene.items if isinstance(item.form, Axes)]
-    for k, item in enumerate(free):
-        assert isinstance(item.form, Axes)
+    free = [(item, item.form) for item in sheet.scene.items if isinstance(item.form, Axes)]
+    if sheet.scene.static:  # where nothing moves only what is asked
+        free = [(item, form) for item, form in free if sheet.scene.asked.intersection(form.names)]
+    for k, (item, form) in enumerate(free):
         at = corner + np.array([6.0 + _APART * k, -44.0])
         named: dict[str, Any] = {"role": item.role, "name": item.name}
-        yield Arc(at, 1.2, None, fill=BLACK, layer=LAYER_ARROW, **named)
-        for axis, name in zip(item.form.axes, item.form.names, strict=False):
+        yield Arc(at, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
+        for axis, name in zip(form.axes, form.names, strict=False):
             way = _LENGTH * sheet.way(item.body, axis)
             if float(np.linalg.norm(way)) < 4.0:
                 continue
             yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
             prefer = (float(way[0]), float(way[1]))
             yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
-        if len(item.form.axes) == 2 and len(item.form.names) == 3:  # the bow of a turn in the plane
-            first, second = (sheet.way(item.body, axis) for axis in item.form.axes)
+        if len(form.axes) == 2 and len(form.names) == 3:  # the bow of a turn in the plane
+            first, second = (sheet.way(item.body, axis) for axis in form.axes)
             angles = np.linspace(0.15, 1.42, 12)[:, None]
             points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
             yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
             middle, (x, y) = points[len(points) // 2][None, :], (float(each) for each in first + second)
-            letter = letters(item.form.names[-1])
+            letter = letters(form.names[-1])
             yield Wish(middle, letter, prefer=(x, y), clear=1.5, layer=LAYER_TEXT, **named)
 
 

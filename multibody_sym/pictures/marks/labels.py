@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -14,22 +14,40 @@ from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.sliders import line_ends, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.symbols import ring_pins, touching_place
 from multibody_sym.pictures.page.picture import (
+    BLACK,
+    COORDINATE,
+    DATUM,
     HIDDEN,
     LAYER_ARROW,
     LAYER_TEXT,
     MARKED,
-    MOTION,
     THIN,
     AngleArc,
+    Arc,
     Arrow,
     Mark,
     Measure,
+    Run,
     Stroke,
     Wish,
+    formula,
     letters,
+    small,
     words,
 )
-from multibody_sym.pictures.scene.items import AngleMark, Axes, Disc, Item, NamedLength, Rail, Stop, Symbol, TurnStop
+from multibody_sym.pictures.scene.items import (
+    AngleMark,
+    Axes,
+    Disc,
+    Item,
+    NamedLength,
+    Rail,
+    Stop,
+    Strand,
+    Symbol,
+    TurnStop,
+)
+from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
 
 _TURNED, _BOW = 0.05, 1.2
@@ -51,37 +69,73 @@ _MANY: Final = 20
 """Of more bodies and joints the welds, and springs, dampers and motors in hinges, have no names."""
 
 
-def label_marks(sheet: Sheet) -> Iterator[Mark]:
-    """Yield the names of bodies, joints, pulleys and strands."""
+_NOTHING: Final[tuple[Run, ...]] = ()
+Names = Literal["letters", "all", "none"]
+"""Which names a figure shows: the letters of the problem; those of bodies, joints, ropes and so on too; none."""
+
+
+def name_runs(scene: Scene, item: Item | Strand, names: Names) -> tuple[Run, ...]:
+    """Return what stands beside a body, joint or strand: the letters of the problem, its name, both or nothing.
+
+    Names are small beside letters. Among letters only masses without one have a name, what the model gives a label,
+    pins such as A, stops, and what a question asks about.
+    """
+    mine = formula(item.letters) if item.letters else ()
+    if isinstance(item, Item) and isinstance(item.form, (Stop, TurnStop)):
+        return letters(item.label)
+    if not item.label or not (names == "all" or item.titled or item.name in scene.asked):
+        bare = not mine and isinstance(item, Item) and item.role == "body" and item.heavy and item.label
+        return small(item.label) if bare else mine
+    if not mine:
+        return letters(item.label) if names == "all" or item.titled else small(item.label)
+    return (*mine, (" ", "small"), *small(item.label))
+
+
+def label_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield the letters and names of bodies, joints, pulleys and strands, of masses on what is `drawn` of them."""
     named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
     many = len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
     silent = (*_SILENT, *(_SECOND if many else ()))
     for item in sheet.scene.items:
-        key = (item.role, item.name)
-        if item.role not in _NAMED or key in named or not item.label or isinstance(item.form, Axes):
-            continue
-        if item.symbol is not None and item.symbol.kind in silent:
+        key, runs = (item.role, ".".join(item.path) if item.role == "contact" else item.name), _NOTHING
+        if item.role in _NAMED and key not in named and not isinstance(item.form, Axes):
+            runs = name_runs(sheet.scene, item, names)
+        if not runs or (item.symbol is not None and item.symbol.kind in silent):
             continue
         if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
         named.add(key)
         if not isinstance(item.form, (Stop, TurnStop)):
-            yield _name(sheet, item)
+            yield _name(sheet, item, runs, _middle(item, drawn) if item.letters else None)
             continue
         line, form = stop_line(sheet, item, item.form), item.form
         if line is not None:
             x, y = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
             prefer, text = (float(x), float(y)), _text(item.role, item.name)
-            yield Wish(line.mean(axis=0)[None, :], letters(item.label), prefer=prefer, clear=7.0, **text)
+            yield Wish(line.mean(axis=0)[None, :], runs, prefer=prefer, clear=7.0, **text)
+    yield from _strand_names(sheet, names)
+
+
+def _middle(item: Item, drawn: Sequence[Mark]) -> Floats | None:
+    """Return the middle of the largest area that is drawn of a body, None where it is all lines."""
+    if item.role != "body":
+        return None
+    own = (mark for mark in drawn if (mark.role, mark.name) == (item.role, item.name))
+    areas = [np.asarray(mark.points) for mark in own if isinstance(mark, (Stroke, Arc)) and mark.fill is not None]
+    largest = max(areas, key=lambda area: float(np.prod(np.ptp(area, axis=0))), default=None)
+    return None if largest is None else np.asarray(largest.mean(axis=0))
+
+
+def _strand_names(sheet: Sheet, names: Names) -> Iterator[Mark]:
     for placed in sheet.placed.strands:
-        pieces = drawn_pieces(sheet, placed)
+        pieces, runs = drawn_pieces(sheet, placed), name_runs(sheet.scene, placed.strand, names)
         seen = placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
-        if len(pieces) and np.all(np.isfinite(pieces)) and seen:
+        if runs and len(pieces) and np.all(np.isfinite(pieces)) and seen:
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
             strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
             centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
             about = np.array(centres) if strand.kind == "attraction" and centres else middle
-            yield Wish(about, letters(strand.label), clear=6.0, **_text(strand.kind, strand.name))
+            yield Wish(about, runs, clear=6.0, **_text(strand.kind, strand.name))
 
 
 def word_marks(sheet: Sheet) -> Iterator[Mark]:
@@ -97,7 +151,7 @@ def _text(role: str, name: str) -> dict[str, Any]:
     return {"role": role, "name": name, "layer": LAYER_TEXT}
 
 
-def _name(sheet: Sheet, item: Item) -> Wish:
+def _name(sheet: Sheet, item: Item, runs: tuple[Run, ...], inside: Floats | None) -> Wish:
     bounds = sheet.page(item.body, item.form.bounds)
     if item.role == "contact" and item.symbol is not None:
         place = touching_place(sheet, item, item.symbol)
@@ -109,7 +163,7 @@ def _name(sheet: Sheet, item: Item) -> Wish:
     if item.symbol is not None:
         about = _beside(sheet, item, item.symbol, about)
     clear = 7.0 if item.symbol is not None and len(about) == 1 else 5.0
-    return Wish(about, letters(item.label), clear=clear, role=item.role, name=item.name, layer=LAYER_TEXT)
+    return Wish(about, runs, clear=clear, inside=inside, **_text(item.role, item.name))
 
 
 def _turns_at_middle(sheet: Sheet, item: Item, disc: Disc) -> bool:
@@ -165,17 +219,18 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
         if each.radius:
             if length >= _SHORTEST:
                 yield Arrow(np.array([a, b]), THIN, head=4.0, role=role, name=each.name, layer=LAYER_ARROW)
-            yield Wish(np.array([(a + b) / 2]), letters(each.label), clear=1.5, **_text(role, each.name))
+            yield Wish(np.array([(a + b) / 2]), formula(each.label), clear=1.5, **_text(role, each.name))
         elif each.coordinate and length < _COORDINATE:  # its body is seen at its sign, if it has one
             items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
             signs = (i.symbol.at for i in items if i.symbol is not None)
             yield from _coordinate(sheet, each, sheet.at(each.b.body, next(signs, each.b.point)))
         else:
-            yield Measure(a, b, letters(each.label), role=role, name=each.name, layer=LAYER_TEXT)
+            text = _text(role, each.name)
+            yield Measure(a, b, formula(_label_now(sheet, each)), datum=each.coordinate, **text)
 
 
 def _coordinate(sheet: Sheet, each: NamedLength, at: Floats) -> Iterator[Mark]:
-    """Yield the direction of a slider's coordinate that is near zero."""
+    """Yield the direction of a slider's coordinate that is near zero, from a dot."""
     joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
     axis = getattr(joint.form, "axis", None) if joint is not None else None
     if joint is None or axis is None:
@@ -183,17 +238,17 @@ def _coordinate(sheet: Sheet, each: NamedLength, at: Floats) -> Iterator[Mark]:
     way = unit2(sheet.way(joint.body, axis))
     start = at + 14.0 * way + 13.0 * left(way)
     points = np.array([start, start + _COORDINATE * way])
-    yield Arrow(points, MOTION, role="coordinate", name=each.name, layer=LAYER_ARROW)
-    tip = points[1:]
-    yield Wish(tip, letters(each.label), role="coordinate", name=each.name, layer=LAYER_TEXT, colour=MOTION.colour)
+    named: dict[str, Any] = {"role": "coordinate", "name": each.name}
+    yield Arc(start, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
+    yield Arrow(points, COORDINATE, head=4.5, layer=LAYER_ARROW, **named)
+    yield Wish(points[1:], formula(_label_now(sheet, each)), layer=LAYER_TEXT, **named)
 
 
 def angle_marks(sheet: Sheet) -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
-    joints = {item.name for item in sheet.scene.items if item.role == "joint"}
     for each in sheet.scene.angles:
-        if (not each.coordinate and not sheet.flat) or each.name in joints:
-            continue  # what is called as its joint is named there
+        if not each.coordinate and not sheet.flat:
+            continue
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
             yield from _turn_in_space(sheet, each, at)
@@ -206,7 +261,7 @@ def angle_marks(sheet: Sheet) -> Iterator[Mark]:
         lines = ends if each.coordinate else (True, False)
         tip = (1 if turn > 0.0 else 0) if each.coordinate else None
         yield AngleArc(
-            at, low, high, letters(each.label), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
+            at, low, high, formula(_label_now(sheet, each)), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
         )
 
 
@@ -239,7 +294,10 @@ def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
     if turned:  # the line from which the angle is counted
         line = at + np.outer([0.0, _BEYOND], points[0] - at)
         yield Stroke(line, HIDDEN, role="angle", name=each.name, layer=LAYER_ARROW)
-    yield Arrow(points, MOTION, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
+    yield Arrow(points, COORDINATE, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
     middle = points[len(points) // 2][None, :]
-    colour = MOTION.colour
-    yield Wish(middle, letters(each.label), role="angle", name=each.name, layer=LAYER_TEXT, colour=colour)
+    yield Wish(middle, formula(_label_now(sheet, each)), role="angle", name=each.name, layer=LAYER_TEXT)
+
+
+def _label_now(sheet: Sheet, each: AngleMark | NamedLength) -> str:
+    return each.start_label if each.start_label and sheet.placed.time == 0.0 else each.label

@@ -43,10 +43,10 @@ from multibody_sym.pictures.page.picture import (
     LAYER_BODY,
     LAYER_GROUND,
     LAYER_JOINT,
-    MOTION,
     PAPER,
     PIN,
     THIN,
+    VELOCITY,
     Arc,
     Arrow,
     Mark,
@@ -472,7 +472,7 @@ def _skate(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _motor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named, at = sheet.named(item, LAYER_JOINT - 0.1, symbol.at), sheet.at(item.body, symbol.at)
-    yield Arc(at, 8.0, sheet.pen(item, MOTION), fill=PAPER, **named)
+    yield Arc(at, 8.0, sheet.pen(item), fill=PAPER, **named)
 
 
 def _rack(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -495,7 +495,7 @@ def _gear(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _drive(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield an arrow along the axis of what is driven, or most of a circle about it."""
-    yield Arrow(driven_points(sheet, item, symbol), MOTION, head=5.0, **sheet.named(item, LAYER_ARROW))
+    yield Arrow(driven_points(sheet, item, symbol), VELOCITY, head=5.0, open=True, **sheet.named(item, LAYER_ARROW))
 
 
 def _ring_if_marked(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:

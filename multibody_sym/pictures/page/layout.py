@@ -10,6 +10,9 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.pictures.page.picture import (
+    BLACK,
+    COORDINATE,
+    DATUM,
     DESCENT,
     HEIGHT,
     HIDDEN,
@@ -26,12 +29,14 @@ from multibody_sym.pictures.page.picture import (
     Measure,
     Picture,
     Placed,
+    Run,
     Simple,
     Stroke,
     TextMark,
     Wish,
     box_of,
     in_order,
+    printable,
     shifted_mark,
     simple,
     width_of,
@@ -100,6 +105,13 @@ class Room:
         self._reaches = np.zeros((0, 4))
         for mark in marks:
             self.take(mark)
+
+    def copied(self) -> Room:
+        """Return a room with the same marks, in which others can be tried."""
+        found = Room(())
+        found._segments, found._letters, found._areas = [*self._segments], [*self._letters], [*self._areas]
+        found._acting = [*self._acting]
+        return found
 
     @property
     def segments(self) -> Floats:
@@ -217,10 +229,8 @@ def bounds(boxes: Iterable[Box]) -> tuple[float, float, float, float]:
 
 STEPS: Final = (0.0, 2.5, 5.5, 9.0, 13.0)
 """Distances (pt) beyond the nearest at which a label is tried first."""
-FURTHER: Final = (
-    (18.0, 25.0), (34.0, 46.0), (62.0, 85.0), (115.0, 150.0), (200.0, 270.0),
-)  # fmt: skip
-"""Rings that follow until one has a free place."""
+FURTHER: Final = ((18.0, 25.0), (34.0, 46.0), (62.0, 85.0))
+"""Rings that follow until one has a free place; letters without one stand in the legend."""
 ANGLES: Final = np.radians([45, 90, 135, 0, 180, 315, 225, 270, 22, 67, 112, 157, 337, 292, 247, 202])
 """Directions from a point, those that a book takes first first."""
 _ALONG: Final = (0.5, 0.38, 0.62, 0.25, 0.75, 0.12, 0.88)
@@ -256,9 +266,9 @@ class Candidates:
             liked = np.asarray(wish.prefer) / (np.hypot(*wish.prefer) or 1.0)
             turned = _TURNED * (1.0 - way @ liked)
         self.cost = step + extra + turned
-        if wish.clear == 0.0:  # right on it, such as the mass of a block on the block
-            self.centres = np.vstack((base[:1], self.centres))
-            self.base = np.vstack((base[:1], base))
+        if wish.inside is not None:
+            self.centres = np.vstack((wish.inside, self.centres))
+            self.base = np.vstack((wish.inside, base))
             self.distance = np.insert(step, 0, 0.0)
             self.cost = np.insert(self.cost, 0, -FOREIGN - 1.0)
         self.boxes = box_at(self.centres, self.wide, self.high)
@@ -296,31 +306,35 @@ def _point_along(line: Floats, part: float) -> tuple[Floats, Floats]:
     return line[i] + (goal - (ends[i] - lengths[i])) * along, along
 
 
-def place_labels(room: Room, wishes: Sequence[Wish]) -> list[Placed]:
-    """Return the letters and leaders of all wishes, which then have their place in the room.
+def place_labels(room: Room, wishes: Sequence[Wish]) -> tuple[list[Placed], list[Wish]]:
+    """Return the letters and leaders of all wishes with a place in the room, and the wishes that find none.
 
-    Those with the fewest free places come first, so that others leave them what they need.
+    Those with the fewest free places come first, so that others leave them what they need; where that leaves some
+    without a place those of the lowest rank come first.
     """
     tried = [Candidates(wish, STEPS) for wish in wishes]
     free = [int((room.touched(one.boxes, _lines(room, one)) == 0).sum()) for one in tried]
+    order = sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i))
+    found, lost = _placed_in_order(room.copied(), tried, order)
+    if lost:
+        order = sorted(order, key=lambda i: wishes[i].rank)
+        found, lost = _placed_in_order(room.copied(), tried, order)
+    return found, [wishes[i] for i in lost]
+
+
+def _placed_in_order(room: Room, tried: list[Candidates], order: Sequence[int]) -> tuple[list[Placed], list[int]]:
     found: list[Placed] = []
-    for i in sorted(range(len(wishes)), key=lambda i: (free[i] > 0, free[i], i)):
-        others = [np.asarray(w.about, dtype=float) for j, w in enumerate(wishes) if j != i]
+    lost: list[int] = []
+    for i in order:
+        others = [np.asarray(one.wish.about, dtype=float) for j, one in enumerate(tried) if j != i]
         marks = _marks_at_best(room, tried[i], others)
         for steps in FURTHER:  # away from everything
-            marks = marks or _marks_at_best(room, Candidates(wishes[i], steps), others)
-        marks = marks or _outside(room, wishes[i])
+            marks = marks or _marks_at_best(room, Candidates(tried[i].wish, steps), others)
         for mark in marks:
             room.take(mark)
         found.extend(marks)
-    return found
-
-
-def _outside(room: Room, wish: Wish) -> list[Placed]:
-    """Return a label below all that is drawn, without a leader, which would cross other letters."""
-    low = [float(each[:, 1::2].min()) for each in (room.segments, room.letters) if len(each)]
-    at = np.array([float(np.asarray(wish.about)[0, 0]), min(low, default=0.0) - 2.0 * wish.size])
-    return [TextMark(at, wish.runs, wish.size, wish.colour, **_text_fields(wish))]
+        lost += [] if marks else [i]
+    return found, lost
 
 
 def _lines(room: Room, one: Candidates) -> Floats:
@@ -406,7 +420,7 @@ _ACROSS: Final = 40.0
 """Cost of a line across a load, a spring or a rope; in points of distance."""
 _SMALL: Final = np.radians(4.0)
 """An angle below is told in letters: an arc of it could not be seen."""
-_BESIDE: Final = (5.0, 16.0)
+_BESIDE: Final = (4.0, 9.0)
 """From where to where on its side (pt) the letters of such an angle stand: behind it the next hinge may be."""
 _NONE: Final = 0.5
 """A length (pt) below is told in letters, such as one seen along its own direction."""
@@ -504,13 +518,18 @@ class _Line:
         """Return the extension lines and the arrows, with a gap for the letters or without."""
         named = _mark_fields(self.one)
         found: list[Placed] = [Stroke(line, THIN, **named) for line in self._extensions()]
+        if self.one.datum:
+            found.append(Arc(self.ends[0], DATUM, None, fill=BLACK, **named))
         if self.inside and gap:
             half = self.gap / 2 * self.along
             tails, tips = [self.centre - half, self.centre + half], self.ends
         elif self._short:
             tails, tips = [self.ends[0] - _OUTSIDE * self.along, self.ends[1] + _OUTSIDE * self.along], self.ends
         else:
-            return [*found, Arrow(self.ends, THIN, both=True, head=_HEAD, **named)]
+            return [*found, Arrow(self.ends, COORDINATE, both=not self.one.datum, head=_HEAD, **named)]
+        if self.one.datum:
+            found.append(Stroke(np.array([tails[0], tips[0]]), COORDINATE, **named))
+            tails, tips = tails[1:], tips[1:]
         return [*found, *(Arrow(np.array(pair), THIN, head=_HEAD, **named) for pair in zip(tails, tips, strict=True))]
 
     @property
@@ -599,14 +618,48 @@ def laid_out(marks: Iterable[Mark], title: str, description: str = "") -> Pictur
     room = Room(placed)  # type: ignore[arg-type]
     arcs, letters = place_bends(room, [mark for mark in given if isinstance(mark, AngleArc)])
     lines, told = place_measures(room, [mark for mark in given if isinstance(mark, Measure)])
-    labels = place_labels(room, [*letters, *told, *(mark for mark in given if isinstance(mark, Wish))])
+    labels, lost = place_labels(room, [*letters, *told, *(mark for mark in given if isinstance(mark, Wish))])
     drawn: list[Placed] = [*placed, *arcs, *lines, *labels]  # type: ignore[list-item]
-    legend = _legend(drawn, [mark for mark in given if isinstance(mark, LegendLine)])
+    lost.sort(key=lambda wish: wish.rank)
+    entries = [(*wish.runs, (f" ({printable(wish.name)})", "small")) for wish in lost]
+    more = legend_lines("no room", "without room: ", entries, len(entries)) if entries else ()
+    legend = _legend(drawn, [*more, *(mark for mark in given if isinstance(mark, LegendLine))])
     marks = in_order([*drawn, *legend])
     left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
     shift = np.array([MARGIN - left, MARGIN - bottom])
     width, height = right - left + 2 * MARGIN, top - bottom + 2 * MARGIN
     return Picture(width, height, [shifted_mark(mark, shift) for mark in marks], title, description)
+
+
+_WIDE: Final = 250.0
+"""How wide a line of the legend is at most (pt)."""
+_MOST: Final = 6
+"""So many lines words and their entries have at most."""
+_MORE: Final = ((", ..", "roman"),)
+Runs = tuple[Run, ...]
+
+
+def legend_lines(name: str, words: str, entries: Sequence[Runs], most: int = _MOST) -> Iterator[LegendLine]:
+    """Yield words and entries behind them as `most` lines that are no wider than a legend, named `name`."""
+    line: list[Run] = [(words, "roman")]
+    count = held = 0
+    for k, entry in enumerate(entries):
+        parted = [*entry, ("," if k + 1 < len(entries) else "", "roman")]
+        apart: list[Run] = [(" ", "roman")] if held else []
+        if held and width_of([*line, *apart, *parted], LegendLine.size) > _WIDE:
+            count += 1
+            if count == most:
+                yield _line(name, [*line, *_MORE])
+                return
+            yield _line(name, line)
+            line, held, apart = [], 0, []
+        line += [*apart, *parted]
+        held += 1
+    yield _line(name, line)
+
+
+def _line(name: str, runs: Sequence[Run]) -> LegendLine:
+    return LegendLine(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
 
 
 def _legend(drawn: list[Placed], notes: list[LegendLine]) -> Iterator[TextMark]:

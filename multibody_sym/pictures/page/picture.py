@@ -27,15 +27,15 @@ from multibody_sym.text.printer import GREEK, SYMBOL, read_parts
 
 
 Run = tuple[str, str]
-"""Some letters and their style: roman, italic, or subscript (roman, smaller, lower)."""
+"""Some letters and their style: roman, italic, small (roman, smaller) or subscript (small, lower)."""
 HEIGHT: Final = 0.72
 """From the baseline to the top of tall letters, in sizes of the type."""
 DESCENT: Final = 0.24
 """From the baseline down to the lowest letters and subscripts."""
-SUBSCRIPT: Final = 0.8
-"""Size of a subscript; 10 pt letters have subscripts of 8 pt, the least that is printed."""
-DROP: Final = 0.16
-"""How far a subscript stands below the baseline, in sizes of the type."""
+SIZES: Final = {"roman": 1.0, "italic": 1.0, "small": 0.8, "subscript": 0.8}
+"""Sizes of the styles; beside 10 pt letters names and subscripts have 8 pt, the least that is printed."""
+DROPS: Final = {"roman": 0.0, "italic": 0.0, "small": 0.0, "subscript": 0.16}
+"""How far the letters of a style stand below the baseline, in sizes of the type."""
 LONGEST: Final = 40
 """Characters of a label that are shown; what is longer ends in an ellipsis."""
 _OTHER: Final = 0.62
@@ -56,7 +56,7 @@ _ITALIC: Final = (
 )
 _WIDTHS: Final = {
     style: {chr(32 + i): int(w) / 1000 for i, w in enumerate(table.split())}
-    for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("subscript", _ROMAN))
+    for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("small", _ROMAN), ("subscript", _ROMAN))
 }
 _THIN_SPACE: Final = "\u2009"
 _SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
@@ -65,6 +65,9 @@ _FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
 """Sums and quotients of symbols of a letter or two, and of functions; names with a hyphen are longer words."""
 
 
+_TOKENS: Final = re.compile(r"[A-Za-z]\w*|[0-9.]+|[-+*/=,()]|(?<=[-+*/=,]) | (?=[-+*/=])", re.ASCII)
+"""Names and numbers with signs between them, and spaces around signs only."""
+_TIME: Final = re.compile(r"\bt((?:\*[A-Za-z]\w*(?![\w(]))+)", re.ASCII)
 _RELATION: Final = re.compile(r"(.+) ([≤≥]) (.+)")
 """A coordinate and a limit of it."""
 
@@ -77,9 +80,8 @@ def width_of(runs: Sequence[Run], size: float) -> float:
 def run_width(run: Run, size: float) -> float:
     """Return the width of one run in letters of a size."""
     text, style = run
-    scale = size * (SUBSCRIPT if style == "subscript" else 1.0)
     table = _WIDTHS[style]
-    return scale * sum(table.get(letter) or _width_of_unlisted(letter) for letter in text)
+    return size * SIZES[style] * sum(table.get(letter) or _width_of_unlisted(letter) for letter in text)
 
 
 def _width_of_unlisted(letter: str) -> float:
@@ -105,8 +107,17 @@ def letters(name: str) -> tuple[Run, ...]:
     return _formula(shown) if _FORMULA.fullmatch(shown) else words(shown)
 
 
+def formula(text: str) -> tuple[Run, ...]:
+    """Return an expression, or several with commas between them, as a book sets it: F sin(ωt), 2 m, μ_s, μ_k.
+
+    The time stands behind other letters. What is no expression stands in upright letters.
+    """
+    shown = _TIME.sub(lambda product: f"{product[1][1:]}*t", printable(text))
+    return _formula(shown) if "".join(_TOKENS.findall(shown)) == shown else letters(text)
+
+
 def _formula(text: str) -> tuple[Run, ...]:
-    """Return the runs of a formula of short symbols, with signs as they are set."""
+    """Return the runs of an expression, with signs as they are set."""
     runs: list[Run] = []
     for part in re.findall(r"[A-Za-z]\w*|[^A-Za-z]+", text, re.ASCII):
         signs: Run = (part.replace("-", "−").replace("*", _THIN_SPACE), "roman")
@@ -118,6 +129,11 @@ def _symbol(name: str) -> tuple[Run, ...]:
     letter, *below = read_parts(name)
     head: Run = (GREEK.get(letter, letter), "italic" if letter in GREEK or len(letter) == 1 else "roman")
     return (head, (",".join(GREEK.get(part, part) for part in below), "subscript")) if below else (head,)
+
+
+def small(name: str) -> tuple[Run, ...]:
+    """Return a name in small upright letters, such as beside the letters of what it names."""
+    return ((printable(name) or " ", "small"),)
 
 
 def words(text: str) -> tuple[Run, ...]:
@@ -222,12 +238,16 @@ class Hatch(Mark):
 
 @dataclass(frozen=True, eq=False)
 class Arrow(Mark):
-    """A line through `points` (n, 2) with a filled head of `head` points length at its end, or at both ends."""
+    """A line through `points` (n, 2) with a head of `head` points length at its end, or at both ends.
+
+    The head is filled; an `open` one is two lines.
+    """
 
     points: Floats
     pen: Pen
     both: bool = False
     head: float = 6.0
+    open: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,7 +271,9 @@ class TextMark(Mark):
 class Wish(Mark):
     """Letters that want a place near `about` (n, 2): one point, or a line along which any place will do.
 
-    `prefer` is a direction from there in which they stand best, `clear` how far from it they stay in points.
+    `prefer` is a direction from there in which they stand best, `clear` how far from it they stay in points; `inside`
+    is a place right on it where they stand best of all, such as the mass of a block on the block. Where not all letters
+    find room those of a lower `rank` do.
     """
 
     about: Floats
@@ -260,16 +282,22 @@ class Wish(Mark):
     clear: float = 3.0
     size: float = 10.0
     colour: str = "#000000"
+    inside: Floats | None = None
+    rank: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class Measure(Mark):
-    """A dimension line that wants a place beside the line from `a` to `b` (points of the page), with its letters."""
+    """A dimension line that wants a place beside the line from `a` to `b` (points of the page), with its letters.
+
+    A coordinate is measured from the `datum` a: an arrow from a dot there.
+    """
 
     a: Floats
     b: Floats
     runs: tuple[Run, ...]
     size: float = 10.0
+    datum: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -387,6 +415,9 @@ def simple(mark: Placed) -> list[Simple]:
             away = away / (np.hypot(*away) or 1.0)
             across = np.array([-away[1], away[0]]) * size * 0.32
             foot = tip - size * away
+            if mark.open:
+                heads.append(Stroke(np.array([foot + across, tip, foot - across]), replace(mark.pen, dash=()), **named))
+                continue
             head = np.array([tip, foot + across, foot + 0.15 * size * away, foot - across])
             heads.append(Stroke(head, None, closed=True, fill=mark.pen.colour, **named))
             points = _shorten_end(points, end, size * 0.7)
@@ -433,10 +464,13 @@ AXIS: Final = Pen(0.5, dash=(7.0, 2.0, 1.5, 2.0))
 """Axes of rotation and symmetry."""
 ROPE: Final = Pen(1.1, "#5b3a1e")
 SPRING: Final = Pen(0.9)
-FORCE: Final = Pen(1.3, "#b01217")
-REACTION: Final = Pen(1.3, "#0b5394")
-MOTION: Final = Pen(0.9, "#1d6b2f")
-"""Prescribed motions, coordinates with their directions."""
+FORCE: Final = Pen(1.3, "#cc0000")
+"""Forces and torques, with filled heads."""
+REACTION: Final = Pen(1.3, "#000060")
+VELOCITY: Final = Pen(0.9, "#1565c0")
+"""Speeds at the start and prescribed motions, with open heads."""
+COORDINATE: Final = Pen(0.5)
+"""Coordinates: thin arrows from the dot of their datum."""
 MARKED: Final = Pen(1.6, "#d05a00")
 """What a question singles out: redundant rows, the place of an error."""
 
@@ -455,6 +489,8 @@ DOT: Final = 2.2
 """Radius of a point or a particle that has no size."""
 BLOCK: Final = (20.0, 12.0)
 """Length and height of a slider's block that has no size."""
+DATUM: Final = 1.2
+"""Radius of the dot from which a coordinate is measured."""
 SUPPORT: Final = 12.0
 """Height of the triangle under a pivot on ground."""
 

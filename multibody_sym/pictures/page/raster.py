@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.errors import OutputError
-from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Picture, Stroke, TextMark, run_width
+from multibody_sym.pictures.page.picture import DROPS, SIZES, Arc, Picture, Stroke, TextMark, run_width
 from multibody_sym.text.files import path_name, write_whole
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -160,14 +160,13 @@ def _letters(mark: TextMark, order: int) -> list[Any]:
     found = []
     for run in mark.runs:
         text, style = run
-        wide, small = run_width(run, mark.size), style == "subscript"
-        size = mark.size * (SUBSCRIPT if small else 1.0)
+        wide, size, low = run_width(run, mark.size), mark.size * SIZES[style], mark.size * DROPS[style]
         font = FontProperties(family=["STIXGeneral", "DejaVu Serif"], style="italic" if style == "italic" else "normal")
         if text.strip():
             outline = TextPath((0, 0), text.replace("$", r"\$"), size=size, prop=font, usetex=False)
             natural = outline.get_extents().x1 or wide
             squeeze = min(1.0, wide / natural)
-            place = Affine2D().scale(squeeze, 1.0).translate(x, y - (mark.size * DROP if small else 0.0))
+            place = Affine2D().scale(squeeze, 1.0).translate(x, y - low)
             found.append(PathPatch(place.transform_path(outline), facecolor=mark.colour, linewidth=0, zorder=order + 1))
         x += wide
     return found

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.page.picture import DROP, SUBSCRIPT, Arc, Pen, Picture, Simple, Stroke, TextMark, run_width
+from multibody_sym.pictures.page.picture import DROPS, SIZES, Arc, Pen, Picture, Simple, Stroke, TextMark, run_width
 from multibody_sym.text.printer import GREEK
 
 FAMILY: Final = "'Times New Roman',Times,'Liberation Serif','Nimbus Roman','STIX Two Text',serif"
@@ -94,10 +94,7 @@ def _svg_letters(mark: TextMark, height: float) -> str:
     spans = []
     for run in mark.runs:
         text, style = run
-        wide = run_width(run, mark.size)
-        small = style == "subscript"
-        size = mark.size * (SUBSCRIPT if small else 1.0)
-        low = mark.size * DROP if small else 0.0
+        wide, size, low = run_width(run, mark.size), mark.size * SIZES[style], mark.size * DROPS[style]
         slanted = ' font-style="italic"' if style == "italic" else ""
         spans.append(
             f'<tspan x="{number(x)}" y="{number(height - y + low)}" font-size="{number(size)}"{slanted} '
@@ -193,9 +190,7 @@ def _mark_lines(mark: Simple) -> Iterator[str]:
         colour = "" if mark.colour == "#000000" else f",text={_colour(mark.colour)}"
         for run in mark.runs:
             text, style = run
-            wide, small = run_width(run, mark.size), style == "subscript"
-            size = mark.size * (SUBSCRIPT if small else 1.0)
-            low = mark.size * DROP if small else 0.0
+            wide, size, low = run_width(run, mark.size), mark.size * SIZES[style], mark.size * DROPS[style]
             slanted = r"\itshape" if style == "italic" else ""
             if text.strip():
                 yield (

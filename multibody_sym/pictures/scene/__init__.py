@@ -3,6 +3,7 @@
     scene, stage      a scene built and placed; its system with places and sizes as floats, its view
     items             records of items, strands, dimensions, angles, arrows
     bodies, joints    bodies by shapes and surfaces, pulleys, contacts; signs of joints, lengths and angles named
+    letters           letters of masses and laws, what is asked and given, angles of slopes
     touched           ground where bodies touch it: supports of beams, stairs, what an impact strikes
     forces            springs, ropes and arrows of loads
 """

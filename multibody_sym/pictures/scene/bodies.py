@@ -25,7 +25,7 @@ from multibody_sym.model.constraints import (
     Rope,
     VelocityConstraint,
 )
-from multibody_sym.model.contacts_and_impacts import Coefficient, copies
+from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw, Spherical
 from multibody_sym.pictures.scene.forces import anchor_behind
@@ -45,7 +45,8 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, letters, placed_joint, wire_of
+from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, placed_joint, wire_of
+from multibody_sym.pictures.scene.letters import coefficients, law_letters, letters, mass_letter
 from multibody_sym.pictures.scene.stage import (
     Stage,
     curve_points,
@@ -56,7 +57,6 @@ from multibody_sym.pictures.scene.stage import (
     surface_items,
 )
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import Node, nodes_among
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
@@ -87,10 +87,12 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
         surfaces = list(surface_items(stage, name))
         solid = body.shape is None and any(is_solid(item) for item in surfaces)
         own = list(_forms(stage, name, body, _up_to_springs(stage, name, found[name]), solid=solid))
-        yield from (Item("body", name, label, path, number, form) for form in own)
+        named: dict[str, Any] = {"letters": mass_letter(stage, name), "titled": body.label is not None}
+        named["heavy"] = mass_of(body).mass.shadow != 0
+        yield from (Item("body", name, label, path, number, form, **named) for form in own)
         for item in surfaces:  # one that shows all of a body has its name: its path begins like that of the surface
             whole = is_solid(item) and (solid or not own)
-            yield replace(item, role="body", name=name, label=label) if whole else item
+            yield replace(item, role="body", name=name, label=label, **named) if whole else item
         signs = [form for form in own if isinstance(form, Symbol)]
         heavy = body.shape is not None or body.inertia is not None
         if heavy and not any(same(sign.at, stage.centre(name)) for sign in signs):
@@ -330,8 +332,8 @@ def _drive(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]
     axes = each.turns or each.slides
     axis = each.on_parent(axes[0]) if axes else _Z
     sign = Symbol("drive_about" if each.turns else "drive_along", each.parent.point, axis)
-    body, path = each.parent.body, ("constraints", name)
-    yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground)
+    body, path, found = each.parent.body, ("constraints", name), letters(element.value)
+    yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground, letters=found)
 
 
 def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
@@ -413,8 +415,8 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
 def contact_items(stage: Stage) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
     for declared, name, contact in copies(stage.system.contacts):
-        rough = roughness(contact.static, contact.kinetic)
-        yield replace(_touch(stage, name, ("contacts", declared), contact.between), label=rough)
+        found = coefficients(contact.static, contact.kinetic, contact.restitution)
+        yield replace(_touch(stage, name, ("contacts", declared), contact.between), letters=found)
 
 
 def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
@@ -442,8 +444,8 @@ def force_items(stage: Stage) -> Iterator[Item]:
         if kind in ("torsion_spring", "torsion_damper") and not each.turns:
             continue  # a strand along the slider
         sign = Symbol(kind, each.parent.point, each.on_parent(each.turns[0]) if each.turns else _Z)
-        label = roughness(element.static, element.kinetic) if isinstance(element, Friction) else name
-        yield Item("force", name, label, ("forces", name), each.parent.body, sign, each.bodies, each.on_ground)
+        path, found = ("forces", name), law_letters(element)
+        yield Item("force", name, name, path, each.parent.body, sign, each.bodies, each.on_ground, letters=found)
 
 
 def _field_signs(stage: Stage, name: str, element: Any) -> Iterator[Item]:
@@ -456,12 +458,6 @@ def _field_signs(stage: Stage, name: str, element: Any) -> Iterator[Item]:
         each = placed_joint(stage, element.joint or (element.joints or ("",))[0])
         body, point = each.child.body, each.child.point
     yield Item("force", name, "", ("forces", name), body, Symbol("tie", point))
-
-
-def roughness(static: Coefficient | None, kinetic: Node | None) -> str:
-    """Return the letter of a coefficient of friction, nothing where it is a number."""
-    found = [letters(each) for each in nodes_among((kinetic, static))]
-    return next((each for each in found if each), "")
 
 
 _IN_JOINTS: Final[Mapping[type[Any], str]] = {

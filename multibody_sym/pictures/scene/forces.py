@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
@@ -35,7 +34,8 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import PlacedJoint, letters, placed_joint, radius_of
+from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint, radius_of
+from multibody_sym.pictures.scene.letters import law_letters, letters, turned_by
 from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same, surface_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -61,7 +61,8 @@ def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
             if kind is not None and anchors:
                 label = getattr(element, "label", None) or name
                 loose = anchor_behind(stage, element) is not None
-                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose)
+                shown: dict[str, Any] = {"letters": law_letters(element), "titled": label != name}
+                yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose, **shown)
 
 
 def _spring_kind(stage: Stage, element: Any) -> str:
@@ -251,8 +252,6 @@ _FREE: Final = ("point", "planar")
 """Joints that leave a body free to fly."""
 _SPEED: Final = "v_0"
 """The letter of a speed at the start that has none."""
-_TURNED: Final = re.compile(r"-?(\w+)\*(cos|sin)\((.+)\)")
-"""A component of what is turned by an angle."""
 
 
 @dataclass(frozen=True)
@@ -320,7 +319,11 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
         world = vector(stage.turned(made.parent.body, own))
         letter = letter_of(_SPEED, tuple(speeds))
-        yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
+        item, turned = ArrowItem("velocity", name, letter, path, at, world), turned_by(tuple(speeds))
+        if turned is not None and len(made.slides) == 2:
+            axis = np.copysign(1.0, stage.number(speeds[turned.cosine])) * np.array(ways[turned.cosine])
+            item = replace(item, angle=turned.angle, beside=Anchor(made.parent.body, vector(axis)))
+        yield item, _constant(np.array(world))
 
 
 def _item(
@@ -337,10 +340,8 @@ def letter_of(name: str, declared: Any) -> str:
         found = text(nodes[0]).removeprefix("-")
         if len(found) <= _LONGEST and "^" not in found:
             return found
-    turned = [found.groups() for found in (_TURNED.fullmatch(text(node)) for node in nodes) if found]
-    if len(nodes) == len(turned) == 2 and turned[0][::2] == turned[1][::2] and turned[0][1] != turned[1][1]:
-        return str(turned[0][0])  # F*cos(a), F*sin(a): a force F at an angle
-    return name
+    turned = turned_by(declared)
+    return name if turned is None else turned.size or name  # F*cos(a), F*sin(a): a force F at an angle
 
 
 def _marker_anchor(stage: Stage, marker: Marker) -> Anchor:
@@ -348,9 +349,16 @@ def _marker_anchor(stage: Stage, marker: Marker) -> Anchor:
 
 
 def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
-    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
-    law = ArrowLaw(tuple(load.value), load.axes)
-    yield _item(stage, "force", load.name, label, load.path, _marker_anchor(stage, load.at), law)
+    element = stage.system.forces.get(load.name)
+    declared, frame = getattr(element, "value", ()), getattr(element, "frame", None)
+    law, label = ArrowLaw(tuple(load.value), load.axes), letter_of(load.name, declared)
+    item, law = _item(stage, "force", load.name, label, load.path, _marker_anchor(stage, load.at), law)
+    turned = turned_by(declared)
+    if turned is not None and "." not in (frame or ""):  # beside the axis of its cosine
+        own = stage.poses[load.axes][:, :3].T @ np.array(item.vector)
+        axis = np.copysign(1.0, own[turned.cosine]) * np.eye(3)[turned.cosine]
+        item = replace(item, angle=turned.angle, beside=Anchor(load.axes, vector(axis)))
+    yield item, law
 
 
 def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:

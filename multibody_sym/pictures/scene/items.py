@@ -338,7 +338,9 @@ class Item:
     """A form on a body: what it is (`role`), its name and label, the `path` where the model declares it.
 
     A joint's item stands on its parent or its child; `bodies` are both, in that order. `on_ground` where what carries
-    it is ground. `touching` are the names of what touches in a contact, a body each or a part of it.
+    it is ground. `touching` are the names of what touches in a contact, a body each or a part of it. `letters` are
+    those of the problem, such as of a mass or of coefficients; `titled` says that the label is the problem's too,
+    `heavy` that the body has a mass.
     """
 
     role: Role
@@ -350,6 +352,9 @@ class Item:
     bodies: tuple[int, ...] = ()
     on_ground: bool = False
     touching: tuple[str, ...] = ()
+    letters: str = ""
+    titled: bool = False
+    heavy: bool = False
 
     @property
     def symbol(self) -> Symbol | None:
@@ -369,7 +374,8 @@ class Strand:
     """What runs between bodies: `kind` is spring, damper, spring_damper, rope, rod, pull, potential, attraction, tie.
 
     From end to end of `anchors` in a straight line, or for a rope by its `rope`, a number among those of the scene.
-    How long a `loose` one is drawn is the page's affair: it is declared in a slider, without a length.
+    How long a `loose` one is drawn is the page's affair: it is declared in a slider, without a length. `letters` and
+    `titled` as of an Item.
     """
 
     kind: str
@@ -379,13 +385,16 @@ class Strand:
     anchors: tuple[Anchor, ...]
     rope: int | None = None
     loose: bool = False
+    letters: str = ""
+    titled: bool = False
 
 
 @dataclass(frozen=True)
 class NamedLength:
     """A named length between two points, or a coordinate along a way (`coordinate`).
 
-    `component` is the one of a point of the body, sign and all, whose size the label is.
+    `component` is the one of a point of the body, sign and all, whose size the label is. At the start the label is
+    `start_label` where the model gives a letter to the coordinate then.
     """
 
     name: str
@@ -395,11 +404,15 @@ class NamedLength:
     coordinate: bool = False
     radius: bool = False
     component: str = ""
+    start_label: str = ""
 
 
 @dataclass(frozen=True)
 class AngleMark:
-    """A named angle at a point: from a direction of one body to a direction of another, about an axis of the first."""
+    """A named angle at a point: from a direction of one body to a direction of another, about an axis of the first.
+
+    At the start its label is `start_label` where the model gives that angle a letter.
+    """
 
     name: str
     label: str
@@ -408,6 +421,7 @@ class AngleMark:
     stop: Anchor
     axis: Vector
     coordinate: bool = True
+    start_label: str = ""
 
 
 @dataclass(frozen=True)
@@ -417,7 +431,8 @@ class ArrowItem:
     `vector` is what it was at the start; at another state `Placed.vectors` has it, by its place among the arrows.
     `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several. What is
     `open` is not unique: others would do as well. `lever` (m) is the couple of a force over its size, in the world: its
-    line of action passes the point at that distance, as that of a thread which leaves a drum does.
+    line of action passes the point at that distance, as that of a thread which leaves a drum does. A force at an
+    `angle` (its letter) from an axis of a body has that axis as `beside`.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -429,6 +444,8 @@ class ArrowItem:
     way: Vector = ZERO
     open: bool = False
     lever: Vector = ZERO
+    angle: str = ""
+    beside: Anchor | None = None
 
 
 @dataclass(frozen=True)

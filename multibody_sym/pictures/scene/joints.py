@@ -36,10 +36,10 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
+from multibody_sym.pictures.scene.letters import given_motion, is_titled, letters, slopes, start_letter
 from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, symbol
 from multibody_sym.text.printer import text
 
@@ -92,7 +92,8 @@ class PlacedJoint:
     def item(self, role: Role, form: Form, *, on_child: bool = False) -> Item:
         label = getattr(self.joint, "label", None) or self.name
         place = self.child if on_child else self.parent
-        return Item(role, self.name, label, ("joints", self.name), place.body, form, self.bodies, self.on_ground)
+        path, titled = ("joints", self.name), is_titled(self.joint, self.name, self.joint.kind)
+        return Item(role, self.name, label, path, place.body, form, self.bodies, self.on_ground, titled=titled)
 
     def sign_on_child(self, kind: str, axis: Point) -> Item:
         """Return a symbol about an axis at the joint's place on the child."""
@@ -308,8 +309,6 @@ _SIGNS: Final[Mapping[str, Callable[[PlacedJoint], Iterator[Item]]]] = {
 # What a figure names beside its parts: lengths by their letters, angles, and the coordinates of joints.
 
 
-_LONGEST: Final = 9
-"""The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
 _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
     "rod": (((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)),),
     "box": tuple(
@@ -332,16 +331,6 @@ def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Na
             taken |= words
             kept.append(k)
     return tuple(found[k] for k in sorted(kept))
-
-
-def letters(node: Node) -> str:
-    """Return how a length is named in a figure: its expression if that names parameters and is short, else nothing."""
-    if not leaves([node], "symbol"):
-        return ""
-    found = text(node).removeprefix("-")
-    if found.isidentifier():
-        return found
-    return found if len(found) <= _LONGEST and "(" not in found else ""
 
 
 def _sizes(stage: Stage) -> Iterator[NamedLength]:
@@ -420,19 +409,32 @@ def ways(stage: Stage) -> Iterator[NamedLength]:
         made = placed_joint(stage, name)
         (label,) = coordinate_names(name, joint)
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
-        yield NamedLength(label, label, a, b, coordinate=True)
+        given = start_letter(joint)
+        yield NamedLength(label, label, a, b, coordinate=True, start_label=f"{label} = {given}" if given else "")
 
 
 def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
-    """Yield the angles of hinges and of frames on ground."""
+    """Yield the angles of hinges, of frames that are turned and of slopes, of a body each letter once."""
+    seen: set[tuple[int, str]] = set()
+    for each in (*_hinge_angles(stage, places), *_frame_angles(stage), *slopes(stage)):
+        if each.coordinate or (each.at.body, each.label) not in seen:
+            seen.add((each.at.body, each.label))
+            yield each
+
+
+def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
+    """Yield the angles of hinges, driven ones too, and those at which what moves in the plane starts."""
     own_names = {coordinate.name for coordinate in stage.mechanism.coordinates}
     for name, joint in stage.system.joints.items():
-        if len(joint.free_steps) != 1 or not joint.free_steps[0].step.is_hinge:
+        driven, made, given = given_motion(stage, name), placed_joint(stage, name), start_letter(joint)
+        turning = [*joint.steps] if driven else [each.step for each in joint.free_steps]
+        planar = joint.kind == "planar" and bool(given)
+        if not planar and (len(turning) != 1 or not turning[0].is_hinge):
             continue
-        (label,), made = coordinate_names(name, joint), placed_joint(stage, name)
-        if label not in own_names and stage.mechanism.relative is None:
+        label = driven or coordinate_names(name, joint)[-1]
+        if not driven and label not in own_names and stage.mechanism.relative is None:
             continue
-        axis: Floats = np.array(unit(stage.vector(joint.free_steps[0].step.turns[0])))
+        axis: Floats = np.array(unit(stage.vector(made.turns[0])))
         there = away(stage, stage.body(joint.child), made.child.point, places)
         if there is None:
             continue
@@ -441,11 +443,15 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
         if np.linalg.norm(own) < 1e-9:
             continue
         start, stop = made.parent.turned(unit(own)), made.child.turned(unit(own))
-        at = Anchor(made.parent.body, made.parent.point)
-        yield AngleMark(
-            label, label, at, Anchor(made.parent.body, start), Anchor(made.child.body, stop), made.parent.turned(axis)
-        )
-    # frames of bodies that are turned, named by a letter
+        place = made.child if planar else made.parent
+        at = Anchor(place.body, place.point)
+        ends, about = (Anchor(made.parent.body, start), Anchor(made.child.body, stop)), made.parent.turned(axis)
+        shown = given if planar or not given else f"{label} = {given}"
+        yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown)
+
+
+def _frame_angles(stage: Stage) -> Iterator[AngleMark]:
+    """Yield the angles by which frames of bodies are turned, named by a letter."""
     for name, body in stage.system.bodies.items():
         for word, frame in body.frames.items():
             if len(frame.rotate) != 1 or not letters(frame.rotate[0].angle):

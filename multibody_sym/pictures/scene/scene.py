@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -46,6 +46,7 @@ from multibody_sym.pictures.scene.items import (
     View,
 )
 from multibody_sym.pictures.scene.joints import angles, dimensions, joint_items, stop_items, ways
+from multibody_sym.pictures.scene.letters import Given, asked_names, givens, is_static
 from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
 from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
@@ -57,7 +58,8 @@ class Scene:
     """What there is to see of a system: `plane` says whether all of it moves in one, which the `view` shows.
 
     `size` (m) is how far its declared places reach at the `begin`, the state of its start. `items` stand on bodies,
-    `strands` run between them, `dimensions` and `angles` name lengths and coordinates, `arrows` are forces.
+    `strands` run between them, `dimensions` and `angles` name lengths and coordinates, `arrows` are forces. `asked` are
+    the names in the model's questions, `givens` its parameters; nothing of what is `static` is said to move.
     """
 
     name: str
@@ -73,6 +75,9 @@ class Scene:
     begin: Start
     ropes: tuple[Runs, ...] = ()
     laws: tuple[ArrowLaw, ...] = ()
+    asked: frozenset[str] = frozenset()
+    givens: tuple[Given, ...] = ()
+    static: bool = False
 
     @property
     def up(self) -> tuple[float, float, float]:
@@ -162,7 +167,8 @@ def scene_of(system: System) -> Scene:
         *pulley_items(stage),
         *constraint_items(stage),
         *joint_items(stage),
-        *(_spelt(item, book) for item in (*force_items(stage), *contact_items(stage))),
+        *force_items(stage),
+        *contact_items(stage),
         *stop_items(stage, bodies, found),
         *marker_items(stage),
     )
@@ -171,19 +177,26 @@ def scene_of(system: System) -> Scene:
         plane=plane,
         view=view,
         size=size,
-        items=items,
-        strands=tuple(strands(stage, {name: k for k, name in enumerate(ropes)})),
-        dimensions=(*(replace(x, component=in_letters(x.component, book)) for x in lengths), *ways(stage)),
-        angles=tuple(each if each.coordinate else _spelt(each, book) for each in angles(stage, found)),
+        items=tuple(_lettered(item, book) for item in items),
+        strands=tuple(_lettered(each, book) for each in strands(stage, {name: k for k, name in enumerate(ropes)})),
+        dimensions=(
+            *(replace(x, component=in_letters(x.component, book)) for x in lengths),
+            *(_spelt(x, book) for x in ways(stage)),
+        ),
+        angles=tuple(_spelt(each, book) for each in angles(stage, found)),
         arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
         mechanism=stage.mechanism,
         begin=stage.begin,
         ropes=tuple(ropes.values()),
         laws=tuple(law for _, law in pairs),
+        asked=asked_names(system),
+        givens=givens(stage, book),
+        static=is_static(system),
     )
 
 
-_Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem, Item)
+_Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem)
+_Lettered = TypeVar("_Lettered", Item, Strand)
 _Named = TypeVar("_Named", NamedLength, AngleMark, ArrowItem, Item, Strand)
 
 
@@ -216,8 +229,15 @@ def stripped(scene: Scene, prefixes: Sequence[str]) -> Scene:
 
 
 def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
-    """Return what is named by parameters with the letters that the book has for them."""
-    return replace(each, label=in_letters(each.label, book))
+    """Return what is named by parameters and coordinates with the letters that the book has for them."""
+    words = [word for word in ("label", "angle", "start_label") if hasattr(each, word)]
+    spelt: dict[str, Any] = {word: in_letters(getattr(each, word), book) for word in words}
+    return replace(each, **spelt)
+
+
+def _lettered(each: _Lettered, book: Mapping[str, str]) -> _Lettered:
+    """Return what shows letters of parameters with those that the book has for them."""
+    return replace(each, letters=in_letters(each.letters, book)) if each.letters else each
 
 
 def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:

@@ -1,0 +1,209 @@
+"""The letters of the problem: of masses, stiffnesses, coefficients; what is asked; what is given, with its numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from multibody_sym.model.bodies import mass_of
+from multibody_sym.model.fields import fields_tree
+from multibody_sym.model.forces import Damper, Friction, Motor, SpringDamper
+from multibody_sym.model.joints import Joint, Prismatic
+from multibody_sym.model.parameters import DimensionField
+from multibody_sym.model.settings import Settings
+from multibody_sym.model.system import System
+from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
+from multibody_sym.pictures.scene.stage import Stage
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import ZERO as NOTHING
+from multibody_sym.scalars.node import Node
+from multibody_sym.text.printer import text
+
+_LONGEST: Final = 9
+"""The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
+_IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
+_Z: Final = (0.0, 0.0, 1.0)
+_PIN: Final = re.compile(r"[A-Z][0-9]?'?")
+"""The name of a pin in a book."""
+_TURNED: Final = re.compile(r"(-?)(?:(\w+)\*)?(cos|sin)\((.+)\)")
+"""A component of what is turned by an angle."""
+
+
+def letters(node: Node) -> str:
+    """Return how a length is named in a figure: its expression if that names parameters and is short, else nothing."""
+    if not leaves([node], "symbol"):
+        return ""
+    found = text(node).removeprefix("-")
+    if found.isidentifier():
+        return found
+    return found if len(found) <= _LONGEST and "(" not in found else ""
+
+
+def mass_letter(stage: Stage, name: str) -> str:
+    """Return the letter of a body's mass, nothing for a number."""
+    mass = mass_of(stage.declared(name)).mass
+    return "" if mass.shadow == 0 else letters(mass)
+
+
+def law_letters(element: Any) -> str:
+    """Return the letters of a spring, a damper, friction in a joint or a motor; nothing for numbers."""
+    if isinstance(element, Friction):
+        return coefficients(element.static, element.kinetic)
+    nodes: list[Node] = []
+    if isinstance(element, SpringDamper):
+        nodes = [element.stiffness, element.damping]
+    elif isinstance(element, Damper):
+        nodes = [element.damping]
+    elif isinstance(element, Motor):
+        nodes = [element.voltage]
+    return ", ".join(dict.fromkeys(found for node in nodes if (found := letters(node))))
+
+
+def coefficients(static: Node | str | None, kinetic: Node | None, restitution: Node | None = None) -> str:
+    """Return the letters of coefficients of friction and restitution, mu and e for those that are numbers."""
+    rough = [static, kinetic] if isinstance(static, Node) and static is not kinetic else [kinetic or static]
+    names = ("mu_s", "mu_k") if len(rough) == 2 else ("mu",)
+    entries = [*zip(names, rough, strict=True), ("e", restitution)]
+    return ", ".join(dict.fromkeys(found for name, node in entries if (found := _coefficient(name, node))))
+
+
+def _coefficient(name: str, node: Node | str | None) -> str:
+    if not isinstance(node, Node) or node is NOTHING:
+        return ""
+    return letters(node) if node.shadow is None else f"{name} = {node.shadow:.3g}"
+
+
+def is_titled(element: Any, name: str, kind: str) -> bool:
+    """Return whether a figure in letters names an element: where the model has a label, and a pin such as A."""
+    return bool(getattr(element, "label", None)) or (kind in ("revolute", "spherical") and bool(_PIN.fullmatch(name)))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What is asked and what is given.
+
+
+@dataclass(frozen=True)
+class Given:
+    """A parameter: its `name`, the `letter` of the book, and its number with a unit, empty where it has none."""
+
+    name: str
+    letter: str
+    value: str
+
+
+def asked_names(system: System) -> frozenset[str]:
+    """Return the names that the questions of a model contain: of parameters, coordinates and elements."""
+    return frozenset(_names_in(fields_tree(system).get("ask", {})))
+
+
+def _names_in(tree: Any) -> Iterator[str]:
+    if isinstance(tree, str):
+        yield from _IDENTIFIER.findall(tree)
+    for key, value in tree.items() if isinstance(tree, Mapping) else ():
+        yield key
+        yield from _names_in(value)
+    for value in tree if isinstance(tree, (list, tuple)) else ():
+        yield from _names_in(value)
+
+
+def givens(stage: Stage, book: Mapping[str, str]) -> tuple[Given, ...]:
+    """Return the parameters of a model with their numbers."""
+    found = []
+    for name, parameter in stage.system.parameters.items():
+        number = stage.number(parameter.value, math.nan)
+        unit = "" if parameter.dimension is None else DimensionField().tree(parameter.dimension)
+        shown = f"{math.degrees(number):.4g}°" if unit == "rad" else f"{number:.4g} {_set(unit)}".rstrip()
+        found.append(Given(name, book.get(name, name), shown.replace("-", "−") if math.isfinite(number) else ""))
+    return tuple(found)
+
+
+def _set(unit: str) -> str:
+    return unit.replace("^2", "²").replace("^3", "³").replace("*", "\u2009")
+
+
+def is_static(system: System) -> bool:
+    """Return whether nothing of a model says that it moves: no run is declared and no speed at the start."""
+    speeds = [getattr(getattr(joint, "initial", None), "u", None) or () for joint in system.joints.values()]
+    return system.simulation == Settings() and not any(u is not None and u.shadow != 0 for each in speeds for u in each)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Angles that are no coordinates: of slopes, by the normal of a plane or by gravity, and of forces.
+
+
+class Turned(NamedTuple):
+    """A vector F*cos(a), F*sin(a): the `angle` and the `size` as text, and the axes of the cosine and the sine."""
+
+    angle: str
+    size: str
+    cosine: int
+    sine: int
+
+
+def turned_by(value: Any) -> Turned | None:
+    """Return by which angle a declared vector is turned from an axis, None for another one."""
+    given = [k for k, node in enumerate(value) if node.shadow != 0] if isinstance(value, tuple) else []
+    found = [_TURNED.fullmatch(text(value[k])) for k in given]
+    if len(found) != 2 or found[0] is None or found[1] is None:
+        return None
+    (_, size, first, angle), (_, other_size, second, other_angle) = found[0].groups(), found[1].groups()
+    if size != other_size or angle != other_angle or first == second:
+        return None
+    return Turned(angle, size or "", *(given if first == "cos" else given[::-1]))
+
+
+def slopes(stage: Stage) -> Iterator[AngleMark]:
+    """Yield the angles of planes whose normals, of sliders whose axes and of figures whose gravity have a letter."""
+    for name, body in stage.system.bodies.items():
+        for word, surface in body.surfaces.items():
+            turned = turned_by(surface.normal) if surface.kind == "plane" else None
+            if turned is None or surface.plane is None:
+                continue
+            normal, way = stage.vector(surface.normal), np.zeros(3)
+            way[turned.sine], way[turned.cosine] = normal[turned.cosine], -normal[turned.sine]
+            way = way if way[turned.cosine] > 0.0 else -way  # uphill
+            at = Anchor(stage.number_of(name), stage.vector(surface.plane))
+            yield _slope(f"{name}.{word}", turned.angle, at, turned.sine, way)
+    for name, joint in stage.system.joints.items():
+        turned = turned_by(joint.axis) if isinstance(joint, Prismatic) else None
+        place = stage.place(joint.parent)
+        if turned is not None and isinstance(joint, Prismatic) and np.allclose(place.rotation, np.eye(3)):
+            way = np.array(unit(stage.vector(joint.axis)))
+            way = way if way[turned.sine] > 0.0 else -way
+            yield _slope(name, turned.angle, Anchor(place.body, place.point), turned.cosine, way)
+    gravity, turned = np.array(unit(stage.gravity)), turned_by(stage.system.gravity)
+    if turned is not None:
+        way = np.zeros(3)
+        way[turned.sine] = -np.sign(gravity[turned.sine])  # uphill along the axis of the plane
+        level = way - float(way @ gravity) * gravity
+        ends = Anchor(-1, unit(level)), Anchor(-1, vector(way))
+        yield AngleMark("gravity", turned.angle, Anchor(-1, ZERO), *ends, _Z, coordinate=False)
+
+
+def _slope(name: str, letter: str, at: Anchor, axis: int, way: Floats) -> AngleMark:
+    """Return the angle at a place of a body between an axis and the way uphill, in the axes of the body."""
+    level = vector(np.copysign(1.0, way[axis]) * np.eye(3)[axis])
+    return AngleMark(name, letter, at, Anchor(at.body, level), Anchor(at.body, vector(way)), _Z, coordinate=False)
+
+
+def start_letter(joint: Joint) -> str:
+    """Return the letter at which the last coordinate of a joint starts, nothing where it has none."""
+    initial = getattr(joint, "initial", None)
+    node = initial.q[-1] if initial is not None and initial.q else None
+    if node is None or text(node).startswith("-"):
+        return ""
+    found = letters(node)
+    return found if found.isidentifier() else ""
+
+
+def given_motion(stage: Stage, name: str) -> str:
+    """Return the short expression by which a hinge is driven, nothing where it is free."""
+    motion = getattr(stage.system.joints[name], "motion", None)
+    found = text(motion[0]) if motion is not None and len(motion) == 1 and motion[0] is not None else ""
+    return found if len(found) <= _LONGEST and "^" not in found else ""
