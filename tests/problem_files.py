@@ -9,8 +9,8 @@ import yaml
 
 PROBLEMS = Path(__file__).parent / "problems"
 EXAMPLES = Path(__file__).parents[1] / "examples"
-WITH_DIGITS = ("solve", "check", "equilibrium", "simulate", "modes", "linearize")
-COMMANDS = (*WITH_DIGITS, "derive", "draw")
+WITH_DIGITS = ("solve", "check", "equilibrium", "modes", "linearize")
+COMMANDS = (*WITH_DIGITS, "simulate", "derive", "draw")
 MODEL_KEYS = ("about", "replace", "everywhere", "append", "long")
 ANSWER_KEYS = (
     "value", "rel", "abs", "where", "within", "along", "events", "formula", "equal", "at", "exactly", "holds_for",

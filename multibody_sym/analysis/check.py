@@ -6,7 +6,7 @@ In: a System. Out: a CheckReport with degrees of freedom, redundancy, residuals,
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from math import hypot
 from typing import Any, Final
@@ -62,6 +62,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, slot, symbol
 from multibody_sym.scalars.rank import ROUNDING, SWITCHED, rank
 from multibody_sym.scalars.sign_changes import switching_functions
+from multibody_sym.stages import counted, stage
 from multibody_sym.text.parser import force_name
 
 _OUT_OF_PLANE: Final = ("z", "rx", "ry")
@@ -192,9 +193,12 @@ def _with_dynamics(
     motion = motion_of(resolved, states[0])
     rank = redundancy(motion, formalism(resolved, states[0]))
     compared = {name: f for name, f in FORMALISMS.items() if ROUTES[name].is_compared(resolved)}
-    ratios = compare_formalisms(resolved, states, compared)
-    solved = [forward_dynamics(formalism(resolved, state)) for state in states]
-    residuals = theorems(terms_at_states(resolved, states, solved)) | short_run_misses(resolved, formalism, states[-1])
+    with stage("compare formalisms"):
+        ratios = compare_formalisms(resolved, states, compared)
+    with stage("verify theorems"):
+        solved = [forward_dynamics(formalism(resolved, state)) for state in states]
+        residuals = theorems(terms_at_states(resolved, states, solved))
+        residuals |= short_run_misses(resolved, formalism, states[-1])
     if not all(map(math.isfinite, (*ratios.values(), *residuals.values()))):
         blame_numbers(system)
     masses = (x for body in resolved.bodies for x in (body.mass.mass, *body.mass.inertia))
@@ -203,7 +207,8 @@ def _with_dynamics(
     missed = [f"theorem of {name.replace('_', ' ')}" for name, x in residuals.items() if not x <= NEGLIGIBLE]
     missing = (*beyond_rounding(resolved, ratios), *missed)
     multipliers = dict(zip((row.name for row in resolved.rows), solved[0].multipliers.tolist(), strict=True))
-    kept = {each.name: each.symmetry for each in find_conserved(resolved, begin)}
+    with stage("find what is conserved"):
+        kept = {each.name: each.symmetry for each in find_conserved(resolved, begin)}
     return CheckReport(
         degrees_of_freedom=len(resolved.speeds) - sum(rank.doubles.values()) - rank.rank,
         rank=rank.rank,
@@ -705,11 +710,11 @@ LARGEST_WITH_ROWS: Final = 100.0
 
 
 def compare_formalisms(
-    mechanism: Mechanism, states: Iterable[State], formalisms: Mapping[str, Formalism]
+    mechanism: Mechanism, states: Sequence[State], formalisms: Mapping[str, Formalism]
 ) -> dict[str, float]:
     """Return each formalism's worst ratio over states with floats, measured with d'Alembert's principle."""
     worst = dict.fromkeys(formalisms, 0.0)
-    for state in states:
+    for state in counted(states, "state"):
         reference = dalembert(motion_of(mechanism, state))
         for name, formalism in formalisms.items():
             found = forward_dynamics(formalism(mechanism, state))

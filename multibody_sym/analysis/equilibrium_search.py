@@ -31,6 +31,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.linear_inequalities import linear_program
 from multibody_sym.scalars.rank import ALIKE, FLAT, SLOPES, leading_columns, least_squares, null_space
+from multibody_sym.stages import doing
 
 # --- Newton's method -------------------------------------------------------------------------------------------------
 
@@ -114,6 +115,7 @@ def search_positions(
         guess = images.popleft() if images else next(around)
         q = search.reached(guess, until if falls and not found.guesses else -np.inf)
         found.guesses += 1
+        doing(f"{found.guesses} guesses, {len(found.positions)} positions")
         if q is not None and found.takes(search, q):
             fruitless = 0
             images.extend(search.images(q))

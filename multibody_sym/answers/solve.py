@@ -25,6 +25,7 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, symbol
+from multibody_sym.stages import stage
 from multibody_sym.text.values import Value
 
 
@@ -59,7 +60,8 @@ def solve(
             return found
         from multibody_sym.answers.worked.worked import worked_steps
 
-        return replace(found, steps=worked_steps(solved, found))
+        with stage("steps"):
+            return replace(found, steps=worked_steps(solved, found))
 
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
@@ -101,7 +103,8 @@ def solution_of(solved: SolvedInstant) -> Solution:
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
-    accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
+    with stage("accelerations"):
+        accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
     answers, remarks = dict[str, Value](), list[str]()
     if solved.system.ask:

@@ -5,6 +5,7 @@
     model, runs    the model file of a command; its run, recalled or prepared, written while it goes on
     commands       one file a command
     output         `--json`, text, units and digits of results, exit codes
+    progress       what a command does meanwhile, on a terminal
     terminal       width, headings and colours of what a terminal shows
     error_pages    pages of `explain` and their small models
     version        `--version`

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, Final, TextIO, cast
@@ -96,20 +99,32 @@ def _run(words: Sequence[str]) -> Reply:
     """Return the answer of a command; hints about its model are printed, and stand in its object, if there are any."""
     options = parse_words(words)
     options.hints = tuple
-    with warnings.catch_warnings():
-        warnings.simplefilter("always")
-        warnings.showwarning = cast(Any, partial(_show_notice, options.color))
-        try:
-            answer: Reply = options.run(options)
-        except MultibodyError as error:
-            if error.exit_code == _FAILED:  # what is wrong input has no hints yet
-                for hint in options.hints():
-                    _say(f"hint: {hint}", options.color)
-            raise
-        hints = list(options.hints())
+    try:
+        answer, hints = _watched(options)
+    except MultibodyError as error:
+        if error.exit_code == _FAILED:  # what is wrong input has no hints yet
+            for hint in options.hints():
+                _say(f"hint: {hint}", options.color)
+        raise
     for hint in hints:
         _say(f"hint: {hint}", options.color)
-    return Reply({**answer.json, "hints": first_lines(hints)}, answer.text, answer.exit_code) if hints else answer
+    return replace(answer, json={**answer.json, "hints": first_lines(hints)}) if hints else answer
+
+
+def _watched(options: argparse.Namespace) -> tuple[Reply, list[str]]:
+    """Return the answer of a command and its hints; its stages are shown on a terminal while they last."""
+    with ExitStack() as stack:
+        wipe: Callable[[], object] = tuple
+        if sys.stderr is not None and sys.stderr.isatty():
+            from multibody_sym.cli.progress import progress_on
+
+            wipe = stack.enter_context(progress_on(sys.stderr, options.command)).wipe
+        stack.enter_context(warnings.catch_warnings())
+        warnings.simplefilter("always")
+        warnings.showwarning = cast(Any, partial(_show_notice, wipe, options.color))
+        answer: Reply = options.run(options)
+        hints = list(options.hints())
+    return answer, hints
 
 
 def _colours(words: Sequence[str]) -> str:
@@ -133,10 +148,11 @@ def _error_text(message: str, number: str) -> str:
 
 
 def _show_notice(
-    colours: str, message: Warning | str, category: type[Warning], *_place: Any, **_options: Any
+    wipe: Callable[[], object], colours: str, message: Warning | str, category: type[Warning], *_: Any, **_named: Any
 ) -> None:
     """Print the toolkit's own notices as lines; a command's user can do nothing about other libraries' warnings."""
     if category.__module__.startswith("multibody_sym."):
+        wipe()
         _say(f"note: {message}", colours)
 
 

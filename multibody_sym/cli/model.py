@@ -18,6 +18,7 @@ from multibody_sym.mechanics.spanning_tree import coordinate_names, speed_names
 from multibody_sym.model.run_options import ASSIGNED
 from multibody_sym.model.system import System
 from multibody_sym.scalars.elementary import leaves
+from multibody_sym.stages import stage
 
 
 @contextmanager
@@ -64,7 +65,8 @@ def open_model(options: argparse.Namespace, content: bytes | None = None) -> Ite
 
         return [options.told(hint) for hint in declared_hints(asked)]
 
-    system, places = load_with_places(options.file, content, verify)
+    with stage("read the model"):
+        system, places = load_with_places(options.file, content, verify)
     for table in places.tables:
         for target in (getattr(options, name, None) for name in ("output", "plot")):
             verify_apart(table, target, "a table of the model")

@@ -64,11 +64,11 @@ def terminal_of(stream: TextIO | None, colours: str) -> Terminal:
     at_terminal = stream is not None and stream.isatty()
     known = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
     known = known and (sys.platform != "win32" or "WT_SESSION" in os.environ)
-    width = max(_columns(stream), _LEAST) if stream is not None and at_terminal else None
+    width = max(columns_of(stream), _LEAST) if stream is not None and at_terminal else None
     return Terminal(width, colours == "always" or (colours == "auto" and at_terminal and known))
 
 
-def _columns(stream: TextIO) -> int:
+def columns_of(stream: TextIO) -> int:
     """Return the columns of a terminal: those that COLUMNS says, else its own, 80 where it has none."""
     said = os.environ.get("COLUMNS", "")
     return int(said) if said.isdecimal() else os.get_terminal_size(stream.fileno()).columns or _USUAL

@@ -71,6 +71,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import S
+from multibody_sym.stages import doing, stage
 
 IN_MOMENTA: Final = ("hamilton", "routh")
 """Methods whose equations are in momenta."""
@@ -151,13 +152,17 @@ def derive(
     ready, route = prepare(model, changes), formalism if method is None else method
     if not isinstance(route, str) or route not in IN_MOMENTA:
         limits, chosen = budget_of(budget), _method(method, formalism, ready.mechanism)
-        return shortest(ready, limits, lambda names, given: _equations_of_motion(ready, chosen, names, given))
+        with stage("derive"):
+            doing(f"derive {ready.mechanism.name} by {chosen}")
+            return shortest(ready, limits, lambda names, given: _equations_of_motion(ready, chosen, names, given))
     if formalism is not None and formalism != route:
         raise InputError(_two_routes(method, formalism), number="M120")
     from multibody_sym.derivation.canonical import hamilton, routh, with_first_integrals
 
     make = hamilton if route == "hamilton" else routh
-    canonical = shortest(ready, budget_of(budget), lambda names, given: make(ready, names, given))
+    with stage("derive"):
+        doing(f"derive {ready.mechanism.name} by {route}")
+        canonical = shortest(ready, budget_of(budget), lambda names, given: make(ready, names, given))
     return with_first_integrals(canonical, project=isinstance(model, System) and changes.of(model).simulation.project)
 
 

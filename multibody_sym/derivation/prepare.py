@@ -42,6 +42,7 @@ from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, slot
 from multibody_sym.scalars.numbers import number
+from multibody_sym.stages import doing
 from multibody_sym.text.printer import text
 
 SIDES: Final = "Sides at the start, on which these equations hold"
@@ -235,6 +236,7 @@ def shortest(ready: DerivationInput, limits: Budget, derive: Callable[[Subexpres
             short = derive(names, given)
             if short.operations <= READABLE:
                 return short
+    doing(f"derive {mechanism.name} with named parts, as a person could not read it written out")
     named = Subexpressions(symbols.free_prefix, limits)
     return derive(named, energies(mechanism, symbols, named))
 

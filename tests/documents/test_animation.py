@@ -7,8 +7,6 @@ import json
 import os
 import re
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -172,16 +170,12 @@ def test_ctrl_c_keeps_the_motion_until_then_and_no_part_of_a_film(
     """The signal comes while the run goes on; for a film a second one, while frames are drawn."""
     signals: list[float] = []
 
-    @contextmanager
-    def bar() -> Iterator[Callable[[float], None]]:
-        def show(part: float) -> None:
-            signals.append(part)
-            if len(signals) == 1 or ending == ".gif":
-                os.kill(os.getpid(), signal.SIGINT)
+    def reached(part: float) -> None:
+        signals.append(part)
+        if len(signals) == 1 or ending == ".gif":
+            os.kill(os.getpid(), signal.SIGINT)
 
-        yield show
-
-    monkeypatch.setattr("multibody_sym.documents.runs.progress_bar", bar)
+    monkeypatch.setattr("multibody_sym.cli.commands.animate.reached", reached)
     asked = ["animate", str(EXAMPLES / "pendulum.yaml"), "--t-end", "1e5", "--samples", "2000", "--backend", "python"]
     assert main([*asked, "-o", str(tmp_path / f"m{ending}")]) == 130
     assert [path.name for path in tmp_path.iterdir()] == written

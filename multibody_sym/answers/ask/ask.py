@@ -25,6 +25,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.stages import doing, stage
 from multibody_sym.text.values import Value
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -90,6 +91,7 @@ def _held_until(motion: Simulated) -> str:
 QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion)
 
 
+@stage("answers")
 def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:
     """Return the answers to all questions of a system, and remarks on them.
 
@@ -106,6 +108,7 @@ def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:
     remarks: list[str] = []
     motion, reasons = AskedMotion(solved, answers, _answers_of_system), _Reasons(solved)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
+        doing(f"answer {name}")
         with at("ask", name):
             named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols, lettered)
             if named is None:

@@ -20,6 +20,7 @@ from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO
+from multibody_sym.stages import stage
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
 from multibody_sym.text.values import Value
@@ -66,6 +67,7 @@ _NOTHING: Final = 1e-12
 """The part of the largest force of corners up to which their sum is what rounding leaves of it."""
 
 
+@stage("reactions")
 def reactions_of(solved: SolvedInstant) -> dict[str, Components]:
     """Return the reactions of joints, cut ones too, the multipliers of constraints, and forces of one-way elements."""
     found: dict[str, Components] = {}

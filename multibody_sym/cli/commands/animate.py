@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.cli.options import add_run_options, run_options
 from multibody_sym.cli.output import INTERRUPTED, Reply, add_units, asked_units, verify_apart
+from multibody_sym.stages import reached, stage
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
 _OWN: Final = {
@@ -32,19 +33,17 @@ def run(options: argparse.Namespace) -> Reply:
     """Simulate, and write the motion."""
     from multibody_sym.cli.model import model
     from multibody_sym.documents.animation.animate import animate, animation_name
-    from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.simulate import simulate
 
     place = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".html"
     animation_name(place)
     verify_apart(options.file, place)
     with model(options) as system:
-        with progress_bar() as show:
-            done = simulate(system, **run_options(options), on_progress=lambda _new, part: show(part))
-        with progress_bar() as show:
+        done = simulate(system, **run_options(options), on_progress=lambda _new, part: reached(part))
+        with stage("draw frames"):
             found = animate(
                 done, place, trace=options.trace, view=options.view, show=options.show,
-                units=asked_units(options), speed=options.speed or 1.0, on_progress=show,
+                units=asked_units(options), speed=options.speed or 1.0, on_progress=reached,
             )  # fmt: skip
     count, ended = len(found.frames.times), ", where the run was interrupted" if done.interrupted else ""
     text = f"{done.ready.mechanism.name}: {count} frames to t = {done.t_final:g} s{ended}\nwrote {place}"

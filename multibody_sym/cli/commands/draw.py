@@ -8,6 +8,7 @@ from typing import Final
 
 from multibody_sym.cli.options import model_options
 from multibody_sym.cli.output import Reply, verify_apart
+from multibody_sym.stages import reached
 
 HELP: Final = "draw the mechanism, at its start or at a time, as a book would print it"
 ALIASES: Final = ("show",)
@@ -40,13 +41,12 @@ def run(options: argparse.Namespace) -> Reply:
     """Draw and write the figure."""
     from multibody_sym.cli.model import model
     from multibody_sym.documents.draw import draw
-    from multibody_sym.documents.runs import progress_bar
     from multibody_sym.pictures.draw import ending_of
 
     target = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".svg"
     ending_of(target)
     verify_apart(options.file, target)
-    with model(options) as system, progress_bar() as progress:
+    with model(options) as system:
         figure = draw(
             system,
             at=options.at,
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> Reply:
             redundant=options.redundant,
             mark=options.mark,
             strip=options.strip,
-            on_progress=progress,
+            on_progress=reached,
             **model_options(options),
         )
     figure.write(target)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from multibody_sym.cli.options import add_run_options
 from multibody_sym.cli.output import INTERRUPTED, Reply, add_digits, add_units, asked_units, verify_apart
 from multibody_sym.errors import InputError, OutputError, Where
-from multibody_sym.stages import time_stages
+from multibody_sym.stages import reached, stage, time_stages
 
 if TYPE_CHECKING:
     from multibody_sym.cli.runs import Recording
@@ -56,7 +56,8 @@ def run(options: argparse.Namespace) -> Reply:
     if table is not None:
         table.finish(done)
     if figure is not None:
-        done.plot(figure, units, show=options.show, x=options.x or "t")
+        with stage("plot"):
+            done.plot(figure, units, show=options.show, x=options.x or "t")
     from multibody_sym.documents.runs import run_summary
 
     lines = [run_summary(done, units)]
@@ -82,15 +83,13 @@ def run(options: argparse.Namespace) -> Reply:
 def _simulate(options: argparse.Namespace, table: Recording | None) -> Trajectory:
     """Return the run, which shows its progress and fills the table."""
     from multibody_sym.cli.runs import asked_run
-    from multibody_sym.documents.runs import progress_bar
 
     with ExitStack() as stack:
         run = stack.enter_context(asked_run(options))
-        show = stack.enter_context(progress_bar())
         keep = None if table is None else stack.enter_context(table.recorded())
 
         def progress(new: Samples, part: float) -> None:
-            show(part)
+            reached(part)
             if keep is not None:
                 keep(new)
 

@@ -12,6 +12,7 @@ from multibody_sym.cli.commands.simulate import figure_name
 from multibody_sym.cli.options import UsageError, add_run_options, run_options
 from multibody_sym.cli.output import Reply, asked_units, verify_apart
 from multibody_sym.errors import OutputError, RunError, Where
+from multibody_sym.stages import reached
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -72,7 +73,6 @@ def run(options: argparse.Namespace) -> Reply:
 
 def _swept(options: argparse.Namespace) -> Study:
     from multibody_sym.cli.model import model
-    from multibody_sym.documents.runs import progress_bar
     from multibody_sym.motion.sweep.study import sweep
 
     listed = None if options.rows is None else _rows_in(options.rows)
@@ -80,7 +80,6 @@ def _swept(options: argparse.Namespace) -> Study:
     with ExitStack() as stack:
         system = stack.enter_context(model(options))
         executor = stack.enter_context(_cluster(options.scheduler))
-        show = stack.enter_context(progress_bar())
         return sweep(
             system,
             asked,
@@ -88,7 +87,7 @@ def _swept(options: argparse.Namespace) -> Study:
             **{name: getattr(options, name) for name in (*_OWN, "sobol", "output")},
             executor=executor,
             **run_options(options),
-            on_progress=lambda done, total: show(done / total),
+            on_progress=lambda done, total: reached(done / total),
         )
 
 
