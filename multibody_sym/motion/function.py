@@ -431,7 +431,7 @@ class Function:
         except IndexError:  # the first call, or one beside another in a thread
             door = Door.of(cast(NativeFunction, self._function), self._question.parameters)
         arrays = door.arrays
-        arrays["t"][0], arrays["q"][:], arrays[self._array][:] = t, q, u
+        arrays["t"][0], arrays["q"][:], arrays[self._third_array][:] = t, q, u
         if udot is not None:
             arrays["udot"][:] = udot
         door.run(door.given, door.results)
@@ -573,7 +573,7 @@ class Function:
         return "p" if self._question.takes_momenta else "u"
 
     @cached_property
-    def _array(self) -> str:
+    def _third_array(self) -> str:
         """The array of the Program that this argument is."""
         return self._program.inputs[2].name
 

@@ -62,6 +62,9 @@ _LONGEST: Final = 400
 """Operations after which a new C function begins: compilers take more than twice the time for twice the length."""
 _LONGEST_WITH_LOOPS: Final = 16 * _LONGEST
 """The same where loops fill arrays, which pieces would hand on element by element, and in what loops inline."""
+_LONG: Final = 20_000
+"""Operations in the text of a function from which on its pieces are short, though it has loops: derivatives of Talos
+compile in 26 s in place of 56."""
 _GATHERED: Final = 64
 """Elements from which on an array of values that stand in others is filled by a loop."""
 _STRIDES: Final = 16
@@ -167,7 +170,8 @@ class Printer:
         self.masked: dict[str, tuple[list[tuple[tuple[int, ...], ...]], int]] = {}
         self.pieces: list[_Piece] = []
         loops = function.inlined or any(isinstance(x, Scan) for x in program.statements)
-        self.longest = _LONGEST_WITH_LOOPS if loops else _LONGEST
+        size = sum(len(x.nodes) for x in program.statements if isinstance(x, Assign))
+        self.longest = _LONGEST_WITH_LOOPS if loops and size < _LONG else _LONGEST
         self._cut()
 
     def text(self, write: Callable[[Printer, Statement], None]) -> str:

@@ -281,11 +281,12 @@ class _Tree:
     ) -> list[tuple[Node, ...]]:
         """Return the rows of T M^-1 at these places for some rows of right sides."""
         along = [axes for axes in self.along if axes.speeds[0] in places]
-        factors = [factor for k in places for _, factor in self._factors.below[k]]
+        below = self._below(places, right)
+        factors = [factor for row in below for _, factor in row]
         factors += [self._inverse_pivots[k] for k in places]
         factors += [x for axes in along for row in axes.directions for x in row]
         live = [k for k, row in right.items() if any(x is not ZERO for x in row)]
-        kernel = self._kernel(places, live, len(factors), along)
+        kernel = self._kernel(places, [[i for i, _ in row] for row in below], live, len(factors), along)
         width, begin = len(right[live[0]]), Progression((0,))
         reads = [Window(0, begin), *(Window(1, Progression((k * width,), 1)) for k in range(len(live)))]
         writes = [Window(2, Progression((k * width,), 1)) for k in range(len(places))]
@@ -294,14 +295,34 @@ class _Tree:
         (found,) = trace.scan(given, [len(places) * width], [], [loop])
         return [found[k * width : (k + 1) * width] for k in range(len(places))]
 
+    def _below(self, places: tuple[int, ...], branch: Collection[int]) -> list[list[tuple[int, Node]]]:
+        """Return the factors of each place by those that it takes part of, for forces on one branch.
+
+        Speeds beyond the branch follow from those of the branch that carry them alone: nothing else moves them.
+        """
+        found: dict[int, list[tuple[int, Node]]] = {}
+        for k in places:
+            row = {i: as_node(x) for i, x in self._factors.below[k]}
+            for m in [i for i in row if i not in branch and k not in branch]:
+                factor = row.pop(m)
+                for i, x in found[m]:
+                    row[i] = row.get(i, ZERO) - factor * x
+            found[k] = list(row.items())
+        return [found[k] for k in places]
+
     def _kernel(
-        self, places: tuple[int, ...], live: Sequence[int], size: int, along: Sequence[BodyAxes]
+        self,
+        places: tuple[int, ...],
+        carrying: Sequence[Sequence[int]],
+        live: Sequence[int],
+        size: int,
+        along: Sequence[BodyAxes],
     ) -> Program:
-        """Return (factors, of each live row its force) -> acceleration of each place."""
+        """Return (factors, of each live row its force) -> acceleration of each place, `carrying` those of each."""
         trace = Trace("accelerations", [Array("factors", (size,)), *(Array(_letters("force", k)) for k in live)])
         rest = iter(trace["factors"])
         index = {k: place for place, k in enumerate(places)}
-        below = tuple(tuple((index[i], next(rest)) for i, _ in self._factors.below[k]) for k in places)
+        below = tuple(tuple((index[i], next(rest)) for i in row) for row in carrying)
         inverse = [next(rest) for _ in places]
         factors = Factors(below, tuple(inverse))
         right = [trace[_letters("force", k)][0] if k in live else ZERO for k in places]

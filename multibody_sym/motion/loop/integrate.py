@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from functools import cached_property
 from time import perf_counter
-from typing import Final, Generic, Self, TypeVar
+from typing import Any, Final, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -217,16 +217,22 @@ class Leg:
 
     def come(self, end: int, until: float, steps: int) -> Self:
         """Return it as far as it has come, by the steps of its loop."""
-        return replace(self, end=end, until=until, steps=steps - self.before)
+        return self.changed(end=end, until=until, steps=steps - self.before)
 
     def entered(self, of: Problem, at: Progress, first: int) -> Self:
         """Return it as it begins where a run has come to, in a problem, with the sample number `first`."""
-        return replace(self, of=of, first=first, end=at.written, until=at.time, steps=0, since=None, before=0)
+        return self.changed(of=of, first=first, end=at.written, until=at.time, steps=0, since=None, before=0)
 
     def passed_into(self, since: Passage) -> Self:
         """Return it as it begins where the loop has passed into its mode once more."""
         first, time, before = since.written, since.time, since.steps
-        return replace(self, first=first, end=first, until=time, steps=0, since=since, before=before)
+        return self.changed(first=first, end=first, until=time, steps=0, since=since, before=before)
+
+    def changed(self, **values: Any) -> Self:
+        """Return it with other values of fields: `replace`, once a sample of an input, in a third of its time."""
+        other, own = object.__new__(type(self)), vars(self)
+        vars(other).update({name: own[name] for name in self.__dataclass_fields__}, **values)
+        return other
 
 
 LegT = TypeVar("LegT", bound=Leg)
@@ -310,7 +316,7 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
             if index != END:  # each part of a run may take so many steps
                 problem = replace(problem, max_steps=max(legs[-1].of.max_steps - legs[-1].before - legs[-1].steps, 1))
             first = _first_sample(legs[-1], latest, index)
-            legs[-1] = replace(legs[-1], end=first, until=following.start)  # before its last step ended, or behind it
+            legs[-1] = legs[-1].changed(end=first, until=following.start)  # before its last step ended, or behind it
             legs.append(following.entered(problem, latest, first))
             log("leg %d from t = %g s", len(legs), problem.start)
             run = _no_time if problem.is_over(problem.start) else loop_for(problem)
@@ -443,9 +449,6 @@ def _is_singular(progress: Progress, problem: Problem) -> bool:
 def _join_progress(done: Progress, latest: Progress, problem: Problem) -> Progress:
     """Return the progress of a run with a part that was done before."""
     events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < problem.switches)
-    return replace(
-        latest,
-        statistics=done.statistics.joined(latest.statistics),
-        events=(*done.events, *events),
-        singular=(*done.singular, *latest.singular),
-    )
+    statistics, singular = done.statistics.joined(latest.statistics), (*done.singular, *latest.singular)
+    whole = (*done.events, *events)
+    return Progress(latest.written, latest.time, latest.x, statistics, latest.failure, whole, singular)

@@ -262,11 +262,11 @@ class Problem:
         """The number of samples of the run until its end."""
         if self.is_last:
             return self.sample_count
-        return int(np.searchsorted(self._times, self.t_end + 8.0 * EPSILON * abs(self.t_end), side="right"))
+        return int(self._times.searchsorted(self.t_end + 8.0 * EPSILON * abs(self.t_end), side="right"))
 
     def samples_before(self, time: float) -> int:
         """Return the number of samples of the run that are earlier than a time, by more than round-off."""
-        return int(np.searchsorted(self._times, time - 8.0 * EPSILON * abs(time)))
+        return int(self._times.searchsorted(time - 8.0 * EPSILON * abs(time)))
 
     @property
     def in_parts(self) -> Problem:
@@ -278,7 +278,8 @@ class Problem:
 
     def part(self, until: float, parameters: Floats, begun: Begun | None, x: Floats) -> Problem:
         """Return the part of the run, from a state x (nq + nu,) on until a time, by other parameters."""
-        part = self.in_parts.with_numbers(parameters, *np.split(x, [len(self.q0)]))
+        nq = len(self.q0)
+        part = self.in_parts.with_numbers(parameters, x[:nq], x[nq:])
         vars(part).update(t0=self.t0 if begun is None else begun.time, t_end=until, begun=begun)
         return part
 
@@ -471,16 +472,23 @@ class Statistics:
         if not self.steps:
             return later
         steps = self.steps + later.steps
-        counts = ("steps", "rejected", "evaluations", "jacobians", "factorisations")
-        largest = ("drift_position", "drift_velocity", "removed_position", "removed_velocity", "quaternion_deviation")
         worse = self if self.conditioning <= later.conditioning else later
-        return Statistics(
-            **{name: getattr(self, name) + getattr(later, name) for name in counts},
-            **{name: max(getattr(self, name), getattr(later, name)) for name in (*largest, "greatest_rank")},
-            mean_step=(self.mean_step * self.steps + later.mean_step * later.steps) / steps,
-            least_rank=min(self.least_rank, later.least_rank),
-            conditioning=worse.conditioning,
-            conditioning_time=worse.conditioning_time,
+        return Statistics(  # in their order: with names it takes twice as long, once a sample of an input
+            steps,
+            self.rejected + later.rejected,
+            self.evaluations + later.evaluations,
+            self.jacobians + later.jacobians,
+            self.factorisations + later.factorisations,
+            (self.mean_step * self.steps + later.mean_step * later.steps) / steps,
+            max(self.drift_position, later.drift_position),
+            max(self.drift_velocity, later.drift_velocity),
+            max(self.removed_position, later.removed_position),
+            max(self.removed_velocity, later.removed_velocity),
+            max(self.quaternion_deviation, later.quaternion_deviation),
+            min(self.least_rank, later.least_rank),
+            max(self.greatest_rank, later.greatest_rank),
+            worse.conditioning,
+            worse.conditioning_time,
         )
 
 
