@@ -342,7 +342,7 @@ def _results(system: mbs.System) -> list[Call]:
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
-    figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report")
+    figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report_findings")
     return [
         *made,
         Call("figure.write", figure.write, {"path": "figure.svg"}),
@@ -354,7 +354,7 @@ def _results(system: mbs.System) -> list[Call]:
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
         Call("animate", mbs.animate, {"run": run, "path": None, "trace": None, "view": None, "speed": 1.0}, slow=True),
-        Call("report", report, {"system": system, "path": None, "units": None}, slow=True),
+        Call("report", report, {"system": system, "path": None, "units": None, "digits": 4, "numbers": 1}, slow=True),
         Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),
         Call("study[name]", study.__getitem__, {"name": "theta end"}),
         Call("study.plot", study.plot, {"path": None, "show": None}, slow=True),

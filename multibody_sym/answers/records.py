@@ -21,10 +21,11 @@ Words = tuple[Any, ...]
 
 
 class Quantity(NamedTuple):
-    """A number in an SI unit; empty for a pure number."""
+    """A number in an SI unit, empty for a pure number, off by at most `error`."""
 
     number: float
     unit: str
+    error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Formula:
-    """A line of mathematics: `sides` (sympy) joined by `relation`; `before` are words before it.
+    """A line of mathematics: `sides` (sympy) joined by `relation`; `before` and `after` are words around it.
 
     `tag` is the number by which other lines name it. `value` is what it comes to. Where it is
     `assumed`, its first side has this value under an assumption that is rejected.
@@ -48,6 +49,7 @@ class Formula:
     before: Words = ()
     value: Quantity | None = None
     assumed: bool = False
+    after: Words = ()
 
 
 Line = Sentence | Formula

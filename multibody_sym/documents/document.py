@@ -13,13 +13,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from html import escape
+from itertools import groupby
 from textwrap import wrap
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, NamedTuple
 
 import sympy
 
 from multibody_sym.answers.records import Formula, Quantity, Sentence, Words, Worked
-from multibody_sym.derivation.notation import Equation, Notation, escaped
+from multibody_sym.derivation.notation import Equation, Label, Notation, escaped
 from multibody_sym.documents.formulas import (
     PIECE,
     ROOM,
@@ -27,6 +28,7 @@ from multibody_sym.documents.formulas import (
     equation_elements,
     equation_lines,
     fill_lines,
+    fitted,
     html_document,
     latex_document,
     latex_in_mathml,
@@ -40,6 +42,12 @@ from multibody_sym.text.values import SI, Units, number_within
 _TEXT_WIDTH: Final = 110
 _EQUATION_WIDTH: Final = 100
 _DEGREES: Final = 180 / math.pi
+_WRITTEN: Final = {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}
+_ALIGNED: Final = "\0"
+"""Stands where equations are aligned; an ampersand may be one of a name."""
+_MINUS: Final = "\u2212"
+_POWER: Final = re.compile(r"\^\(?(-?[0-9/]+)\)?")
+"""The exponent in the text of a unit."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,13 @@ class PlainLines:
     """Lines of plain text."""
 
     lines: tuple[str, ...]
+
+
+class Told(NamedTuple):
+    """A number in digits with its unit, as it is to stand."""
+
+    digits: str
+    unit: str
 
 
 Block = Any
@@ -134,14 +149,16 @@ class Writer(ABC):
         """Return a text, a quantity or an expression that stands in a sentence."""
         if isinstance(word, str):
             return self.plain(word)
+        if isinstance(word, Told):
+            return self.number(*word)
         return self.quantity(word) if isinstance(word, Quantity) else self.inline(word)
 
     def quantity(self, quantity: Quantity) -> str:
         """Return a number with its unit; angles are in degrees where no unit was chosen."""
-        number, unit = quantity
+        number, unit, error = quantity
         if unit == "rad" and self.units.of(unit) == unit:
-            return self.number(number_within(number * _DEGREES, most=self.units.digits), "deg")
-        digits, _, chosen = self.units.said(number, unit).partition(" ")
+            return self.number(number_within(number * _DEGREES, error * _DEGREES, self.units.digits), "deg")
+        digits, _, chosen = self.units.said(number, unit, error=error).partition(" ")
         return self.number(digits, chosen)
 
     def terms(self, line: Formula) -> list[str]:
@@ -151,7 +168,8 @@ class Writer(ABC):
             first, *rest = self.pieces(side)
             terms += [f"{self.signs[line.relation]} {first}" if k else first, *rest]
         if line.value is not None:
-            terms.append(f"= {self.quantity(line.value)}")
+            sign = self.signs[line.relation] if len(line.sides) == 1 else self.signs["="]
+            terms.append(f"{sign} {self.quantity(line.value)}")
         return terms
 
     @abstractmethod
@@ -219,6 +237,7 @@ class TextWriter(Writer):
         pieces = [(float(len(term)), term) for term in self.terms(line)]
         first, *others = fill_lines(pieces, _TEXT_WIDTH - len(head), gap=1.0)
         lines = [head + first, *(f"    {other}" for other in others)]
+        lines[-1] += self.words(line.after)
         return _indent(part for each in lines for part in _wrap_line(each))
 
     def equations(self, rows: Sequence[Equation]) -> str:
@@ -265,9 +284,10 @@ def _wrap_line(line: str) -> list[str]:
 
 @dataclass(frozen=True)
 class LatexWriter(Writer):
-    r"""LaTeX that needs amsmath and `\fit`; `command` sets the title of a section."""
+    r"""LaTeX that needs amsmath; `command` sets the title of a section, `prefix` begins the labels of equations."""
 
     command: str = r"\subsection{%s}"
+    prefix: str = ""
     signs: ClassVar = {"=": "=", ">=": r"\ge", "<=": r"\le", ">": ">", "<": "<"}
 
     def document(self, document: Document) -> str:
@@ -288,21 +308,54 @@ class LatexWriter(Writer):
     def sentence(self, words: Words) -> str:
         return self.words(words) + r"\par"
 
+    def section(self, section: Section) -> str:
+        """Return a title and the blocks below it; formulas that follow each other stand in one environment."""
+        head = self.heading(section.title) if section.title else ""
+        parts = [head]
+        for alike, blocks in groupby(section.blocks, key=lambda block: isinstance(block, Formula)):
+            if not alike:
+                parts += map(self.block, blocks)
+                continue
+            parts[-1] = parts[-1].removesuffix(r"\par")  # a display after a paragraph has an empty line above it
+            parts.append(self.formulas(list(blocks)))
+        return "\n".join(part for part in parts if part)
+
     def formula(self, line: Formula) -> str:
+        return self.formulas([line])
+
+    def formulas(self, lines: Sequence[Formula]) -> str:
+        """Return chains of formulas below each other."""
+        return self._aligned([row for line in lines for row in self._rows(line)])
+
+    def _rows(self, line: Formula) -> list[str]:
+        """Return a chain of formulas in rows of an environment, with its number and, in a fragment, its label."""
         head = rf"\text{{{self.words(line.before)}: }}" if line.before else ""
-        tag = "" if line.tag is None else rf" \tag{{{line.tag}}}"
         first, *others = self.terms(line)
+        if line.after:
+            others.append(rf"\text{{{self.words(line.after)}}}")
         widths = [latex_width(first) + latex_width(head), *map(latex_width, others)]
         first, *others = fill_lines(zip(widths, [first, *others], strict=True), ROOM)
-        body = " \\\\\n".join([rf"& \fit{{{head}{first}}}", *(rf"& \quad \fit{{{other}}}" for other in others)])
-        return f"\\begin{{align*}}\n{body}{tag}\n\\end{{align*}}"
+        rows = [f"& {fitted(head + first)}", *(rf"& \quad {fitted(other)}" for other in others)]
+        if line.tag is not None:
+            label = rf"\label{{{self.prefix}:{line.tag}}}" if self.prefix else ""
+            rows[-1] += rf" \tag{{{line.tag}}}{label}"
+        return rows
+
+    def _aligned(self, rows: Sequence[str]) -> str:
+        return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
     def equations(self, rows: Sequence[Equation]) -> str:
+        """Return equations aligned at their signs where both sides find room, else at their beginnings."""
+        whole = [equation_lines(self.notation, row.left, row.right, _ALIGNED) for row in rows]
+        sides = [line.partition(_ALIGNED) for line, *_ in whole]
+        left = max(latex_width(side) for side, _, _ in sides)
+        right = max(map(latex_width, [*(side for _, _, side in sides), *(x for _, *more in whole for x in more)]))
+        aligned = left + right <= ROOM and all(side for side, _, _ in sides)
         written = []
-        for row in rows:
-            first, *others = equation_lines(self.notation, row.left, row.right, "&")
-            written += [f"  {first}", *(rf"  & \quad {other}" for other in others)]
-        return "\\begin{align*}\n" + " \\\\\n".join(written) + "\n\\end{align*}"
+        for (before, _, after), (_, *others) in zip(sides, whole, strict=True):
+            first = f"{before}&{after}" if aligned else f"& {fitted(before + after)}"
+            written += [first, *(rf"& \quad {fitted(other)}" for other in others)]
+        return self._aligned(written)
 
     def note(self, lines: Sequence[str]) -> str:
         return r" \\ ".join(map(escaped, lines))
@@ -329,8 +382,7 @@ class HtmlWriter(Writer):
 
     level: int = 2
     signs: ClassVar = {
-        sign: f"<mo>{entity}</mo>"
-        for sign, entity in {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}.items()
+        sign: f'<mo lspace="0">{entity}</mo>' for sign, entity in _WRITTEN.items()
     }
 
     @cached_property
@@ -357,9 +409,10 @@ class HtmlWriter(Writer):
     def formula(self, line: Formula) -> str:
         tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
         terms = [*map(math_element, self.terms(replace(line, value=None)))]
-        terms += [] if line.value is None else [f"= {self.quantity(line.value)}"]
+        sign = _WRITTEN[line.relation] if len(line.sides) == 1 else "="
+        terms += [] if line.value is None else [f"{sign}&nbsp;{self.quantity(line.value)}"]
         before = f"{self.words(line.before)}: " if line.before else ""
-        return f'<p class="formula">{tag}{before}{" ".join(terms)}</p>'
+        return f'<p class="formula">{tag}{before}{" ".join(terms)}{self.words(line.after)}</p>'
 
     def equations(self, rows: Sequence[Equation]) -> str:
         written = (equation_elements(self._script, row.left, row.right) for row in rows)
@@ -369,16 +422,24 @@ class HtmlWriter(Writer):
         return "\n".join(f"<p>{escape(line)}</p>" for line in lines)
 
     def pieces(self, expression: Any) -> list[str]:
+        if isinstance(expression, Label):
+            return [latex_in_mathml(expression.latex)]
         return self._script.pieces(expression, PIECE)
 
     def plain(self, words: str) -> str:
         return escape(words)
 
     def inline(self, expression: Any) -> str:
+        if isinstance(expression, Label):
+            return math_element(latex_in_mathml(expression.latex))
         return math_element(self._script.shown(expression))
 
     def number(self, digits: str, unit: str) -> str:
-        return f"{digits}&nbsp;{escape(unit)}" if unit else digits
+        mantissa, e, exponent = digits.partition("e")
+        power = f"&#xB7;10<sup>{int(exponent)}</sup>" if e else ""
+        written = f"{mantissa}{power}".replace("-", _MINUS)
+        upright = _POWER.sub(r"<sup>\1</sup>", escape(unit)).replace("*", "&#x2009;")
+        return f"{written}&nbsp;{upright}" if unit else written
 
 
 _WRITERS: Final[Mapping[str, type[Writer]]] = {"text": TextWriter, "latex": LatexWriter, "html": HtmlWriter}

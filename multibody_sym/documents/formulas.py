@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 from html import escape
 from typing import Any, ClassVar, Final
+from xml.etree import ElementTree
 
 import sympy
 
@@ -18,7 +19,7 @@ ROOM: Final = 420.0
 """Points of a line that are filled: 13/15 of the text of an A4 page with margins of 2 cm, as widths are estimates."""
 _INDENT: Final = 20.0
 _SIGN: Final = 12.5
-_HERE: Final = "\0"
+_HERE: Final = "\1"
 _WIDEST_MATRIX: Final = 1.1 * ROOM
 
 
@@ -33,6 +34,21 @@ def fill_lines(pieces: Iterable[tuple[float, str]], room: float, gap: float = 0.
         lines[-1].append(piece)
         size += width + gap
     return [" ".join(line) for line in lines]
+
+
+_WIDEST: Final = 440.0
+"""Points of a line that is not set in smaller letters."""
+_SIZES: Final = ((0.85, r"\footnotesize"), (0.73, r"\scriptsize"), (0.0, r"\tiny"))
+"""Sizes of letters for lines that are wider, each down to a part of their width."""
+
+
+def fitted(latex: str) -> str:
+    """Return a line of mathematics, one that no break makes narrow enough in smaller letters."""
+    width = latex_width(latex)
+    if width <= _WIDEST:
+        return latex
+    size = next(name for part, name in _SIZES if part * width <= _WIDEST or not part)
+    return rf"\mbox{{{size}$\displaystyle {latex}$}}"
 
 
 def equation_lines(notation: Notation, left: Any, right: Any, align: str = "") -> list[str]:
@@ -77,10 +93,11 @@ def shown_places(matrix: Any) -> list[tuple[int, int]]:
 
 SPACE: Final = '<mspace width="0.17em"/>'
 DOTS: Final = {"dot": "&#x2D9;", "ddot": "&#xA8;"}
-ABOVE: Final = 'style="math-depth:0;padding-bottom:0.1em"'
-"""How dots are set: in full size, with a gap to their letter."""
+ABOVE: Final = 'style="math-depth:0;padding-bottom:0.1em;font-weight:bold"'
+"""How dots are set: in full size, bold, with a gap to their letter."""
 _TOKEN: Final = re.compile(r"\\[A-Za-z]+ ?|\\.|[0-9.]+|.", re.DOTALL)
 _SIGNS: Final = {"partial": "&#x2202;", "varphi": "&#x3C6;", "infty": "&#x221E;"}
+_BETWEEN: Final = {"cdot": "&#xB7;", "le": "&#x2264;", "ge": "&#x2265;", "neq": "&#x2260;", "pm": "&#xB1;"}
 _OPERATORS: Final = {"-": "&#x2212;", "'": "&#x2032;"}
 _SPACES: Final = (r"\,", r"\ ", r"\;")
 _WRITTEN: Final = {"textbackslash": "\\", "textasciicircum": "^", "textasciitilde": "~"}
@@ -140,6 +157,8 @@ class _Reader:
             return f"<mi>{GREEK[name]}</mi>"
         if name in _SIGNS:
             return f"<mi>{_SIGNS[name]}</mi>"
+        if name in _BETWEEN:
+            return f"<mo>{_BETWEEN[name]}</mo>"
         if name in DOTS:
             # No accent: Chromium sets accents upon the letter, where nobody sees dots.
             return f'<mover>{_row(self._group())}<mo {ABOVE}>{DOTS[name]}</mo></mover>'
@@ -178,6 +197,11 @@ def _row(elements: list[str]) -> str:
 _SHOWN: Final = re.compile("<[^>]*>|(?<=&)[^;]*;")
 PIECE: Final = 70.0
 """Letters and signs in a piece of a formula past which it is taken apart, so that a narrow window breaks it."""
+_OPENING: Final = '<mo form="prefix" lspace="0" rspace="0">(</mo>'
+_CLOSING: Final = '<mo form="postfix" lspace="0" rspace="0">)</mo>'
+_OPENING_AS_IT_IS, _CLOSING_AS_IT_IS = (x.replace("<mo", '<mo stretchy="false"') for x in (_OPENING, _CLOSING))
+"""Parentheses around what is no higher than a line: stretched ones are set with space around them."""
+_TALL: Final = ("<mfrac", "<msqrt", "<mtable", "<mover")
 _ACCENTS: Final = ("dot", "ddot")
 _COMPARISONS: Final = {
     sympy.StrictLessThan: "&lt;", sympy.LessThan: "&#x2264;", sympy.StrictGreaterThan: "&gt;",
@@ -193,13 +217,13 @@ class MathmlScript(Script):
     minus: ClassVar[str] = '<mo form="infix">&#x2212;</mo>'
     opposite: ClassVar[str] = "<mo>&#x2212;</mo>"
     times: ClassVar[str] = SPACE
-    opening: ClassVar[str] = "<mo>(</mo>"
+    opening: ClassVar[str] = _OPENING
 
     def width(self, written: str) -> float:
         return float(len(_SHOWN.sub("", written)))
 
     def closing(self, exponent: Any) -> str:
-        return "<mo>)</mo>" if exponent == 1 else f"<msup><mo>)</mo><mn>{exponent}</mn></msup>"
+        return _CLOSING if exponent == 1 else f"<msup>{_CLOSING}<mn>{exponent}</mn></msup>"
 
     def number(self, digits: str) -> str:
         return f"<mn>{escape(digits)}</mn>"
@@ -250,7 +274,9 @@ class MathmlScript(Script):
         return f"<mtext>where&#xA0;</mtext>{self.piece(condition).text}"
 
     def brackets(self, text: str) -> str:
-        return f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
+        tall = any(element in text for element in _TALL)
+        opening, closing = (_OPENING, _CLOSING) if tall else (_OPENING_AS_IT_IS, _CLOSING_AS_IT_IS)
+        return f"<mrow>{opening}{text}{closing}</mrow>"
 
     def matrix(self, rows: list[list[str]]) -> str:
         lines = "".join(f"<mtr>{''.join(f'<mtd>{x}</mtd>' for x in row)}</mtr>" for row in rows)
@@ -258,8 +284,27 @@ class MathmlScript(Script):
 
 
 def math_element(content: str) -> str:
-    """Return a `<math>` element, its fractions as large as in a line of their own."""
-    return f'<math displaystyle="true">{content}</math>'
+    """Return a `<math>` element, its fractions as large as in a line of their own; one that paper is too narrow for
+    says to which part it is set there (`--part`)."""
+    letters = len(_SHOWN.sub("", content))
+    wide = _letters_across(content) if letters > _PAPER else 0
+    part = f' class="wide" style="--part:{_PAPER / wide:.2f}"' if wide > _PAPER else ""
+    return f'<math displaystyle="true"{part}>{content}</math>'
+
+
+_PAPER: Final = 75
+"""Letters and signs that a line of paper has room for."""
+
+
+def _letters_across(content: str) -> int:
+    """Return how many letters stand beside each other, of a fraction those of its longer side."""
+    return _across(ElementTree.fromstring(f"<math>{content}</math>"))
+
+
+def _across(element: ElementTree.Element) -> int:
+    each = [_across(child) for child in element]
+    inside = max(each, default=0) if element.tag in ("mfrac", "mtable", "mover") else sum(each)
+    return inside + len((element.text or "").strip())
 
 
 def equation_elements(script: MathmlScript, left: Any, right: Any) -> str:
@@ -306,8 +351,18 @@ UNKNOWN: Final = r"\newcommand{\unknownsign}[1]{\fbox{\tiny #1}}"
 
 def unicode_declarations(text: str) -> str:
     """Return the declarations that inputenc needs of the letters in a text; `UNKNOWN` stands before them."""
-    found = sorted({c for c in text if c > "~" and (not "\u00a0" <= c <= "\u017e" or c in _LACKING)})
+    found = sorted({c for c in text if _is_declared(c)})
     return "\n".join([UNKNOWN, *(rf"\DeclareUnicodeCharacter{{{ord(c):04X}}}{{{_sign(c)}}}" for c in found)])
+
+
+def in_known_letters(text: str) -> str:
+    r"""Return LaTeX whose letters any pdflatex knows: a fragment can declare none."""
+    known = "".join(_sign(c) if _is_declared(c) else c for c in harmless(text))
+    return f"{UNKNOWN.replace('newcommand', 'providecommand')}\n{known}"
+
+
+def _is_declared(c: str) -> bool:
+    return c > "~" and (not "\u00a0" <= c <= "\u017e" or c in _LACKING)
 
 
 def harmless(text: str) -> str:
@@ -330,7 +385,7 @@ def _sign(character: str) -> str:
 # Whole documents: LaTeX that compiles as it is, and HTML that needs nothing beside it.
 
 
-_PREAMBLE: Final = r"""\documentclass{article}
+_PREAMBLE: Final = r"""\documentclass[fleqn]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
 \usepackage{amsmath}
@@ -342,10 +397,6 @@ _PREAMBLE: Final = r"""\documentclass{article}
 \setlength{\parindent}{0pt}
 \sloppy
 """
-FIT: Final = (
-    r"\newcommand{\fit}[1]{\resizebox{\ifdim\width>0.93\linewidth 0.93\linewidth\else\width\fi}{!}{$\displaystyle #1$}}"
-)
-"""A line of mathematics, set smaller where it is too wide for the page."""
 _PAGE: Final = (
     "body{max-width:60em;margin:2em auto;padding:0 1em;font-family:serif}.n{float:right}"
     "p{overflow-x:auto;overflow-y:hidden}.formula{padding-left:2em;text-indent:-2em}math{text-indent:0}"
@@ -353,8 +404,8 @@ _PAGE: Final = (
 
 
 def latex_document(title: str, body: str) -> str:
-    r"""Return a LaTeX document around a body that needs amsmath and `\fit` only."""
-    return whole_document(f"{_PREAMBLE}{FIT}", f"\\section*{{{breakable(title)}}}\n{body.rstrip()}")
+    r"""Return a LaTeX document around a body that needs amsmath only."""
+    return whole_document(_PREAMBLE, f"\\section*{{{breakable(title)}}}\n{body.rstrip()}")
 
 
 def whole_document(preamble: str, body: str) -> str:

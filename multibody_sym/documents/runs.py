@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from multibody_sym.answers.records import Quantity
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_text
 from multibody_sym.motion.loop.problem import SEVERAL
 from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
@@ -37,7 +38,13 @@ _SINGULAR: Final = "singular position"
 
 def run_summary(run: Trajectory, units: Units = SI) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
-    # how the run was done and where it ended
+    parts = run_parts(run, units) | {"end": [f"at t = {_end_time(run, units)}:", *_end(run, units)]}
+    order = ("method", "start", "end", "energy", "constraints", "withheld", "events", "remarks")
+    return "\n".join(line for part in order for line in parts[part])
+
+
+def run_parts(run: Trajectory, units: Units = SI) -> dict[str, list[str]]:
+    """Return the lines on a run by their topics: all that `run_summary` says but the values at the end."""
     problem, taken, ready = run.problem, run.integration.statistics, run.ready
     accuracy = f"step {_time(problem.step, units)}" if problem.step else f"rtol {problem.rtol:g}, atol {problem.atol:g}"
     if problem.step and problem.step > problem.t_end - problem.t0:
@@ -48,21 +55,27 @@ def run_summary(run: Trajectory, units: Units = SI) -> str:
         done = "interrupted" if run.interrupted else "failed"
     jacobians = f", {taken.jacobians} Jacobians" if taken.jacobians else ""
     ended, whole = _end_time(run, units), _time(problem.t_end, units)
-    lines = [
-        (
-            f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples\n"
-            f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
-            f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
-        ),
-        *shifts_text(run.ready.shifts, run.ready.told.state_units, units),
-    ]
+    start = shifts_text(run.ready.shifts, run.ready.told.state_units, units)
     if run.stop is not None and run.stop["t"] <= run.problem.t0:
-        lines.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
-    lines += [f"at t = {_end_time(run, units)}:", *_end(run, units), *_energy(run, units), *_constraints(run)]
-    lines += withheld_text(run.withheld, run.withheld_reasons)
+        start.append(f"the run ended at once: the condition of stop {run.stop['element']!r} holds at the start")
     untold = run.ready.told.untold
-    lines += [f"  outputs without a value for that: {', '.join(untold)}"] if untold else []
-    return "\n".join([*lines, *_events(run, units)])
+    return {
+        "method": [
+            f"{ready.told.name}: {done} at t = {ended} of {whole}, {len(run)} samples",
+            (
+                f"{problem.method.name} ({accuracy}), {ready.formalism} in {code}: {taken.steps} steps, "
+                f"{taken.rejected} rejected, {taken.evaluations} evaluations{jacobians}"
+            ),
+        ],
+        "start": start,
+        "energy": _energy(run, units),
+        "constraints": _constraints(run),
+        "withheld": [
+            *withheld_text(run.withheld, run.withheld_reasons),
+            *([f"  outputs without a value for that: {', '.join(untold)}"] if untold else []),
+        ],
+        **_events(run, units),
+    }
 
 
 def _time(t: float, units: Units) -> str:
@@ -81,13 +94,12 @@ def _end_time(run: Trajectory, units: Units) -> str:
     return _time(run.t_final, units) if run.stop is None else _found_time(run, run.t_final, units)
 
 
-def _outputs(run: Trajectory, units: Units, error: float) -> Iterator[tuple[str, str]]:
-    """Yield the outputs at the end, whose relative error is that of the state."""
+def _outputs(run: Trajectory, error: float) -> Iterator[tuple[str, Quantity]]:
+    """Yield the outputs at the end, whose relative error is that of the state; nan where one has no value."""
     for name, values in run.outputs.items():
         value = float(values[-1]) if len(values) else math.nan
         told = 0.0 if _is_nothing(run, value) else value
-        number = units.said(told, run.output_units[name], error=error * abs(told))
-        yield name, number if math.isfinite(value) else "no value"
+        yield name, Quantity(told, run.output_units[name], error * abs(told))
 
 
 def _state_error(run: Trajectory, errors: Mapping[str, float]) -> float:
@@ -97,25 +109,31 @@ def _state_error(run: Trajectory, errors: Mapping[str, float]) -> float:
     return max((min(error / sizes[name], 1.0) for name, error in errors.items() if sizes[name]), default=0.0)
 
 
-def _end(run: Trajectory, units: Units) -> list[str]:
-    """Return the outputs at the end, all of them, for they were asked for; then the state."""
+def end_values(run: Trajectory) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
+    """Return the outputs at the end of a run, and its state, by name, with their errors."""
     known = run.ready.told.state_units
     values: Mapping[str, float] = {**run.final["coordinates"], **run.final["speeds"]}
-    errors, state = _end_errors(run, values, known), dict[str, str]()
-    for name, value in values.items():
-        if _is_nothing(run, value):
-            number = units.said(0.0, known[name])
-        elif name in errors:
-            number = units.said(value, known[name], error=errors[name])
-        else:
-            number = units.said(value, known[name])
-        state[name] = number
-    outputs = dict(_outputs(run, units, _state_error(run, errors)))
-    width = max(map(len, (*outputs, *state)), default=0)
-    asked, whole = (
-        [f"  {name:{width}} {x if x[0] == '-' else f' {x}'}" for name, x in each.items()] for each in (outputs, state)
-    )
+    errors = _end_errors(run, values, known)
+    state = {
+        name: Quantity(0.0 if _is_nothing(run, value) else value, known[name], errors.get(name, 0.0))
+        for name, value in values.items()
+    }
+    return dict(_outputs(run, _state_error(run, errors))), state
+
+
+def _end(run: Trajectory, units: Units) -> list[str]:
+    """Return the outputs at the end, all of them, for they were asked for; then the state."""
+    both = end_values(run)
+    width = max((len(name) for each in both for name in each), default=0)
+    asked, whole = ([f"  {name:{width}} {_end_text(x, units)}" for name, x in each.items()] for each in both)
     return [*asked, *_shortened(whole)]
+
+
+def _end_text(value: Quantity, units: Units) -> str:
+    if not math.isfinite(value.number):
+        return " no value"
+    number = units.said(*value)
+    return number if number[0] == "-" else f" {number}"
 
 
 def _shortened(lines: Sequence[str]) -> list[str]:
@@ -224,18 +242,20 @@ def _constraints(run: Trajectory) -> list[str]:
     return lines
 
 
-def _events(run: Trajectory, units: Units) -> list[str]:
-    """Return what began to stick, slide, open or close, and when; singular positions; warnings."""
+def _events(run: Trajectory, units: Units) -> dict[str, list[str]]:
+    """Return what began to stick, slide, open or close, and when; as remarks singular positions and warnings."""
     changes = [*run.begun, *run.changes]
-    lines = ["changes of what holds one way only:", *_change_lines(run, changes, units)] if changes else []
+    changed = ["changes of what holds one way only:", *_change_lines(run, changes, units)] if changes else []
     times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
+    remarks = []
     if times:
         shown = ", ".join(times if len(times) <= _MOST_LINES else [*times[:_MOST_LINES], "..."])
         named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
         depend = "in which constraints depend on each other"
-        lines.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
+        remarks.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
     told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
-    return [*lines, *(_warning_text(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told)]
+    remarks += [_warning_text(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told]
+    return {"events": changed, "remarks": remarks}
 
 
 def _change_lines(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:

@@ -79,7 +79,8 @@ def with_values(system: System, values: Mapping[str, Any] | None) -> System:
             if None not in (dimension, parameter.dimension) and dimension != parameter.dimension:
                 message = f"'{value}' does not fit: the parameter is a quantity in {parameter.dimension}"
                 raise ModelError(message, number="M105")
-            changed[name] = replace(parameter, value=node, dimension=dimension or parameter.dimension)
+            new = replace(parameter, value=node, dimension=dimension or parameter.dimension)
+            changed[name] = new.declared_as(value)
     return replace(system, parameters=Names(changed))
 
 

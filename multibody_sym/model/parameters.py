@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from itertools import pairwise
 from math import inf, isfinite
@@ -67,6 +68,12 @@ class Parameter(Element):
     )
     label: str | None = holds(Text(), None, says="the letter that typeset formulas and pictures show", such="mu_0")
 
+    def declared_as(self, text: str) -> Parameter:
+        """Return the same with the text of its value, which `given` returns."""
+        new = replace(self)
+        getattr(new, TEXTS)["value"] = text
+        return new
+
 
 def letters_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
     """Return the labels of the parameters that have one, by name."""
@@ -102,7 +109,7 @@ class ParameterField:
                 content.setdefault("dimension", dimension)
         parameter = from_fields(Parameter, content)
         assert isinstance(parameter, Parameter)
-        return parameter
+        return parameter.declared_as(number) if isinstance(number, str) else parameter
 
     def tree(self, value: Parameter) -> Any:
         return with_unit(fields_tree(value))

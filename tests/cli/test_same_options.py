@@ -71,6 +71,7 @@ NOT_TYPED = {
     ("report", "on_progress"): "a function; a report is written at its end",
     ("report", "command"): "the words that were typed",
     ("report", "units"): "how numbers are printed",
+    ("report", "digits"): "how numbers are printed",
     ("animate", "on_progress"): "a function; the command shows its progress itself",
     ("animate", "run"): "the run of the model, which the command makes itself",
     ("animate", "units"): "how the plots beside it are printed",

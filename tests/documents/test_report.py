@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -32,13 +33,15 @@ def hostile() -> mbs.Report:
 
 def test_a_page_has_all_parts_and_asks_for_nothing(hostile: mbs.Report) -> None:
     page = Page(hostile.html)
-    assert page.asked == []
-    assert page.tags.count("script") == 2
+    assert all(address.startswith("data:image/svg+xml;base64,") for address in page.asked)
+    assert page.tags.count("script") == 3
     assert "b" not in page.tags
-    titles = ("Parameters", "Equations of motion", "Solution at the start", "Bodies cut free", "Motion", "Checks")
-    for title in titles:
+    for title in ("At the start", "Given", "Solution", "Bodies cut free", "Motion", "Greatest reactions", "Details"):
         assert f">{title}</h" in hostile.html
-    assert page.tags.count("svg") == 4  # the figure, two bodies, the stage
+    details = ("Equations of motion: Lagrange's equations with multipliers", "Checks", "Method of the run", "Command")
+    for title in details:
+        assert f"<summary>{escape(title)}</summary>" in hostile.html
+    assert page.tags.count("svg") == 7  # the figure, two bodies, the stage, three instants for paper
     assert repr(hostile) == "<Report of t5_incline: figure, equations, solution, check, run>"
     assert hostile.html.count("&lt;/script&gt;&lt;b onload=alert(1)&gt;") >= 2
 
@@ -50,8 +53,8 @@ def test_a_statement_may_have_paragraphs() -> None:
     assert system.description == "One.\nTwo.\n\nThree."
     assert mbs.loads(mbs.dumps(system)) == system
     report = mbs.report(system, t_end=0.01, samples=2, backend="python")
-    assert '<p class="statement">One.\nTwo.</p>\n<p class="statement">Three.</p>' in report.html
-    assert "{\\itshape One.\nTwo.\n\nThree.\\par}" in report.latex()
+    assert '<p class="statement">One. Two.</p><p class="statement">Three.</p>' in report.html
+    assert "One. Two.\n\nThree." in report.latex()
     with pytest.raises(mbs.ModelError, match="expected sentences"):
         mbs.System("s", description="\x1b[2J")
 
@@ -127,3 +130,94 @@ def test_the_command_writes_a_report(
                      " child: b, axis: x}}}", encoding="utf-8")  # fmt: skip
     assert main(["report", str(stuck), "-o", "stuck.html"]) == 0
     assert 'class="missing"' in (tmp_path / "stuck.html").read_text(encoding="utf-8")
+
+
+PENDULUM = """
+multibody_sym: 1
+name: let_go
+description: >-
+  A pendulum of length 0.8 m is let go from the level. How large is the greatest force of its hinge, and when?
+gravity: [0, -g, 0]
+parameters: {g: 9.81 m/s^2, m: 2 kg, l: 0.8 m, alpha: 90 deg, crank_length: 2*l}
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {hinge: {type: revolute, parent: ground, child: bob, axis: z, q: theta_1, initial: {q: alpha}}}
+simulation: {t_end: 1 s, samples: 4001}
+"""
+
+
+@pytest.fixture(scope="module")
+def pendulum() -> mbs.Report:
+    return mbs.report(mbs.loads(PENDULUM), command="multibody-sym report let_go.yaml", backend="python")
+
+
+def readable(page: str) -> str:
+    """Return the text of a page without scripts, pictures and the command."""
+    inside = re.sub(r"<(script|style|svg|code)\b.*?</\1>", "", page.partition("<body>")[2], flags=re.DOTALL)
+    return re.sub("<[^>]*>", " ", inside)
+
+
+def test_question_figure_answers_solution_and_details_follow_each_other(pendulum: mbs.Report) -> None:
+    page = pendulum.html
+    assert "<h1>A pendulum of length 0.8 m is let go from the level</h1>" in page
+    titles = (">Given</h2>", ">Solution</h2>", ">Motion</h2>")
+    marks = ("How large is", "<svg", '<div class="answers">', *titles, "<details>")
+    places = [page.index(mark) for mark in marks]
+    assert places == sorted(places)
+    assert page.count("<details>") == page.count("</details>") >= 4
+    assert page.rindex("</h2>") < page.index("<summary>Checks")
+
+
+def test_values_stand_as_declared_with_four_digits(pendulum: mbs.Report) -> None:
+    told = readable(pendulum.html).replace("&nbsp;", " ")
+    assert "90 deg" in told
+    assert "0.8 m" in told
+    assert "1.571" not in told
+    assert re.search(r"2\s+l\s+=\s+1\.6 m", told)  # what follows from others, with its formula
+    assert not re.search(r"[1-9]\d*\.\d{4,}|0\.0*[1-9]\d{4,}", told)
+
+
+def test_no_formula_is_typed(pendulum: mbs.Report) -> None:
+    told = readable(pendulum.html)
+    assert not re.search(r"[A-Za-z_0-9]\*|\^|&gt;=|&lt;=|\w''|\d[eE][-+]\d|\btheta_|\bphi\b", told), told
+
+
+def test_the_greatest_reaction_is_that_of_the_closed_form(pendulum: mbs.Report) -> None:
+    """3 m g at the lowest point, which a pendulum let go from the level passes after K(1/2) sqrt(l/g)."""
+    from scipy.special import ellipk
+
+    table = re.search(r"Greatest reactions.*?</table>", pendulum.html, re.DOTALL)
+    assert table is not None
+    cells = [re.sub("<[^>]*>|&nbsp;", " ", cell).split() for cell in re.findall("<td>.*?</td>", table[0])]
+    force, time = float(cells[1][0]), float(cells[2][0])
+    assert force == pytest.approx(3 * 2 * 9.81, rel=1e-4)
+    assert time == pytest.approx(ellipk(0.5) * np.sqrt(0.8 / 9.81), abs=1e-3)
+
+
+def test_plane_loops_have_no_rows_of_zeros() -> None:
+    page = mbs.report(mbs.load(EXAMPLES / "slider_crank.yaml"), t_end=0.01, samples=2, backend="python").html
+    derived = page.partition("Equations of motion: ")[2].partition("</details>")[0]
+    assert "C.x" in derived
+    assert "C.rx" not in derived
+    assert re.sub("<[^>]*>", "", derived).count("= 0") == 1  # what phi = 0 means, once
+
+
+def test_latex_has_lines_and_no_boxes_that_resize(pendulum: mbs.Report) -> None:
+    latex = pendulum.latex()
+    own = re.sub(r"\\providecommand{\\fitted}.*|\\path.*|\\node.*", "", latex)
+    assert r"\resizebox" not in own
+    formulas = latex.count(r"\\") + latex.count(r"\begin{align*}")
+    assert formulas > 2 * latex.count(r"\begin{align*}")
+
+
+@pytest.mark.tex
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+def test_a_fragment_is_taken_in_and_its_equations_are_cited(tmp_path: Path) -> None:
+    system = mbs.load(EXAMPLES / "textbook" / "t5_incline.yaml")
+    mbs.report(system, tmp_path / "part.tex", fragment=True, t_end=0.1, samples=2, backend="python")
+    (tmp_path / "whole.tex").write_text(
+        "\\documentclass{article}\n\\usepackage{amsmath,graphicx,longtable,tikz}\n\\usepackage[margin=2cm]{geometry}\n"
+        "\\begin{document}\n\\input{part}\nEquation (\\ref{t5-incline:5}).\n\\end{document}\n", encoding="utf-8"
+    )  # fmt: skip
+    compiled(tmp_path, "whole")
+    compiled(tmp_path, "whole")
+    assert "undefined" not in (tmp_path / "whole.log").read_text(encoding="latin-1")

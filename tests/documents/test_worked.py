@@ -111,8 +111,8 @@ def test_wrong_latex_is_seen() -> None:
 
 def test_latex_of_an_equation() -> None:
     latex = write_document(worked_document(steps(ATWOOD)), "latex")
-    assert r"& \fit{\text{along $y_{1}$: }m_{1} \ddot{y}_{1} = T - m_{1} g} \tag{1}" in latex
-    assert r"T = \frac{2 m_{1} m_{2} g}{m_{1} + m_{2}} = \ensuremath{13.3333}\ \text{N}}" in latex
+    assert r"& \text{along $y_{1}$: }m_{1} \ddot{y}_{1} = T - m_{1} g \tag{1}" in latex
+    assert r"T = \frac{2 m_{1} m_{2} g}{m_{1} + m_{2}} = \ensuremath{13.3333}\ \text{N}" in latex
 
 
 @pytest.mark.long
@@ -161,7 +161,7 @@ def test_html_of_an_equation() -> None:
     mass = "<msub><mi>m</mi><mrow><mn>1</mn></mrow></msub>"
     acceleration = f'<msub><mover><mi>y</mi><mo {ABOVE}>&#xA8;</mo></mover><mrow><mn>1</mn></mrow></msub>'
     assert f'{mass}<mspace width="0.17em"/>{acceleration}</math>' in html
-    assert '<math displaystyle="true"><mo>=</mo> <mi>T</mi></math>' in html
+    assert '<math displaystyle="true"><mo lspace="0">=</mo> <mi>T</mi></math>' in html
 
 
 def test_command_writes_steps_in_each_format(capsys: pytest.CaptureFixture[str]) -> None:
