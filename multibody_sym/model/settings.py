@@ -333,7 +333,7 @@ class Settings(Element):
     atol: Node | None = holds(
         Scalar(""), None, says="absolute tolerance of a method that chooses its step", such="1e-9"
     )
-    method: str = holds(Text(), "dormand_prince", says="the integration method, such as rk4 or radau_5", such="rk4")
+    method: str = holds(Text(), "auto", says="the integration method, such as rk4 or radau_5", such="rk4")
     samples: Node | tuple[Node, ...] = holds(
         SamplesField(), 1001, such="501",
         says="number of rows of the result, evenly spaced, both ends among them; or a list of their times in s",

@@ -16,9 +16,10 @@ from multibody_sym.model.run_options import RUN_SETTINGS, RunOptions, spelled_ou
 from multibody_sym.model.settings import Baumgarte
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.methods.table import MOREAU
 from multibody_sym.motion.prepare.problem import prepare_system, problem_of, settings_of
 from multibody_sym.motion.prepare.records import PreparedSystem
-from multibody_sym.motion.results.samples import RunStart, Samples
+from multibody_sym.motion.results.samples import RunInModes, RunStart, Samples
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError, Progressed, run, trajectory_of
 from multibody_sym.program.backend import Backend, Native
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from multibody_sym.motion.runs.family import VariedRun, VariedSystem
     from multibody_sym.motion.runs.held_inputs import HeldInputs, SampledInputs
     from multibody_sym.motion.stepper import Stepper
-    from multibody_sym.motion.switching.mode_run import ModeRun
 
 Columns = Mapping[str, Sequence[float]]
 """Numbers of runs by name, as many for each name."""
@@ -294,7 +294,11 @@ class Prepared:
         return problem_of(self._ready, settings_of(self._ready))
 
     @cached_property
-    def _one_way(self) -> Callable[[], ModeRun] | None:
+    def _one_way(self) -> Callable[[], RunInModes] | None:
+        if self._problem.method.name == MOREAU:
+            from multibody_sym.motion.runs.contact_steps import stepped_runs  # which few runs need
+
+            return stepped_runs(self._ready, self._problem, self._code)
         if not self._ready.state.declared.one_way:
             return None
         from multibody_sym.motion.switching.mode_run import one_way_runs  # which few runs need
@@ -331,7 +335,7 @@ def run_start(prepared: Prepared) -> RunStart:
         return sampled_start(run_start(held), prepared._held_inputs, prepared.sampled, again)
     one_way = prepared._one_way
     modes = None if one_way is None else one_way()
-    problem = prepared._problem.again() if modes is None else modes.legs[0].of
+    problem = modes.legs[0].of if modes is not None and modes.legs else prepared._problem.again()
     return RunStart(prepared._ready, problem, modes, prepared._start[1])
 
 

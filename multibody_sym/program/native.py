@@ -197,6 +197,17 @@ class StateStruct(ctypes.Structure):
     )
 
 
+class ContactsStruct(ctypes.Structure):
+    """`mbs_contacts` of runtime.h."""
+
+    _fields_ = (
+        ("parts", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("begins", "places", "matrix", "squares")),
+        *((name, ctypes.c_void_p) for name in ("rubs", "presses", "coefficients")),
+        ("relaxed", ctypes.c_double),
+    )
+
+
 @dataclass(frozen=True)
 class _Space:
     """Inputs and outputs of one call, each one behind the other, and the addresses at which they begin."""

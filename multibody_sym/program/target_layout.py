@@ -170,11 +170,12 @@ _PARTS: Final = {
     "events": (("switching.c", "looks.c", "events.c", "turns.c"), "no_events.c"),
     "implicit": (("stages.c", "implicit.c"), "no_implicit.c"),
     "multistep": (("pairing.c", "multistep.c"), "no_multistep.c"),
+    "laws": (("sweeps.c",), ""),
 }
 """What only some models enter: its sources, and the one in their place for the others, which compile sooner."""
 RUNTIME_PARTS: Final = frozenset(_PARTS)
 RUNTIME_SOURCES: Final = (*_ALWAYS, *(name for sources, _ in _PARTS.values() for name in sources))
-STAND_INS: Final = tuple(stand_in for _, stand_in in _PARTS.values())
+STAND_INS: Final = tuple(stand_in for _, stand_in in _PARTS.values() if stand_in)
 RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "turns.h", "vectors.h")
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -193,7 +194,7 @@ def stand_in_files() -> dict[str, str]:
 def runtime_sources(parts: Collection[str]) -> tuple[str, ...]:
     """Return the names of the sources for models that enter these parts."""
     chosen = (sources if part in parts else (stand_in,) for part, (sources, stand_in) in _PARTS.items())
-    return (*_ALWAYS, *(name for sources in chosen for name in sources))
+    return (*_ALWAYS, *(name for sources in chosen for name in sources if name))
 
 
 def template_text(name: str) -> str:
@@ -315,6 +316,7 @@ def parts_of(programs: Mapping[str, Program], *, multistep: bool = True) -> froz
     rows = bool({"put_back", "project_position", "project_velocity"} & programs.keys())
     wanted = {"rows": rows or implicit or events or _solves(programs), "events": events, "implicit": implicit}
     wanted["multistep"] = multistep and "state_derivative" in programs
+    wanted["laws"] = "laws" in programs
     return frozenset(part for part, enters in wanted.items() if enters)
 
 

@@ -5,6 +5,7 @@
        vectors.h      vectors as plain arrays
        in_order.h     elimination of rows as they come, for small constant patterns
        solve.c        rank-revealing solve: rows that may depend on each other, and those of them that act
+       sweeps.c       impulses of many contacts at once
        pairing.c      displacements of coordinates along speeds
        calls.c        calls of the programs, states between the ends of a step, sizes in units of the tolerances
        constraints.c  states put back onto the constraints

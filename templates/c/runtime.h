@@ -88,6 +88,23 @@ void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *span
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);
 
+/* Rows of contacts, A: row j has the elements `matrix` from number begins[j] up to begins[j + 1], each in its column of
+   `places`, and `squares` of its length. Normals come first, up to rubs[0]; friction part k rubs in the rows from rubs[k]
+   up to rubs[k + 1], three at most, and is pressed by the normal presses[k]. */
+typedef struct {
+    int parts;
+    const int *begins, *places;
+    const double *matrix, *squares;
+    const int *rubs, *presses;
+    const double *coefficients; /* of each part */
+    double relaxed;             /* by how much more than is due normal impulses are changed */
+} mbs_contacts;
+
+/* Bring impulses z and x = A^T z near the laws of contacts with friction, at `speeds` without them; returns the number of
+   sweeps: `most`, or those after which none changes the root of twice an energy by more than `settled`. */
+long long mbs_sweep(const mbs_contacts *contacts, const double *speeds, double *x, double *z, double settled,
+                    long long most);
+
 /* Call a program for many samples. The pointers move on from sample to sample: those of the outputs by the size of
    the output, that of input i by its size if advance[i] is not 0. */
 void mbs_map(const mbs_program *program, long long samples, const double **in, const int *advance, double **out);

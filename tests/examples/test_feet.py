@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import re
 from math import cos, pi, sin, sqrt
 from types import ModuleType
 
@@ -237,15 +238,33 @@ def test_a_robot_above_the_floor_stands_on_all_feet_in_little_time(monkeypatch: 
 # --- the box ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def box() -> ModuleType:
-    """The example as a module."""
-    spec = importlib.util.spec_from_file_location("box_of_discs", EXAMPLES / "feet/box_of_discs.py")
+def example(name: str) -> ModuleType:
+    """Return an example as a module."""
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"feet/{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def box() -> ModuleType:
+    """The box of a few discs."""
+    return example("box_of_discs")
+
+
+def test_a_heap_of_discs_comes_to_rest_by_steps(capsys: pytest.CaptureFixture[str]) -> None:
+    """Two rows of the example: what it prints of overlap and of the energy account."""
+    example("heap_of_discs").main(20)
+    told = capsys.readouterr().out
+    assert "20 discs, 250 contacts: 2000 steps" in told
+    (overlap, speed), (missed,) = (
+        [float(x) for x in re.findall(r"-?\d\.\de[+-]\d\d", line)] for line in told.splitlines()[1::2]
+    )
+    assert overlap < 1e-9
+    assert speed < 1e-5
+    assert abs(missed) < 5e-3
 
 
 @pytest.mark.long

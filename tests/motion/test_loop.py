@@ -14,7 +14,8 @@ from multibody_sym.motion.methods.table import LIBRARY
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.tabulated import Rows, Tabulated
 
-METHODS = {name: method for name, method in table.METHODS.items() if name not in {*IMPLICIT, *LIBRARY}}
+OTHERS = {*IMPLICIT, *LIBRARY, table.AUTO, table.MOREAU}
+METHODS = {name: method for name, method in table.METHODS.items() if name not in OTHERS}
 AMPLITUDE = 2.0
 FINEST = {"explicit_euler": 6000, "midpoint": 1600, "heun": 1600, "rk4": 800, "bogacki_shampine": 800,
           "adams_bashforth_moulton": 1600}  # fmt: skip

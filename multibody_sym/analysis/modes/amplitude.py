@@ -25,6 +25,7 @@ from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.fields import Names
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.integrate import COARSER, LEFT
+from multibody_sym.motion.methods.table import AUTO
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.records import dataclass
@@ -157,7 +158,7 @@ def part_of_difference(system: System) -> float:
 
 _SAMPLES: Final = 2001
 _EXACTLY: Final = {"rtol": 1e-13, "atol": 1e-15}
-_PLAIN: Final = "dormand_prince"
+_PLAIN: Final = (AUTO, "dormand_prince")
 _LONGER: Final = 12
 _TURNS: Final = 6
 """How many turns are wanted: those of two periods and a half, so that it is seen that the second is as the first."""
@@ -305,7 +306,7 @@ class Swing:
     @property
     def _accuracy(self) -> dict[str, Any]:
         settings = self.system.simulation
-        finer = settings.step is None and settings.method == _PLAIN
+        finer = settings.step is None and settings.method in _PLAIN
         method = {"method": "dormand_prince_8"} if finer else {}
         return {**method, **accuracy(self.system, _EXACTLY, is_coarse=self.is_coarse)}
 

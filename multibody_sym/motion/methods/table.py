@@ -11,12 +11,13 @@ from multibody_sym.errors import OutputError
 from multibody_sym.records import dataclass
 
 SUMMARIES: Final[Mapping[str, str]] = {
+    "auto": "dormand_prince; moreau where more than 1,000 contacts may meet, and no step and tolerances are given",
     "explicit_euler": "order 1, fixed step",
     "midpoint": "order 2, fixed step",
     "heun": "order 2, fixed step",
     "rk4": "order 4, fixed step",
     "bogacki_shampine": "order 3(2), adaptive",
-    "dormand_prince": "order 5(4), adaptive; the default",
+    "dormand_prince": "order 5(4), adaptive",
     "dormand_prince_8": "order 8(5,3), adaptive; for high accuracy",
     "adams_bashforth_moulton": "order 4, fixed step, two evaluations a step",
     "stoermer_6": "order 6, fixed step, two evaluations a step",
@@ -28,6 +29,7 @@ SUMMARIES: Final[Mapping[str, str]] = {
     "gauss_6": "order 6, fixed step, implicit; keeps quadratic invariants",
     "radau_3": "Radau IIA, order 3(2), adaptive, implicit, for stiff systems",
     "radau_5": "Radau IIA, order 5(3), adaptive, implicit; the choice for stiff systems",
+    "moreau": "order 1, fixed step, for heaps: all contacts of a step at once, by impulses; events are not located",
     "RK23": "scipy's, order 3(2), adaptive",
     "RK45": "scipy's, order 5(4), adaptive",
     "DOP853": "scipy's, order 8(5,3), adaptive",
@@ -47,6 +49,10 @@ INDEX_2: Final = ("implicit_euler", "trapezoid", "radau_3", "radau_5")
 """Those whose last stage is the end of the step, so that rows that hold at the stages hold there too."""
 LOOKING_BACK: Final = ("adams_bashforth_moulton", "stoermer_6", "stoermer_verlet")
 """Those that take steps before into account."""
+AUTO: Final = "auto"
+"""The default, which is one of two others."""
+MOREAU: Final = "moreau"
+"""Time stepping of contacts, which takes no others."""
 OF_SECOND_ORDER: Final = ("stoermer_6", "stoermer_verlet")
 """Those for second derivatives, which take no declared states."""
 
@@ -54,6 +60,8 @@ OF_SECOND_ORDER: Final = ("stoermer_6", "stoermer_verlet")
 def _maker(name: str) -> Callable[[], Method]:
     from multibody_sym.motion.methods.explicit import EXPLICIT
 
+    if name == AUTO:
+        return EXPLICIT["dormand_prince"]
     if name in EXPLICIT:
         return EXPLICIT[name]
     from multibody_sym.motion.methods.multistep import IMPLICIT
@@ -63,6 +71,8 @@ def _maker(name: str) -> Callable[[], Method]:
 
     if name in LIBRARY:
         return LIBRARY[name]
+    if name == MOREAU:
+        return TimeStepping
     from multibody_sym.motion.methods.multistep import MULTISTEP
 
     return MULTISTEP[name]
@@ -99,6 +109,15 @@ class Method(Protocol):
     def order(self) -> int: ...
     @property
     def error_order(self) -> int: ...
+
+
+@dataclass(frozen=True)
+class TimeStepping:
+    """Moreau's time stepping (`motion.runs.contact_steps`): order 1 across impacts, 2 between them."""
+
+    name: str = MOREAU
+    order: int = 1
+    error_order: int = 0
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """From a System to what runs: settings, Programs, functions, exports.
 
     settings                settings of a run in numbers; default tolerances
+    time_stepping           whether a run goes by time stepping, and by which step
     problem                 the initial value problem; how constraints are kept; Programs compiled or recalled
     records                 a system ready to run; names and units of its results
     functions, arguments    `compile`, `mass_matrix`, `inverse_dynamics`, `impact`; their arguments

@@ -36,9 +36,10 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import NO_MODE, Loop, ModeNumbers, Problem
-from multibody_sym.motion.methods.table import OF_SECOND_ORDER
+from multibody_sym.motion.methods.table import METHODS, MOREAU, OF_SECOND_ORDER
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
+from multibody_sym.motion.prepare.time_stepping import default_step, steps_over_contacts
 from multibody_sym.program import loading
 from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.cache import digest
@@ -61,7 +62,11 @@ _MOST_STEPS: Final = 200_000_000
 
 def settings_of(ready: PreparedSystem) -> RunSettings:
     """Return the settings of a system in numbers. Raises ModelError."""
-    return run_settings(ready.system.simulation, ready.parameter_values)
+    found = run_settings(ready.system.simulation, ready.parameter_values)
+    stepped = steps_over_contacts(ready.system.simulation, ready.state.declared)
+    if not stepped or found.method.name == MOREAU or ready.state.posed is None:
+        return found
+    return replace(found, method=METHODS[MOREAU], step=default_step(ready.state.posed.rows))
 
 
 def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
@@ -335,7 +340,7 @@ def recall_laws(
     again = partial(_compiled_laws, mechanism, served)
     if recalled is not None:
         return replace(recalled, compiled=replace(recalled.compiled, wanted=code, remake=again))
-    loading.begin(_parts(mechanism, form) | {"rows", "events"}, code)
+    loading.begin(_parts(mechanism, form) | {"rows", "events", "laws"}, code)
     from multibody_sym.dynamics.programs.every_mode import every_mode_programs
     from multibody_sym.dynamics.programs.law_programs import law_program, row_program
     from multibody_sym.dynamics.programs.system import inputs_program

@@ -2,6 +2,7 @@
 
     run            a run integrated; errors of a run that fails
     failures       why a run ended early, in the names of the model
+    contact_steps  runs by time stepping: all contacts of a step at once (`moreau`)
     held_inputs    inputs that are held, as parameters; sampled from functions
     family         runs that differ in numbers: compiled once, started together
     replay         runs recalled from the cache

@@ -35,6 +35,7 @@ from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.model.settings import Settings
 from multibody_sym.motion.prepare.settings import form_of
+from multibody_sym.motion.prepare.time_stepping import steps_over_contacts
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING
@@ -554,7 +555,8 @@ class LawMechanism:
         """Return the mechanism of a run of a declared one by some settings."""
         taken, bars = with_one_side(with_tips(declared))
         by_derivative = form_of(settings, constrained=True, varies=True) in _FORMS
-        if not by_derivative or not _serves_all_modes(taken):
+        stepped = steps_over_contacts(settings, declared)
+        if stepped or not by_derivative or not _serves_all_modes(taken):
             return LawMechanism(taken, bars, None)
         every = in_every_mode(taken)
         return LawMechanism(replace(taken, parameters=every.parameters), bars, every)

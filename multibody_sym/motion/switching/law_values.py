@@ -76,7 +76,7 @@ class SparseRows:
     values: Floats
 
     @cached_property
-    def _entries(self) -> Floats:
+    def entries(self) -> Floats:
         """The entries row by row."""
         found: Floats = self.values[self.pattern.order]
         return found
@@ -102,7 +102,7 @@ class SparseRows:
         ends = np.cumsum(counts)
         read = np.repeat(first - ends + counts, counts) + np.arange(ends[-1] if len(ends) else 0)
         found = np.zeros((len(rows), self.pattern.shape[1]))
-        found[np.repeat(np.arange(len(rows)), counts), self.pattern.columns[read]] = self._entries[read]
+        found[np.repeat(np.arange(len(rows)), counts), self.pattern.columns[read]] = self.entries[read]
         return found
 
     def block(self, at: Places) -> Floats:
@@ -116,7 +116,7 @@ class SparseRows:
 
     def in_order(self, x: Floats) -> Floats:
         """Return the product with a vector (n,), each sum added from left to right."""
-        terms = self._entries * x[self.pattern.columns]
+        terms = self.entries * x[self.pattern.columns]
         found: Floats = np.bincount(self.pattern.rows, terms, minlength=self.pattern.shape[0]).astype(float)
         return found
 

@@ -596,17 +596,11 @@ def one_way_runs(
     ready: PreparedSystem, template: Problem, settings: RunSettings, code: Native
 ) -> Callable[[], ModeRun]:
     """Return what begins a run of a system of which some holds one way only."""
-    known = ready.mechanism.parameters.places
     laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
     declared, bars, every = laws_of.declared, laws_of.bars, laws_of.every
     begun = None if ready.laws else (ready.mechanism, ready.compiled)
     make = partial(_compile_mode, begun, ready.system.simulation, ready.formalism, code)
-    values = [  # parameters that the system has not are components of normals, before anything has met
-        ready.parameters[known[x.name]] if x.name in known else float(x.value is ONE) for x in declared.parameters
-    ]
-    form = (ready.formalism, form_of(ready.system.simulation, constrained=True, varies=True)) if every else None
-    recalled = recall_laws(declared, form, code)
-    laws = Laws(declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
+    laws = laws_of_runs(ready, laws_of, code)
     looks = tuple(times_to_check(ready.system, ready.parameter_values, settings.t_end).tolist())
     assert ready.state.posed is not None  # what holds one way only poses its laws at the start
     scale = ready.state.posed.rows.scale
@@ -623,6 +617,19 @@ def one_way_runs(
 
     stabilised = None if settings.baumgarte is None else settings.baumgarte.chosen(own)
     return partial(ModeRun, prepared=runs(template, stabilised))
+
+
+def laws_of_runs(ready: PreparedSystem, laws_of: LawMechanism, code: Native) -> Laws:
+    """Return the laws of runs of a system that is ready, compiled."""
+    known = ready.mechanism.parameters.places
+    values = [  # parameters that the system has not are components of normals, before anything has met
+        ready.parameters[known[x.name]] if x.name in known else float(x.value is ONE)
+        for x in laws_of.declared.parameters
+    ]
+    settings = ready.system.simulation
+    form = (ready.formalism, form_of(settings, constrained=True, varies=True)) if laws_of.every else None
+    recalled = recall_laws(laws_of.declared, form, code)
+    return Laws(laws_of.declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
 
 
 def _compile_mode(
