@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from multibody_sym.pictures.page.picture import letters
 from multibody_sym.pictures.page.raster import plain_style
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -20,12 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlottedCurve:
-    """Numbers y (m,) over x (m,), called `name`, of one of several runs; all in the units that are told."""
+    """Numbers y (m,) over x (m,), called `name`, of one of several runs; all in the units that are told.
+
+    A rate of the coordinate `rate_of` has its letter with a dot.
+    """
 
     name: str
     x: Floats
     y: Floats
     run: int = 0
+    rate_of: str = ""
 
     @property
     def range(self) -> tuple[float, float]:
@@ -47,10 +54,18 @@ class Panel:
 
     @property
     def label(self) -> str:
-        """What stands at the axis: the names where they are few and short, and the unit."""
-        names = ", ".join(dict.fromkeys(curve.name for curve in self.curves))
+        """What stands at the axis: the names where they are few and short, else the quantity, and the unit."""
+        return self._labelled(", ".join(dict.fromkeys(curve.name for curve in self.curves)))
+
+    @property
+    def typeset_label(self) -> str:
+        """The same for matplotlib, names in letters."""
+        return self._labelled(", ".join(dict.fromkeys(map(typeset, self.curves))))
+
+    def _labelled(self, names: str) -> str:
         unit = f"[{self.unit}]" if self.unit else ""
-        return f"{names} {unit}".strip() if len(names) <= _LONGEST else unit
+        told = len(", ".join(dict.fromkeys(curve.name for curve in self.curves))) <= _LONGEST
+        return f"{names if told else _quantity(self.unit)} {unit}".strip()
 
     @property
     def range(self) -> tuple[float, float]:
@@ -118,13 +133,18 @@ class Plot:
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#E69F00", "#56B4E9")
 """Okabe and Ito's colours, which differ for the colour-blind too; their yellow is too light for a line on white."""
 STYLES: Final = ("-", "--", "-.", ":")
-_DISTINCT: Final = len(COLOURS) * len(STYLES)
+_PARTS: Final = ("end", "min", "max")
+_TOGETHER: Final = 8
+"""More curves than so many have small axes of their own."""
 _COLUMN: Final = 10
 """So many names stand below each other in a legend."""
+_ABREAST: Final = 4
+"""Small axes beside each other."""
 _BESIDE: Final[Any] = {
     "loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": "small", "title_fontsize": "small",
+    "facecolor": "white", "framealpha": 1.0, "edgecolor": "0.8",
 }  # fmt: skip
-_WIDTH, _HEIGHT, _MARGIN = 8.0, 2.4, 1.0
+_WIDTH, _HEIGHT, _SMALL, _MARGIN = 8.0, 2.4, 1.3, 1.0
 _CLOSEST: Final = 0.018
 """Marks closer than this part of the axis are not named one by one."""
 
@@ -134,16 +154,84 @@ def figure_of(plot: Plot) -> ShownFigure:
     with plain_style():
         from multibody_sym.pictures.notebook_figure import ShownFigure
 
-        square = plot.equal and not plot.over_time
-        height = _MARGIN + (4.5 if square else _HEIGHT) * len(plot.panels)
-        figure = ShownFigure(figsize=(_WIDTH, height), layout="constrained")
-        axes = figure.subplots(len(plot.panels), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, panel in zip(axes, plot.panels, strict=True):
-            _draw_panel(axis, panel, plot)
+        heights = [_height(panel, plot) for panel in plot.panels]
+        figure = ShownFigure(figsize=(_WIDTH, _MARGIN + sum(heights)), layout="constrained")
+        grid: Any = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+        axes: list[Any] = []
+        for row, panel in zip(grid, plot.panels, strict=True):
+            cells = _cells(panel)
+            parts = row.subgridspec(-(-len(cells) // _ABREAST), _ABREAST) if len(cells) > 1 else [row]
+            first = len(axes)
+            for part, cell in zip(parts, cells, strict=False):
+                axis = figure.add_subplot(
+                    part, sharex=axes[0] if axes else None, sharey=axes[first] if len(axes) > first else None
+                )
+                axes.append(axis)
+                _draw_panel(axis, cell, plot, small=len(cells) > 1)
+            for k, axis in enumerate(axes[first:]):
+                bottom = row.is_last_row() and (len(cells) == 1 or k >= len(cells) - _ABREAST)
+                axis.tick_params(labelbottom=bottom, labelleft=k % _ABREAST == 0)
+                axis.set_xlabel(literal(plot.across) if bottom else "")
+            axes[first].set_ylabel(panel.typeset_label)
         _draw_marks(axes, plot)
-        axes[-1].set_xlabel(literal(plot.across))
         figure.suptitle(literal(plot.title), fontsize="large")
     return figure
+
+
+def _height(panel: Panel, plot: Plot) -> float:
+    count = len(_cells(panel))
+    usual = 4.5 if plot.equal and not plot.over_time else _HEIGHT
+    return usual if count == 1 else _SMALL * -(-count // _ABREAST)
+
+
+def _cells(panel: Panel) -> list[Panel]:
+    """Return the panel, or where it has many curves one for each name."""
+    names = list(dict.fromkeys(curve.name for curve in panel.curves))
+    if len(names) <= _TOGETHER:
+        return [panel]
+    return [replace(panel, curves=tuple(x for x in panel.curves if x.name == name)) for name in names]
+
+
+def typeset(curve: PlottedCurve) -> str:
+    """Return the name of a curve for matplotlib: in letters as figures have them, rates with a dot, words with a prime.
+
+    `theta end` and the like of studies have letters, too.
+    """
+    name, _, part = (curve.rate_of or curve.name).rpartition(" ")
+    name, part = (name, f" {part}") if part in _PARTS else (curve.rate_of or curve.name, "")
+    (text, style), *others = letters(name)
+    dotted = bool(curve.rate_of) and style == "italic"
+    begin = rf"$\dot{{\mathit{{{text}}}}}$" if dotted else _set_run(text, style)
+    prime = "'" if curve.rate_of and not dotted else ""
+    return begin + "".join(_set_run(*run) for run in others) + prime + part
+
+
+def _set_run(text: str, style: str) -> str:
+    if style == "subscript" and text.isalnum():
+        return rf"$_{{\mathrm{{{text}}}}}$"
+    return rf"$\mathit{{{text}}}$" if style == "italic" and text.isalpha() else literal(text)
+
+
+@cache
+def _quantities() -> dict[Any, str]:
+    from multibody_sym.text.units import kind_of
+
+    words = {
+        "rad": "angle", "m": "length", "rad/s": "angular speed", "m/s": "speed", "N": "force", "N*m": "moment",
+        "J": "energy", "W": "power", "kg*m/s": "momentum", "m/s^2": "acceleration", "s": "time", "kg": "mass",
+    }  # fmt: skip
+    return {kind_of(unit): word for unit, word in words.items()}
+
+
+def _quantity(unit: str) -> str:
+    """Return the word for what a unit measures, empty where it is not known."""
+    from multibody_sym.errors import ExpressionError
+    from multibody_sym.text.units import kind_of
+
+    try:
+        return _quantities().get(kind_of(unit), "") if unit else ""
+    except ExpressionError:
+        return ""
 
 
 def literal(name: str) -> str:
@@ -155,42 +243,41 @@ def literal(name: str) -> str:
 # --- one panel -------------------------------------------------------------------------------------------------------
 
 
-def _draw_panel(axis: Any, panel: Panel, plot: Plot) -> None:
+def _draw_panel(axis: Any, panel: Panel, plot: Plot, *, small: bool) -> None:
     lines = []
     for k, curve in enumerate(panel.curves):
         colour, style = _look(k, curve, panel, plot)
         run, (low, high) = plot.runs[curve.run], curve.range
         drift = f",\nchanges by {high - low:.1e}" if panel.is_flat else ""
-        told = literal((f"{curve.name}, {run}" if run else curve.name) + drift)
+        told = typeset(curve) + literal(f", {run}" if run else "") + drift
         marker = "." if plot.dots else None
         (line,) = axis.plot(curve.x, curve.y, style, color=colour, linewidth=1.2, label=told, marker=marker)
         lines.append(line)
         if not plot.over_time and len(curve.x):
             axis.plot(curve.x[:1], curve.y[:1], "o", color=colour, markersize=4)
-    axis.set_ylabel(literal(panel.label))
     axis.grid(visible=True, alpha=0.3)
     if panel.is_flat:
         axis.set_ylim(panel.shown)
-    if lines and len(lines) <= _DISTINCT:
+    if small:
+        axis.set_title(typeset(panel.curves[0]), fontsize="small", pad=3)
+        axis.tick_params(labelsize="small")
+    if lines and (not small or len(plot.runs) > 1):
         axis.legend(handles=lines, ncols=-(-len(lines) // _COLUMN), **_BESIDE)
-    elif lines:  # of more than can differ some are named
-        last = len(lines) - 1
-        shown = [lines[round(k * last / (_COLUMN - 2))] for k in range(_COLUMN - 1)]
-        axis.legend(handles=shown, title=f"{len(lines)} curves,\ncoloured in order", **_BESIDE)
     if plot.equal:
         axis.set_aspect("equal", adjustable="datalim")
 
 
 def _look(k: int, curve: PlottedCurve, panel: Panel, plot: Plot) -> tuple[Any, str]:
-    """Return colour and style: of several runs each has a colour, of more curves than can differ all follow a scale."""
-    if len(plot.runs) > 1 and len(plot.runs) <= len(COLOURS):
-        names = list(dict.fromkeys(each.name for each in panel.curves))
-        return COLOURS[curve.run], STYLES[names.index(curve.name) % len(STYLES)]
-    if len(panel.curves) <= _DISTINCT:
-        return COLOURS[k % len(COLOURS)], STYLES[k // len(COLOURS)]
-    import matplotlib as mpl
+    """Return colour and style: of several runs each has a colour, and of many a scale of them."""
+    names = list(dict.fromkeys(each.name for each in panel.curves))
+    if len(plot.runs) > 1:
+        style = STYLES[names.index(curve.name) % len(STYLES)]
+        if len(plot.runs) <= len(COLOURS):
+            return COLOURS[curve.run], style
+        import matplotlib as mpl
 
-    return mpl.colormaps["viridis"](0.92 * k / (len(panel.curves) - 1)), "-"
+        return mpl.colormaps["viridis"](0.92 * curve.run / (len(plot.runs) - 1)), style
+    return COLOURS[k % len(COLOURS)], STYLES[k // len(COLOURS)]
 
 
 # --- marks -----------------------------------------------------------------------------------------------------------

@@ -14,6 +14,8 @@ from multibody_sym.text.values import SI
 
 pytest.importorskip("matplotlib")
 EXAMPLES = Path(__file__).parents[2] / "examples"
+FIRST, SECOND = (rf"$\mathit{{θ}}$$_{{\mathrm{{{k}}}}}$" for k in (1, 2))
+RATE = r"$\dot{\mathit{θ}}$$_{\mathrm{1}}$"
 CHAIN = (
     "{multibody_sym: 1, name: chain, repeat: {count: 40, body: {mass: 1, com: [1, 0, 0], points: {end: [1, 0, 0]}},"
     " joint: {type: revolute, parent: end}}}"
@@ -31,11 +33,11 @@ def labels(axis: Any) -> list[str]:
 
 def test_a_panel_holds_what_has_one_unit_and_energy_that_only_drifts_is_told_as_constant(run: mbs.Trajectory) -> None:
     figure = run.plot()
-    assert [axis.get_ylabel() for axis in figure.axes] == [
-        "theta1, theta2 [rad]", "u_theta1, u_theta2 [rad/s]", "energy [J]",
-    ]  # fmt: skip
-    (told,) = labels(figure.axes[2])
-    low, high = figure.axes[2].get_ylim()
+    rates = f"{FIRST}, {SECOND}".replace(r"\mathit{θ}", r"\dot{\mathit{θ}}")
+    told = ["energy [J]", f"{FIRST}, {SECOND} [deg]", f"{rates} [rad/s]"]
+    assert [axis.get_ylabel() for axis in figure.axes] == told
+    (told,) = labels(figure.axes[0])
+    low, high = figure.axes[0].get_ylim()
     drift = run.energy.max() - run.energy.min()
     assert told == f"energy,\nchanges by {drift:.1e}"
     assert high - low == pytest.approx(0.1 * run.kinetic_energy.max(), rel=1e-5)
@@ -44,7 +46,7 @@ def test_a_panel_holds_what_has_one_unit_and_energy_that_only_drifts_is_told_as_
 
 def test_names_are_chosen_and_drawn_over_another(run: mbs.Trajectory) -> None:
     figure = run.plot(show="u_theta1, kinetic_energy", x="theta1", units="deg")
-    assert [labels(axis) for axis in figure.axes] == [["u_theta1"], ["kinetic_energy"]]
+    assert [labels(axis) for axis in figure.axes] == [[RATE], ["kinetic energy"]]
     assert figure.axes[-1].get_xlabel() == "theta1 [deg]"
     line, start = figure.axes[0].get_lines()
     assert np.allclose(line.get_data(), np.degrees([run["theta1"], run["u_theta1"]]))
@@ -70,26 +72,40 @@ def test_two_lengths_are_a_path_to_scale(run: mbs.Trajectory) -> None:
 def test_runs_lie_over_each_other_by_name(run: mbs.Trajectory) -> None:
     figure = mbs.plot({"long": run, "short": run}, show="theta1,theta2")
     lines = figure.axes[0].get_lines()
-    assert labels(figure.axes[0]) == ["theta1, long", "theta2, long", "theta1, short", "theta2, short"]
+    assert labels(figure.axes[0]) == [f"{FIRST}, long", f"{SECOND}, long", f"{FIRST}, short", f"{SECOND}, short"]
     looks = [(line.get_color(), line.get_linestyle()) for line in lines]
     assert len(set(looks)) == 4
     assert looks[0][0] == looks[1][0] != looks[2][0]
-    assert labels(mbs.plot([run, run], show="theta1").axes[0]) == ["theta1, run 1", "theta1, run 2"]
+    assert labels(mbs.plot([run, run], show="theta1").axes[0]) == [f"{FIRST}, run 1", f"{FIRST}, run 2"]
     for odd in ({}, [1], "run"):
         with pytest.raises(mbs.InputError, match="runs: expected"):
             mbs.plot(odd)  # type: ignore[arg-type]
 
 
-def test_no_curve_is_dropped_and_a_legend_says_how_many_there_are() -> None:
+def test_more_than_eight_curves_have_small_axes_with_names_and_one_scale() -> None:
     run = mbs.simulate(mbs.loads(CHAIN), t_end=0.01, samples=3)
-    axis = run.plot(show=list(run.coordinates)).axes[0]
-    assert len(axis.get_lines()) == 40
-    assert len({line.get_color() for line in axis.get_lines()}) == 40
-    assert axis.get_legend().get_title().get_text() == "40 curves,\ncoloured in order"
-    assert labels(axis)[0] == "joint1" and labels(axis)[-1] == "joint40"  # noqa: PT018
-    few = run.plot(show=list(run.coordinates)[:28]).axes[0]
-    assert labels(few) == [f"joint{k}" for k in range(1, 29)]
-    assert len({(line.get_color(), line.get_linestyle()) for line in few.get_lines()}) == 28
+    axes = run.plot(show=list(run.coordinates)).axes
+    assert [len(axis.get_lines()) for axis in axes] == [1] * 40
+    assert [axis.get_title() for axis in axes] == [rf"joint$_{{\mathrm{{{k}}}}}$" for k in range(1, 41)]
+    assert len({axis.get_ylim() for axis in axes}) == 1
+    assert [axis.get_ylabel() for axis in axes] == ["angle [deg]", *[""] * 39]
+    (few,) = run.plot(show=list(run.coordinates)[:8]).axes
+    assert labels(few) == [rf"joint$_{{\mathrm{{{k}}}}}$" for k in range(1, 9)]
+    assert len({(line.get_color(), line.get_linestyle()) for line in few.get_lines()}) == 8
+
+
+def test_angles_are_in_degrees_and_many_of_them_in_turns() -> None:
+    for speed, unit, size in ((5.0, "deg", 180 / np.pi), (50.0, "turn", 0.5 / np.pi)):
+        system = mbs.loads(
+            "{multibody_sym: 1, name: wheel, bodies: {b: {mass: 1, inertia: {Izz: 1}}}, joints: {j: {type: revolute,"
+            f" parent: ground, child: b, q: phi, initial: {{u: {speed}}}}}}}, simulation: {{t_end: 1, samples: 3}}}}"
+        )
+        run = mbs.simulate(system, backend="python")
+        angle, rate = run.plot().axes
+        assert angle.get_ylabel().endswith(f" [{unit}]")
+        assert angle.get_lines()[0].get_ydata() == pytest.approx(run["phi"] * size)
+        assert rate.get_ylabel().endswith(" [rad/s]")
+        assert run.plot(units="rad").axes[0].get_ylabel().endswith(" [rad]")
 
 
 def test_changes_are_marked_and_those_without_a_name_are_counted() -> None:

@@ -19,6 +19,7 @@ from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import study as studies
 from multibody_sym.motion.sweep.plan import axes_of, plan_of
 from multibody_sym.motion.sweep.rows import StudyRows, unnamed_journal
+from multibody_sym.pictures.plots import PlottedCurve, typeset
 
 PENDULUM = """
 multibody_sym: 1
@@ -347,8 +348,9 @@ def test_a_figure_of_a_sweep_has_a_panel_for_each_unit_its_legend_beside_it_and_
     assert len(set(units)) == len(units)
     assert "deg" in units
     assert drawn.axes[-1].get_xlabel() == "l [cm]"
-    shown = {line.get_label().partition(",")[0]: line for axis in drawn.axes for line in axis.lines}
     changing = {name for name in study.results if np.ptp(study[name]) > 0}
+    names = {typeset(PlottedCurve(name, study["l"], study["l"])): name for name in changing}
+    shown = {names[line.get_label().partition(",")[0]]: line for axis in drawn.axes for line in axis.lines}
     assert set(shown) == changing
     angle = next(name for name in changing if name.startswith("theta "))
     assert shown[angle].get_ydata() == pytest.approx(np.degrees(study[angle]))

@@ -75,9 +75,10 @@ def test_figures_take_every_name_as_it_stands(clash: mbs.Trajectory, tmp_path: P
     pytest.importorskip("matplotlib")
     figure = clash.plot(tmp_path / "clash.svg")
     labels = [text.get_text() for axis in figure.axes for text in axis.get_legend().get_texts()]
-    assert labels == ["x", "u_x", "\\$name_", "output x", "output t"]
+    x = "$\\mathit{x}$"
+    assert sorted(labels) == sorted([x, "$\\dot{\\mathit{x}}$", "\\$name_", "output x", "output t"])
     assert (tmp_path / "clash.svg").read_text().lstrip().startswith("<?xml")
-    line = figure.axes[0].get_lines()[0]
+    (line,) = (line for axis in figure.axes for line in axis.get_lines() if line.get_label() == x)
     assert np.array_equal(line.get_ydata(), clash["x"])
     with pytest.raises(mbs.OutputError, match="'xyz'"):
         clash.plot(tmp_path / "clash.xyz")
@@ -97,10 +98,15 @@ def test_axes_and_tables_tell_units_where_they_are_known() -> None:
     run = mbs.simulate(mbs.loads(UNITS), backend="python")
     figures = run.plot(), run.plot(units="mm,deg,ms")
     plain, chosen = ([axis.get_ylabel() for axis in figure.axes] for figure in figures)
-    assert plain == ["x, way [m]", "a [rad]", "u_x [m/s]", "u_a [rad/s]", "pull, push [N]", "lever"]
-    assert chosen == ["x, way [mm]", "a [deg]", "u_x [mm/ms]", "u_a [deg/ms]", "pull, push [N]", "lever"]
+    assert plain == [
+        "pull, push [N]", "lever", "way [m]", "$\\mathit{x}$ [m]", "$\\mathit{a}$ [deg]",
+        "$\\dot{\\mathit{x}}$ [m/s]", "$\\dot{\\mathit{a}}$ [rad/s]",
+    ]  # fmt: skip
+    others = {"m]": "mm]", "m/s]": "mm/ms]", "rad/s]": "deg/ms]"}
+    assert chosen == [f"{name}[{others.get(unit, unit)}" if bracket else name
+                      for name, bracket, unit in (label.partition("[") for label in plain)]  # fmt: skip
     assert [figure.axes[-1].get_xlabel() for figure in figures] == ["t [s]", "t [ms]"]
-    t, x = figures[1].axes[0].get_lines()[0].get_data()
+    t, x = figures[1].axes[3].get_lines()[0].get_data()
     assert np.allclose([t, x], [1e3 * run.t, 1e3 * run["x"]])
     table = run.table(units=["mm", "kN"])
     assert table.units == {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
@@ -18,6 +19,7 @@ _TIME: Final = "t"
 _LENGTH: Final = "m"
 _OUTPUT: Final = "output "
 """What stands before the name of an output that is called like a coordinate, as in tables."""
+_TURNS: Final = 4
 _CHANGE: Final = "energy_change"
 _ENERGIES: Final = {
     "kinetic_energy": lambda run: run.kinetic_energy,
@@ -38,20 +40,30 @@ def plot(
 ) -> Any:
     """Return a matplotlib figure of one run, or of several by name in one picture; written to `path` if one is given.
 
-    It has a panel for each unit. `show` names what is shown, as `"theta,psi"` or a list: coordinates, speeds, inputs,
-    outputs, `kinetic_energy`, `potential_energy`, `energy` and `energy_change` (since the start); without it all
-    coordinates, speeds and outputs. It is drawn over `x`, time or another of these names: `x="theta"` gives phase
-    plots, and two lengths a path to scale. What begins to stick, slide, open or close is marked.
+    It has a panel for each unit, outputs first, then coordinates and speeds; more than eight curves have small axes
+    each. Angles are in degrees, or in turns if they pass four of them, unless `units` are given. `show` names what is
+    shown, as `"theta,psi"` or a list: coordinates, speeds, inputs, outputs, `kinetic_energy`, `potential_energy`,
+    `energy` and `energy_change` (since the start); without it all outputs, coordinates and speeds. It is drawn over
+    `x`, time or another of these names: `x="theta"` gives phase plots, and two lengths a path to scale. What begins to
+    stick, slide, open or close is marked.
     Raises InputError for what is no unit and no name of a run, OutputError where matplotlib is missing or the file
     cannot be written.
     """
     from multibody_sym.pictures.page.raster import write_figure
     from multibody_sym.pictures.plots import figure_of
 
-    figure = figure_of(plot_of(_by_name(runs), chosen_units(units), show, x))
+    named, chosen = _by_name(runs), chosen_units(units)
+    figure = figure_of(plot_of(named, chosen if chosen.chosen else _of_angles(named), show, x))
     if path is not None:
         write_figure(figure, path)
     return figure
+
+
+def _of_angles(runs: Mapping[str, Samples]) -> Units:
+    """Return the unit of angles that people read: degrees, turns where there are many; rates stay in rad/s."""
+    angles = (run[name] for run in runs.values() for name, unit in run.units.items() if unit == "rad")
+    largest = max((float(np.max(np.abs(values), initial=0.0)) for values in angles), default=0.0)
+    return chosen_units(f"{'turn' if largest > _TURNS * 2.0 * math.pi else 'deg'},rad/s,rad/s^2")
 
 
 class _Column(NamedTuple):
@@ -66,15 +78,20 @@ def plot_of(
 ) -> Plot:
     """Return what a plot of runs shows, by panels."""
     wanted = _words(show)
-    panels: dict[str, list[PlottedCurve]] = {}
+    panels: dict[tuple[bool, str], list[PlottedCurve]] = {}
     across = ""
     for k, run in enumerate(runs.values()):
         base, across = _across(run, x, units)
         for name in wanted or _all_of(run, x):
             column = _column(run, name, units)
-            panels.setdefault(column.unit, []).append(PlottedCurve(name, base.values, column.values, k))
+            place = name.removeprefix("u_")
+            rate_of = place if place != name in run.speeds and place in run.coordinates else ""
+            state = not wanted and name in run.units
+            panels.setdefault((state, column.unit), []).append(
+                PlottedCurve(name, base.values, column.values, k, rate_of)
+            )
     found = []
-    for unit, curves in panels.items():
+    for (_, unit), curves in panels.items():
         size = 0.0  # the kinetic energy that energies are judged against: less than a millionth of it is drift
         if unit == units.of("J") and not any(curve.name == _CHANGE for curve in curves):
             size = float(max(np.max(run.kinetic_energy, initial=0.0) for run in runs.values())) / units.size("J")
@@ -113,7 +130,7 @@ def _words(show: str | Sequence[str] | None) -> list[str]:
 
 def _all_of(run: Samples, x: str) -> list[str]:
     """Return the names that are shown unasked."""
-    return [name for name in [*run.coordinates, *run.speeds, *_outputs(run)] if name != x]
+    return [name for name in [*_outputs(run), *run.coordinates, *run.speeds] if name != x]
 
 
 def outputs_and_places(run: Samples) -> list[str]:

@@ -345,8 +345,8 @@ class Trajectory(Samples):
     ) -> Any:
         """Return a matplotlib figure of the run, written to `path` if one is given: `multibody_sym.plot` of it alone.
 
-        It is in SI units but for those chosen, such as `units="mm,deg"`. `show="theta,psi"` chooses what is shown and
-        `x="theta"` over what.
+        It is in SI units, angles in degrees or turns, but for those chosen, such as `units="mm,rad"`.
+        `show="theta,psi"` chooses what is shown and `x="theta"` over what.
         Raises InputError for what is no unit or name, OutputError where matplotlib is missing or the file cannot be
         written.
         """

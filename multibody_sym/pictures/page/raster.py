@@ -22,17 +22,24 @@ from multibody_sym.text.files import path_name, write_whole
 def write_figure(figure: Any, path: str | os.PathLike[str]) -> None:
     """Write the figure as PNG, SVG or PDF, by the ending of `path`. Raises OutputError."""
     ending = os.path.splitext(path_name(path))[1].removeprefix(".").lower() or "png"
-    write_whole(path, figure_content(figure, ending))
+    write_whole(path, figure_content(figure, ending, _PRINTED))
 
 
-def figure_content(figure: Any, ending: str) -> bytes:
-    """Return the figure in a format, the same bytes each time. Raises OutputError for what is no format."""
+_PRINTED: Final = 200
+"""Dots an inch of a figure in a file."""
+
+
+def figure_content(figure: Any, ending: str, dots: float | None = None) -> bytes:
+    """Return the figure in a format, the same bytes each time; `dots` an inch, those of a screen unless told.
+
+    Raises OutputError for what is no format.
+    """
     import matplotlib as mpl
 
     found, dated = io.BytesIO(), {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with plain_style(), mpl.rc_context({"svg.hashsalt": "multibody_sym"}), _fixed_layout(figure):
         try:
-            figure.savefig(found, format=ending, metadata=dated.get(ending))
+            figure.savefig(found, format=ending, dpi=dots or "figure", metadata=dated.get(ending))
         except ValueError as problem:
             raise OutputError(f"the figure cannot be written as '{ending}': {problem}", number="O102") from None
     return found.getvalue()
