@@ -18,7 +18,7 @@ from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import Document, HtmlWriter, worked_document
 from multibody_sym.documents.solution import solution_text
 from multibody_sym.text.values import chosen_units
-from site_pages.markdown import block, front_matter, plain
+from site_pages.markdown import block, plain
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -71,7 +71,7 @@ def overview() -> str:
     for path in examples().values():
         groups.setdefault(path.parent.name if path.parent != EXAMPLES else "", []).append(path)
     head = "Each picture leads to a model, its motion, answers and equations. `multibody-sym new NAME` writes its file."
-    parts = [f"{front_matter(0.6, hide='toc')}# Gallery\n\n{head}\n"]
+    parts = [f"# Gallery\n\n{head}\n"]
     for group, paths in groups.items():
         cards = "\n".join(map(_card, paths))
         parts.append(f'## {_TITLES.get(group, group)}\n\n<div class="cards">\n{cards}\n</div>\n')
@@ -110,7 +110,7 @@ def make(path: Path) -> ExamplePage:
     """Return the page of an example."""
     name, system = path.stem, mbs.load(path)
     figure, film = _figure(system), _film(system)
-    parts = [f"{front_matter(0.3)}# {title(name)}\n", plain(statement(path)) + "\n"]
+    parts = [f"# {title(name)}\n", plain(statement(path)) + "\n"]
     if figure:
         parts.append(f"![Figure of {plain(title(name))}]({name}.svg)\n{{ .figure }}\n")
     parts.append(f"`multibody-sym new {name}` writes this model to `{name}.yaml`.\n")

@@ -8,10 +8,25 @@ from pathlib import Path
 from typing import Any
 
 _TYPESET = "<!-- the same equations, typeset -->"
+_HIDDEN = {"index.md": ["navigation", "toc"], "gallery/index.md": ["toc"]}
+_WEIGHTS = {
+    "which_command.md": 2.0,
+    "index.md": 1.5,
+    "tutorials/": 0.8,
+    "guide/(figures|design)": 0.4,
+    "how_to_add": 0.4,
+    "keys.md": 0.9,
+    "reference/python": 0.7,
+    "gallery/": 0.3,
+}
+"""What a hit counts in the search by the beginning of the page's address; elsewhere 1."""
 
 
-def on_page_markdown(markdown: str, **_named: Any) -> str:
-    """Typeset the equations of the first page; lead links to folders of the checkout to the gallery."""
+def on_page_markdown(markdown: str, *, page: Any, **_named: Any) -> str:
+    """Weigh a page, typeset the equations of the first one, lead links to folders of the checkout to the gallery."""
+    address = page.file.src_uri
+    page.meta["hide"] = _HIDDEN.get(address, [])
+    page.meta["search"] = {"boost": next((x for start, x in _WEIGHTS.items() if re.match(start, address)), 1.0)}
     if _TYPESET in markdown:
         from site_pages.gallery import typeset_equations
 

@@ -6,7 +6,7 @@ from multibody_sym.model.bodies import SHAPES
 from multibody_sym.model.schema import REPEAT_SAYS
 from multibody_sym.model.system import REPEAT_KEY, VERSION_KEY
 from site_pages.language import language
-from site_pages.markdown import anchor, code, front_matter, table
+from site_pages.markdown import anchor, code, table
 from site_pages.model_file import section, sections
 
 ORIGINS = {
@@ -43,7 +43,7 @@ def keys() -> str:
     """Return the page."""
     elements = ", ".join(f"[{title}](#{anchor(title)})" for title, _ in sections())
     parts = [section(title, cls) for title, cls in sections()]
-    return "\n".join((front_matter(0.9) + _HEAD.format(elements=elements), *parts, _shapes(), language()))
+    return "\n".join((_HEAD.format(elements=elements), *parts, _shapes(), language()))
 
 
 def _shapes() -> str:

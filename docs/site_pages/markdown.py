@@ -22,12 +22,6 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
-def front_matter(boost: float, hide: str = "") -> str:
-    """Return the head of a page: its weight in the search, and the part of the page that is hidden."""
-    hidden = f"hide: [{hide}]\n" if hide else ""
-    return f"---\nsearch: {{boost: {boost}}}\n{hidden}---\n"
-
-
 def block(text: str, language: str) -> str:
     """Return a block of code in a language."""
     fence = "```" if "```" not in text else "~~~~"

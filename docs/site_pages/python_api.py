@@ -15,7 +15,7 @@ import multibody_sym as mbs
 from multibody_sym.model.fields import Element
 from multibody_sym.model.schema import default_of, kind_of, with_types
 from multibody_sym.text.yaml_tree import read_text
-from site_pages.markdown import block, cell, code, front_matter, paragraphs, plain, table
+from site_pages.markdown import block, cell, code, paragraphs, plain, table
 from site_pages.model_file import anchors
 from site_pages.python_words import GROUPS, PARAMETERS
 
@@ -37,7 +37,7 @@ def pages() -> Mapping[str, Callable[[], str]]:
 
 def _overview() -> str:
     parts = [
-        f"{front_matter(0.8)}# Python API\n\n`import multibody_sym as mbs`. Numbers are SI, angles in radians. "
+        "# Python API\n\n`import multibody_sym as mbs`. Numbers are SI, angles in radians. "
         'Wherever a number is expected, a text with a unit such as `"30 deg"` is read, too.\n'
     ]
     for address, group in GROUPS.items():
@@ -49,7 +49,7 @@ def _overview() -> str:
 
 def _page(address: str) -> str:
     group = GROUPS[address]
-    head = f"{front_matter(0.7)}# Python: {group.title[0].lower()}{group.title[1:]}\n\n{group.about}\n"
+    head = f"# Python: {group.title[0].lower()}{group.title[1:]}\n\n{group.about}\n"
     if address == "expressions":
         return "\n".join([head, _mathematics(), *(_entry(name) for name in group.names if name not in MATHEMATICS)])
     return "\n".join([head, *map(_entry, group.names)])
@@ -124,8 +124,8 @@ def _parameter(p: inspect.Parameter) -> list[str]:
 
 def _type(annotation: Any) -> str:
     """Return a type as readers know it: Any is a number, an expression or a text with a unit."""
-    text = str(annotation).replace("os.PathLike[str]", "Path").replace("npt.ArrayLike", "array")
-    return code({"Any": "number | text | expression"}.get(text, text))
+    text = str(annotation).replace("os.PathLike[str]", "Path").replace("npt.ArrayLike", "array").replace(" | ", " or ")
+    return code({"Any": "number, text or expression"}.get(text, text))
 
 
 def _linked_error(name: str) -> str:

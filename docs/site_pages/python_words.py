@@ -32,7 +32,7 @@ GROUPS: Final[Mapping[str, Group]] = {
         """.split()),
     ),
     "forces": Group(
-        "Forces, contacts and impacts", "Forces act on bodies and in joints; contacts press, rub and bounce.",
+        "Forces, contacts and impacts", "Forces act on bodies and in joints; contacts and impacts act between bodies.",
         tuple("""
         Force Torque SpringDamper Damper Drag Potential Gravitation Coulomb Pull Motor Friction
         SmoothFriction Contact Impact
@@ -95,6 +95,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "coordinates": '"relative" (of joints) or "absolute" (of bodies)',
     "damping": "read the damping of the joints",
     "digits": "how many digits numbers have",
+    "dimensions": "draw named lengths",
     "directory": "the folder to write to",
     "drives": "joints whose motion is given in place of their forces",
     "executor": "an executor of concurrent.futures, in place of threads",
@@ -120,7 +121,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "model": "the system",
     "moving": "accept a state in which A changes with time",
     "name": "the name",
-    "names": "the names, separated by spaces",
+    "names": "the names, separated by spaces; of figures `letters`, `all` or `none`",
     "native": "compile for this processor only",
     "numbers": "a seed from which other round numbers of the parameters follow",
     "omega": "angular frequencies in rad/s",

@@ -147,9 +147,9 @@ def check(
 ) -> CheckReport:
     """Return degrees of freedom, redundant constraints, the formalisms' agreement, theorems and hints for a system.
 
-    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: that whose motion and
-    forces theorems and hints are about, None for the cheapest; all that apply are compared.
-    Raises InputError for what the declaration contradicts.
+    `parameters` to `project` change the system for this call. Theorems and hints refer to the motion and forces of
+    `formalism`, None for the cheapest; all formalisms that apply are compared.
+    Raises InputError for values that contradict the declaration.
     """
     return _check(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
 

@@ -342,9 +342,9 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the positions of equilibrium that are found from the start and from positions all around it, at t = 0.
 
-    The system is taken at rest: speeds of the start are left out. Positions are told apart by where bodies are.
-    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism` by name, None for the
-    cheapest. Raises InputError, and NoSolutionError where there is no start or none is found.
+    Speeds of the start are ignored. Two positions differ if bodies are in other places.
+    `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one.
+    Raises InputError, and NoSolutionError where there is no start or none is found.
     """
     return _equilibrium(Overrides(parameters, initial, inputs, coordinates, project).of(system), formalism)
 
@@ -435,8 +435,8 @@ def trim(
     `unknown` inputs are found, all but those that drive motions if none are named; others are as declared at t = 0.
     Coordinates that `at` does not name are found as well, near the start and within the limits of joints; other speeds
     are zero, or follow from constraints. Of more unknowns than equations those of the shortest steps from the start and
-    from zero. `parameters` .. `inputs`: what the call changes of the system. Contacts, ropes and friction have the mode
-    of the start. Raises InputError for unknown names, NoSolutionError where nothing holds it in this mode.
+    from zero. `parameters` to `inputs` change the system for this call. Contacts, ropes and friction have the mode of
+    the start. Raises InputError for unknown names, NoSolutionError where nothing holds it in this mode.
     """
     verify_system(system)
     free = tuple(name for name in system.inputs if name not in driving_inputs(system))

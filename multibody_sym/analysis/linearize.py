@@ -326,15 +326,14 @@ def linearize(
 ) -> Linearization:
     """Return the linearisation of a system about its start, in coordinates of its joints, whatever `coordinates` are.
 
-    `at` another state: "equilibrium", the position of rest that is found first from the start, or values of coordinates
-    and speeds by name, around which constraints are closed and all else stays as at the start.
-    Inputs that change with time are held at their values at t = 0. `parameters` .. `project`: what the call changes of
-    the system (`Overrides`); `formalism` by name, None for the cheapest.
-    `moving`: also where the system moves such that A changes: A .. D are those of the moment, and not `steady`.
-    Outputs that depend on states that are left out are left out, too.
-    Raises InputError, and NoSolutionError where there is no start, it is a singular position, a force or an output has
-    no derivative there, as at a kink, or it moves such that A is not constant, by name. What begins to slip from rest
-    is linearised as it slips.
+    `at` selects another state: "equilibrium", the first position of rest found from the start, or values of coordinates
+    and speeds by name. Constraints are closed around them, and all other values are those of the start.
+    Inputs that change with time are held at their values at t = 0. `parameters` to `project` change the system for this
+    call. `formalism` None selects the cheapest one. `moving` accepts a motion in which A changes: A to D are then those
+    of the moment, and not `steady`. Outputs that depend on omitted states are omitted, too. Friction that begins to
+    slip from rest is linearised as slipping.
+    Raises InputError, and NoSolutionError, which names the cause: no start, a singular position, a force or an output
+    without a derivative (a kink), or a motion in which A is not constant.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     return _linearize(changed, formalism, at, flag("moving", moving))

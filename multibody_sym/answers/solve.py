@@ -40,12 +40,12 @@ def solve(
     project: bool | None = None,
     steps: bool = False,
 ) -> Solution:
-    """Return what holds at t = 0, or what the impact does that the system has then.
+    """Return accelerations, forces and states at t = 0, or the result of the impact that the system declares.
 
-    Arguments: `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` by name, for
-    the numbers; with `steps` the solution tells how a book gets there (`Solution.steps`).
+    `parameters` to `project` change the system for this call. `formalism` selects the route to the numbers. With
+    `steps` the solution has the derivation of a book (`Solution.steps`).
     Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
-    quotients. A closed form is given only where its value equals the number (to 1e-9), and if it is of bearable length.
+    quotients. A closed form must equal the number (to 1e-9) and be short enough to read.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
     asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)

@@ -285,7 +285,7 @@ class _Program(_Parser):
         commands = {name: command_module(name).HELP for name in COMMANDS}
         width = max(map(len, commands))
         lines = [f"  {name:{width}}  {_short(told, WIDTH - width - 4)}" for name, told in commands.items()]
-        head = "usage: multibody-sym COMMAND [FILE] [options]   (COMMAND --help tells options)"
+        head = "usage: multibody-sym COMMAND [FILE] [options]   (COMMAND --help lists options)"
         return "\n".join((head, "", _PURPOSE, "", *lines, "", _EXIT_CODES, ""))
 
 

@@ -143,10 +143,10 @@ def derive(
     (any, every body cut free, with the reactions), "composite_body" (any, without T and V); by default the first that
     fits. "hamilton" gives p, H(q, p) and the canonical equations (any but with friction, with multipliers where there
     are constraints), "routh" those of the coordinates that are not cyclic, both with their first integrals.
-    `parameters` .. `project`: what the call changes of the system (`Overrides`); as the equations hold for all
-    values and states, these tell only which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
-    What a person can read is written out and simplified; past that, shared sub-expressions have names. Raises
-    InputError for an unknown method, ModelError where a method does not apply, NoSolutionError past the budget.
+    `parameters` to `project` change the system for this call. The equations hold for all values and states, so these
+    only select which joint of a loop is cut. `budget`: the seconds it may take, 60 by default.
+    Short results are written out and simplified; in long ones shared sub-expressions have names. Raises InputError for
+    an unknown method, ModelError where a method does not apply, NoSolutionError past the budget.
     """
     changes = Overrides(parameters, initial, inputs, coordinates, project)
     ready, route = prepare(model, changes), formalism if method is None else method

@@ -63,7 +63,7 @@ def draw(
     stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
     constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
     word each if it is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`);
-    `parameters` .. `project`, what the call changes of the system (`Overrides`); `formalism` for a run,
+    `parameters` to `project` change the system for this call; `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """

@@ -138,13 +138,13 @@ def report(
     It begins with the question (the description), the figure and the answers: those to `ask`, or the results that the
     words of the question name. Then the solution at the start step by step with bodies cut free, the motion with its
     greatest reactions, and details: equations of motion, checks, method, the `command` that made it. Numbers have
-    `digits` digits, parameters are told as declared. An `exercise` has the figure, the givens and the question alone.
+    `digits` digits; parameters have their declared units. An `exercise` has only figure, givens and question.
     `numbers`, a seed, takes other round numbers for the parameters, for which contacts and friction start in the same
     states, also in the description; written, such an exercise has its answers beside it. A `fragment` is LaTeX for
     `\\input`, whose section and equations have labels.
-    `parameters` .. `project`, what the call changes of the system (`Overrides`); `t_end` .. `constraints`, `formalism`,
+    `parameters` to `project` change the system for this call; `t_end` .. `constraints`, `formalism`,
     `native` and `backend`: as for `simulate`.
-    Raises InputError, OutputError; what cannot be found is told in the report.
+    Raises InputError, OutputError; the report states which answers are missing, and why.
     """
     verify_system(system)
     told = replace(chosen_units(units), digits=whole_number("digits", digits, _MOST_DIGITS))

@@ -39,18 +39,17 @@ Columns = Mapping[str, Sequence[float]]
 def simulate(
     system: System, *, on_progress: Callable[[Samples, float], None] | None = None, **options: Unpack[RunOptions]
 ) -> Trajectory:
-    """Return the motion of a system from its start at t = 0 to `t_end`; where it has an `impact`, from after that.
+    """Return the motion of a system from its start at t = 0, after an `impact` if it has one, to `t_end`.
 
-    Arguments: the keys of `simulation:` in a model file, in whose place they stand (numbers, expressions of parameters,
-    or text such as `2 s`; `samples`: a number of rows, evenly spaced, or their times in s; `constraints` also the word
-    `projection`, `baumgarte` or `index_2`); `parameters` .. `project`, what the call changes (`Overrides`); `formalism`
-    by name, None for the cheapest; `native` and `backend` ("c", "python"), the code that is made
-    (`program.backend.Native`); `on_progress`, called about ten times a second with the samples that are new and the
-    part of the time that is done.
+    `t_end` to `constraints` replace the keys of `simulation:` in a model file: numbers, expressions of parameters, or
+    text such as `2 s`. `samples` is a number of rows, evenly spaced, or their times in s. `parameters` to `project`
+    change the system for this call. `formalism` None selects the cheapest one. `native` and `backend` ("c", "python")
+    select the code (`program.backend.Native`). `on_progress` is called about ten times a second with the new samples
+    and the finished part of the time.
     A function among `inputs` is a controller, `inputs={"tau": law, "every": "1 ms"}`: law(t, q, u), with q (nq,) and u
     (nu,), returns the value that is held until the next sample; of several inputs, `("tau1", "tau2"): law`, all values.
-    Returns what was computed until then if Ctrl-C interrupts it.
-    Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is what was computed.
+    Ctrl-C ends the run, and the motion until then is returned.
+    Raises InputError, NoSolutionError (no start, no inertia) and RunError, whose `trajectory` is the motion until then.
     """
     prepared = prepared_by(system, options)
     return prepared.run(on_progress=callback("on_progress", on_progress))

@@ -137,9 +137,9 @@ def range_of_rest(
 ) -> RangeOfRest:
     """Return all values of the parameter `vary` at which rest is possible in the declared position, at t = 0.
 
-    Speeds of the start are left out. Positions, masses, forces and coefficients follow the parameter.
-    `parameters` .. `project`: what the call changes of the system (`Overrides`); `formalism`: by whose equations forces
-    balance. Raises InputError, and NoSolutionError where there is no start.
+    Speeds of the start are ignored. Positions, masses, forces and coefficients follow the parameter.
+    `parameters` to `project` change the system for this call. `formalism` selects the equations of balance.
+    Raises InputError, and NoSolutionError where there is no start.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     verify_formalism(formalism)

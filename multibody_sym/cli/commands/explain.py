@@ -8,7 +8,7 @@ from typing import Final
 from multibody_sym.cli.output import Reply
 from multibody_sym.errors import InputError
 
-HELP: Final = "tell the cause and cure of an error by its number, such as M101"
+HELP: Final = "print the cause and cure of an error by its number, such as M101"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_digits(parser)
     place = "where: equilibrium, the position of rest found first, or NAME=VALUE; default: the start, or beside it"
     parser.add_argument("--at", metavar="WHERE", action="append", help=place)
-    swings = "a coordinate whose period in the motion from the start is told too, whatever its amplitude"
+    swings = "a coordinate: also print its period in the motion from the start, of any amplitude"
     parser.add_argument("--period", metavar="NAME", help=swings)
 
 

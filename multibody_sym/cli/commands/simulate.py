@@ -33,9 +33,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     shown = "names that the figure shows, with commas; default: all"
     parser.add_argument("--show", metavar="NAMES", help=shown)
     parser.add_argument("--x", metavar="NAME", help="over what it is drawn: a name instead of time")
-    verify = "tell how well momentum and energy theorems hold"
+    verify = "report the residuals of the momentum and energy theorems"
     parser.add_argument("--verify", action="store_true", help=verify)
-    times = "tell what the stages of the run took"
+    times = "report the times of the stages of the run"
     parser.add_argument("--times", action="store_true", help=times)
     add_run_options(parser)
 

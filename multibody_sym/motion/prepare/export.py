@@ -125,13 +125,13 @@ def export(
 ) -> list[Path]:
     """Write a system's Programs as source code with a self-test and `names.json`; return the files.
 
-    Neither C nor Python needs this package then; `integrate.py` beside the latter shows a loop that integrates it.
+    The code needs nothing of this package; `integrate.py` beside Python code shows a loop that integrates it.
 
-    Arguments: `to`, "c" or "python"; `directory`, made if need be; `parameters` .. `project`, what the call changes of
-    the system (`Overrides`); `formalism` by name, None for the cheapest; `fold` puts the values of all parameters into
-    the code, which then reads none.
-    Raises InputError for what the model contradicts and for files in the folder that no export wrote, NoSolutionError
-    without a start, OutputError.
+    `to` is "c" or "python". `directory` is made if it is missing. `parameters` to `project` change the system for this
+    call. `formalism` None selects the cheapest one. `fold` writes the values of all parameters into the code, which
+    then reads none.
+    Raises InputError for values that contradict the model and for files in the folder that no export wrote,
+    NoSolutionError without a start, OutputError.
     """
     fold, folder = flag("fold", fold), path_name(directory, "a folder")
     if text_of("to", to) not in LANGUAGES:
