@@ -4,6 +4,7 @@
     stepper       `Stepper`: a system stepped from outside
     function      `function`, `functions`: quantities of a system at a state, and their derivatives
     function_question    which function is asked for: names, options, the mode and start it needs, units
+    function_results    the types of what functions return, by their names
     prepare       from a System to what runs: settings, Programs, functions, exports
     methods       integration methods as data that prove themselves
     integrator    one step, and what may happen in it

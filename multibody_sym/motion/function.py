@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import accumulate, pairwise
-from typing import Any, Final, Literal, cast
+from typing import Any, Final, Generic, Literal, TypeVar, Unpack, cast, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -16,23 +15,45 @@ from numpy.typing import ArrayLike
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.programs.function_derivatives import (
     VARIABLES,
-    Derivatives,
     Variable,
-    differentiated,
-    differentiated_accelerations,
-    differentiated_forces,
+    derived,
     independent_parameters,
     state_jacobian,
 )
 from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
-from multibody_sym.mechanics.mechanism import Mechanism, Source
+from multibody_sym.mechanics.mechanism import Source
 from multibody_sym.model.argument_checks import door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
-from multibody_sym.motion.prepare.arguments import Arguments, Values, in_si_units
+from multibody_sym.motion.function_results import (
+    ArrayName,
+    CanonicalRates,
+    CentroidalMomentum,
+    ConstraintTerms,
+    Energies,
+    FrameJacobian,
+    FrameMotion,
+    FunctionKeywords,
+    HybridForces,
+    ImpactResults,
+    Momentum,
+    OperationalSpace,
+    Rates,
+    Regressor,
+    described,
+    result_type,
+)
+from multibody_sym.motion.prepare.arguments import (
+    Arguments,
+    Values,
+    array_of,
+    in_si_units,
+    share_memory,
+    state_count,
+)
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import Door, NativeFunction, run_many
@@ -43,17 +64,61 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats, number
 
-_ALONG_TREES: Final[Mapping[str, Callable[..., Derivatives]]] = {
-    "state_derivative": differentiated_accelerations,
-    "inverse_dynamics": differentiated_forces,
-}
-"""Functions that are differentiated along a tree."""
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
 _ASKED: Final = ("what", "given", "drives", "mode", "frame", "axes", "formalism", "by")
 """What `functions` takes for each."""
+ResultT_co = TypeVar("ResultT_co", covariant=True)
 Free = Literal["free"]
 """Inputs that keep their values while a function is differentiated, though they are declared by expressions."""
+
+
+@overload
+def function(system: System, what: ArrayName | list[str], **options: Unpack[FunctionKeywords]) -> Function[Floats]: ...
+@overload
+def function(
+    system: System, what: Literal["state_derivative"], **options: Unpack[FunctionKeywords]
+) -> Function[Rates]: ...
+@overload
+def function(
+    system: System, what: Literal["canonical_equations"], **options: Unpack[FunctionKeywords]
+) -> Function[CanonicalRates]: ...
+@overload
+def function(
+    system: System, what: Literal["hybrid_dynamics"], **options: Unpack[FunctionKeywords]
+) -> Function[HybridForces]: ...
+@overload
+def function(system: System, what: Literal["energies"], **options: Unpack[FunctionKeywords]) -> Function[Energies]: ...
+@overload
+def function(system: System, what: Literal["momentum"], **options: Unpack[FunctionKeywords]) -> Function[Momentum]: ...
+@overload
+def function(
+    system: System, what: Literal["centroidal_momentum"], **options: Unpack[FunctionKeywords]
+) -> Function[CentroidalMomentum]: ...
+@overload
+def function(
+    system: System, what: Literal["constraints"], **options: Unpack[FunctionKeywords]
+) -> Function[ConstraintTerms]: ...
+@overload
+def function(system: System, what: Literal["frame"], **options: Unpack[FunctionKeywords]) -> Function[FrameMotion]: ...
+@overload
+def function(
+    system: System, what: Literal["jacobian"], **options: Unpack[FunctionKeywords]
+) -> Function[FrameJacobian]: ...
+@overload
+def function(
+    system: System, what: Literal["operational_space"], **options: Unpack[FunctionKeywords]
+) -> Function[OperationalSpace]: ...
+@overload
+def function(
+    system: System, what: Literal["regressor"], **options: Unpack[FunctionKeywords]
+) -> Function[Regressor]: ...
+@overload
+def function(
+    system: System, what: Literal["impact"], **options: Unpack[FunctionKeywords]
+) -> Function[ImpactResults]: ...
+@overload
+def function(system: System, what: Name | Sequence[str], **options: Unpack[FunctionKeywords]) -> Function[Any]: ...
 
 
 def function(
@@ -68,7 +133,7 @@ def function(
     formalism: str | None = None,
     native: bool = False,
     backend: Backend | None = None,
-) -> Function:
+) -> Function[Any]:
     """Return what a system answers at a state as a compiled Function f(t, q, u).
 
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
@@ -95,7 +160,7 @@ def functions(
     *,
     native: bool = False,
     backend: Backend | None = None,
-) -> dict[str, Function]:
+) -> dict[str, Function[Any]]:
     """Return several Functions of a system by names of one's own, which are compiled together, to one library.
 
     `asked`: for each what `function` takes for it: its `what`, or a map of `what`, options and `by`, the variables by
@@ -108,7 +173,7 @@ def functions(
     code.verify()
     if not isinstance(asked, Mapping) or not asked or not all(isinstance(name, str) for name in asked):
         raise ArgumentError(f"asked is a map from names to what function takes, not {short_repr(asked)}")
-    found: dict[str, Function] = {}
+    found: dict[str, Function[Any]] = {}
     for name, each in asked.items():
         with at(name):
             options = dict(each) if isinstance(each, Mapping) else {"what": each}
@@ -134,7 +199,7 @@ def _asked(
     frame: Any = None,
     axes: Any = "world",
     formalism: Any = None,
-) -> Function:
+) -> Function[Any]:
     verify_system(system)
     verify_formalism(formalism)
     named = {"given": listed_names("given", given), "drives": listed_names("drives", drives)}
@@ -152,7 +217,7 @@ class _Library:
     code: Native
     programs: dict[tuple[str, str], Program] = field(default_factory=dict)
 
-    def joined(self, name: str, function: Function) -> Function:
+    def joined(self, name: str, function: Function[Any]) -> Function[Any]:
         """Return a function that is part of this library."""
         self.programs.update({(name, key): program for key, program in function._programs.items()})
         return replace(function, _library=(self, name), _derivatives={})
@@ -178,7 +243,7 @@ class _Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Function:
+class Function(Generic[ResultT_co]):
     """A function of the state of a system: f(t, q, u), or f(t, q, u, udot), for one state or for n of them.
 
     `names` of its results, their `shapes` and `units`; `arguments` that it takes. A call returns an array, or a tuple
@@ -190,7 +255,7 @@ class Function:
     _total: Program
     _by: tuple[_Step, ...]
     _code: Native
-    _derivatives: dict[Any, Function] = field(default_factory=dict, repr=False, compare=False)
+    _derivatives: dict[Any, Function[Any]] = field(default_factory=dict, repr=False, compare=False)
     _partly: dict[frozenset[str], Any] = field(default_factory=dict, repr=False, compare=False)
     _library: tuple[_Library, str] | None = field(default=None, repr=False, compare=False)
 
@@ -200,9 +265,9 @@ class Function:
         given = {"t": ((), "s"), "q": (nq, [c.unit for c in mechanism.coordinates]), "u": (nu, speeds)}
         given["p"] = nu, self._question.units("p")
         given["udot"] = nu, [f"{unit}^2" for unit in speeds]
-        taken = ", ".join(_told(name, *given[name]) for name in self.arguments)
+        taken = ", ".join(described(name, *given[name]) for name in self.arguments)
         units = self.units
-        returned = ", ".join(_told(name, shape, units[name]) for name, shape in self.shapes.items())
+        returned = ", ".join(described(name, shape, units[name]) for name, shape in self.shapes.items())
         least = " of least norm" if self.least_norm else ""
         return f"<Function {self.name} of {mechanism.name}: ({taken}) -> {returned}{least}>"
 
@@ -351,7 +416,7 @@ class Function:
         out: Any = None,
         threads: int = 1,
         sparse: bool = False,
-    ) -> Any:
+    ) -> ResultT_co:
         """Return the results at one state, or at n: q is (nq,) or (n, nq), and all others alike.
 
         A function of momenta, whose `arguments` are t, q, p, takes p (nu,) in the place of u.
@@ -376,7 +441,8 @@ class Function:
             if type(udot) is np.ndarray and udot.shape == u.shape and udot.dtype is _FLOAT:
                 return self._at_once(t, q, u, udot)
         results = self._call(t, q, u, udot, inputs, parameters, out, threads)
-        return self._at_places(results, out) if flag("sparse", sparse) else results
+        found: ResultT_co = self._at_places(results, out) if flag("sparse", sparse) else results
+        return found
 
     def _at_places(self, results: Any, out: Any) -> Any:
         """Return the elements of results that are not zero by construction, in a row."""
@@ -418,7 +484,7 @@ class Function:
         return found
 
     @cached_property
-    def _constraints(self) -> Function:
+    def _constraints(self) -> Function[Any]:
         question, mode = self._question, self._question.options["mode"]
         if mode is None and question.mechanism.one_way:  # a function without forces, whatever acts
             mode = {}
@@ -450,22 +516,22 @@ class Function:
             raise InputError(f"{self.name} {'needs' if self._takes_udot else 'takes no'} udot")
         (nq,), (nu,) = self._sizes
         arrays = {
-            "t": _array("t", t, None),
-            "q": _array("q", q, nq),
-            "u": _array(self._third, u, nu),
+            "t": array_of("t", t, None),
+            "q": array_of("q", q, nq),
+            "u": array_of(self._third, u, nu),
             "parameters": self._parameters(parameters),
         }
         if udot is not None:
-            arrays["udot"] = _array("udot", udot, nu)
+            arrays["udot"] = array_of("udot", udot, nu)
         threads = whole_number("threads", threads, _MOST_THREADS)
         own = self._own_inputs(inputs)
-        count = _count({**arrays, **own})
+        count = state_count({**arrays, **own})
         given = [arrays[name] for name in ("t", "q", "u", "parameters")]
         values = self._input_values(own, given, count)
         given += [values, np.empty(0), *([arrays["udot"]] if udot is not None else [])]
         function = self._with_given(own) if own else self._function
         outputs = self._space(out, count)
-        if out is not None and _overlap(outputs, given):
+        if out is not None and share_memory(outputs, given):
             raise InputError("arrays of out= share memory with each other or with arguments: copy these first")
         run_many(function, given, outputs, count, threads)
         if out is not None:
@@ -478,7 +544,7 @@ class Function:
             return self._question.parameters
         if isinstance(given, Mapping):
             return self._named_parameters(given)
-        declared = _array("parameters", given, len(self.parameters))
+        declared = array_of("parameters", given, len(self.parameters))
         every = self._question.parameters
         whole = np.broadcast_to(every, (*declared.shape[:-1], len(every))).copy()
         whole[..., self._declared_places] = declared
@@ -489,8 +555,8 @@ class Function:
     def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
         """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
         numbers = in_si_units(self._question.mechanism, "parameters", given)
-        arrays = {name: _array(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
-        count = _count(arrays)
+        arrays = {name: array_of(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
+        count = state_count(arrays)
         if count is None:
             return self._arguments._parameter_vector({name: float(array) for name, array in arrays.items()})
         columns = np.stack([np.broadcast_to(array, count) for array in arrays.values()], axis=-1)
@@ -504,7 +570,7 @@ class Function:
         if given is None:
             return {}
         if not isinstance(given, Mapping):
-            vector = _array("inputs", given, len(self.inputs))
+            vector = array_of("inputs", given, len(self.inputs))
             every = len(self.inputs) == len(self._question.mechanism.inputs)
             return {"inputs": vector} if every else {name: vector[..., k] for k, name in enumerate(self.inputs)}
         self._arguments._verify_free(given)
@@ -512,7 +578,7 @@ class Function:
             if name not in self.inputs:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
         numbers = in_si_units(self._question.mechanism, "inputs", given)
-        return {name: _array(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
+        return {name: array_of(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
 
     def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:
         """Return all inputs, (nw,) or (n, nw), those that are not given by their declared expressions."""
@@ -538,7 +604,7 @@ class Function:
             program = self._question.program
             for k, step in enumerate(self._by):
                 name = self._question.name if k == 0 else ""
-                program = _derived(mechanism, name, program, step, names if step.inputs is None else ())
+                program = derived(mechanism, name, program, step.by, step.of, names if step.inputs is None else ())
             self._partly[names] = load({"given": program}, self._code)["given"]
         return self._partly[names]
 
@@ -599,7 +665,7 @@ class Function:
 
     @cached_property
     def _tuple(self) -> Callable[..., Any]:
-        return _result_type(self.name, self.names)
+        return result_type(self._question.name, self.name, self.names)
 
     @cached_property
     def _doors(self) -> list[Door]:
@@ -637,7 +703,7 @@ class Function:
     # --- derivatives --------------------------------------------------------------------------------------------------
 
     @door
-    def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function:
+    def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function[ResultT_co]:
         """Return the derivative by t, q, u, p, s, udot, inputs or parameters: a Function with one axis more, the last.
 
         Its columns by q are those of the tangent, one a speed; by s those of the declared states. Declared inputs are
@@ -647,7 +713,9 @@ class Function:
         return self._differentiated(_Step((by,), inputs))
 
     @door
-    def with_derivatives(self, *by: Variable, of: Sequence[str] | str = (), inputs: Free | None = None) -> Function:
+    def with_derivatives(
+        self, *by: Variable, of: Sequence[str] | str = (), inputs: Free | None = None
+    ) -> Function[Any]:
         """Return a Function of results and of their derivatives by some variables, all computed together.
 
         `of`: names of results, or all; their derivatives have one axis more, and names such as udot_by_q:
@@ -663,7 +731,7 @@ class Function:
             raise InputError(f"{self.name} with derivatives needs variables and has each result once: {every}")
         return self._differentiated(_Step(by, inputs, names))
 
-    def _differentiated(self, step: _Step) -> Function:
+    def _differentiated(self, step: _Step) -> Function[Any]:
         if step.inputs is not None and not (isinstance(step.inputs, str) and step.inputs == "free"):
             raise InputError(f'inputs is "free" or left out, not {short_repr(step.inputs)}')
         for by in step.by:
@@ -676,14 +744,14 @@ class Function:
             self._derivatives[step] = self._made(step)
         return self._derivatives[step]
 
-    def _made(self, step: _Step) -> Function:
+    def _made(self, step: _Step) -> Function[Any]:
         mechanism, name = self._question.mechanism, self.name
         every = tuple(mechanism.inputs)
         try:
-            program = _derived(mechanism, name, self._program, step, ())
+            program = derived(mechanism, name, self._program, step.by, step.of)
             total = program
             if every:
-                total = _derived(mechanism, name, self._total, step, every if step.inputs is None else ())
+                total = derived(mechanism, name, self._total, step.by, step.of, every if step.inputs is None else ())
         except TypeError as error:
             raise ModelError(f"{self.name} has no derivative: {error}", number="M110") from error
         by = *self._by, step
@@ -703,7 +771,7 @@ class Function:
         sums: list[Any] = [0.0] * len(self.names)
         for by, given in rates.items():
             slopes = self._parts(self.derivative(by)(*state, **_whole_results(options)))
-            rate = _array(f"rates[{by!r}]", np.atleast_1d(floats(str(by), given)), slopes[0].shape[-1])
+            rate = array_of(f"rates[{by!r}]", np.atleast_1d(floats(str(by), given)), slopes[0].shape[-1])
             for k, (slope, shape) in enumerate(zip(slopes, self.shapes.values(), strict=True)):
                 along = rate.reshape(len(rate), *(1 for _ in shape), -1) if rate.ndim == 2 else rate
                 sums[k] = sums[k] + (slope * along).sum(axis=-1)
@@ -744,15 +812,6 @@ class Function:
         return OrdinaryEquations(self)
 
 
-def _derived(
-    mechanism: Mechanism, name: str, program: Program, step: _Step, declared: Collection[str]
-) -> Program:
-    """Return the Program of a function of this name differentiated; inputs of the names `declared` follow the state."""
-    derive = differentiated if mechanism.rows else _ALONG_TREES.get(name, differentiated)
-    found = derive(mechanism, program, step.by, declared=declared)
-    return found.with_values(step.of) if step.of else found.alone()
-
-
 @dataclass(frozen=True, eq=False)
 class OrdinaryEquations:
     """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`.
@@ -761,7 +820,7 @@ class OrdinaryEquations:
     does to their lengths does not grow. x may be (n, nq + nu). Inputs and parameters are as declared.
     """
 
-    _function: Function
+    _function: Function[Any]
 
     @door
     def __call__(self, t: float, x: ArrayLike) -> Floats:
@@ -797,7 +856,7 @@ class OrdinaryEquations:
     def _parts(self, x: ArrayLike) -> tuple[Floats, Floats]:
         """Return copies of q and u."""
         nq, nu = (shape[0] for shape in self._function._sizes)
-        values = _array("x", x, nq + nu)
+        values = array_of("x", x, nq + nu)
         return values[..., :nq].copy(), values[..., nq:].copy()
 
     @cached_property
@@ -807,22 +866,7 @@ class OrdinaryEquations:
         return load({"jacobian": program}, function._code)
 
 
-@cache
-def _result_type(name: str, names: tuple[str, ...]) -> Callable[..., Any]:
-    """Return the type of results with these names, which pickles by them."""
-
-    def reduced(self: Any) -> tuple[Any, ...]:
-        return _result, (name, names, tuple(self))
-
-    base: Any = namedtuple(name, names, rename=True)  # type: ignore[misc]
-    return type(name, (base,), {"__slots__": (), "__reduce__": reduced})
-
-
-def _result(name: str, names: tuple[str, ...], values: tuple[Floats, ...]) -> Any:
-    return _result_type(name, names)(*values)
-
-
-def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function:
+def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function[Any]:
     """Return a Function as it comes out of a pickle."""
     found = function(system, what, **options)
     for step in by:
@@ -839,42 +883,3 @@ def _whole_results(options: Mapping[str, Any]) -> Mapping[str, Any]:
     if options.get("sparse"):
         raise InputError("products with vectors are of whole results: leave out sparse")
     return options
-
-
-def _told(name: str, shape: tuple[int, ...], units: Any) -> str:
-    """Return a name with its shape and its units, each once."""
-    flat: list[str] = []
-    waiting = [units]
-    while waiting:
-        each = waiting.pop(0)
-        waiting[:0] = each if isinstance(each, (tuple, list)) else ()
-        flat += [each] if isinstance(each, str) and each else []
-    of_units = f" [{', '.join(dict.fromkeys(flat))}]" if flat else ""
-    return f"{name} {shape}{of_units}" if shape else f"{name}{of_units}"
-
-
-def _array(name: str, value: ArrayLike, size: int | None) -> Floats:
-    """Return a vector of `size`, or n of them; a number, or n of them, where the size is None."""
-    own = 0 if size is None else 1
-    values = np.asarray(floats(name, value), order="C")
-    if values.ndim not in (own, own + 1) or (size is not None and values.shape[-1] != size):
-        wanted = "() or (n,)" if size is None else f"({size},) or (n, {size})"
-        raise InputError(f"{name} has the shape {values.shape}, not {wanted}")
-    return values
-
-
-def _overlap(outputs: Sequence[Floats], given: Sequence[Floats]) -> bool:
-    """Return whether an output shares memory with another one, or with an argument."""
-    others = [*outputs, *given]
-    return any(np.may_share_memory(x, y) for k, x in enumerate(outputs) for y in others[k + 1 :])
-
-
-_VECTORS: Final = ("q", "u", "udot", "parameters", "inputs")
-
-
-def _count(arrays: Mapping[str, Floats]) -> int | None:
-    """Return n, or None for one state. Raises InputError where arrays disagree."""
-    lengths = {name: len(x) for name, x in arrays.items() if x.ndim == (2 if name in _VECTORS else 1)}
-    if len(set(lengths.values())) > 1:
-        raise InputError(f"arguments have different numbers of states: {lengths}")
-    return next(iter(lengths.values()), None)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import pickle
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_overloads, get_type_hints
 
 import numpy as np
 import pytest
 from scipy.sparse import coo_array
 
 import multibody_sym as mbs
+from multibody_sym.dynamics.programs.state_functions import OPTIONS, Name
+from multibody_sym.motion import function as function_module
+from multibody_sym.motion.function_results import RESULTS
+from multibody_sym.scalars.arrays import Floats
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CART = """
@@ -64,6 +68,25 @@ def test_functions_of_one_library_are_those_of_many(cart: mbs.System, backend: A
     assert len({each._compiled.path for each in alone.values()}) == len(alone)
     again = pickle.loads(pickle.dumps(found["motion 2"]))
     np.testing.assert_array_equal(again(*STATE).udot, found["motion 2"](*STATE).udot)
+
+
+def test_overloads_promise_what_functions_return(cart: mbs.System) -> None:
+    """Of each name the type that its overload returns, with the fields that the Program has, for derivatives too."""
+    promised: dict[str, Any] = {}
+    for each in get_overloads(function_module.function):
+        hints = get_type_hints(each)
+        names = [x for part in (hints["what"], *get_args(hints["what"])) for x in get_args(part) if isinstance(x, str)]
+        promised = dict.fromkeys(names, get_args(hints["return"])[0]) | promised  # the first that fits
+    for name in get_args(Name):
+        if name in ("impact", "outputs"):  # which this system has not, or which have names of their own
+            continue
+        function = mbs.function(cart, name, **({"frame": "cart"} if "frame" in OPTIONS.get(name, ()) else {}))
+        result = RESULTS.get(name)
+        assert promised[name] == (result or Floats), name
+        assert function.names == (result._fields if result else function.names[:1]), name  # type: ignore[attr-defined]
+        assert function._tuple is result or not result
+        assert function.derivative("q")._tuple is function._tuple or not result
+    assert promised["impact"] is RESULTS["impact"]
 
 
 @pytest.mark.parametrize(

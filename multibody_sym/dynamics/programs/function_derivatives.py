@@ -137,6 +137,24 @@ def differentiated_forces(
     return found
 
 
+def derived(
+    mechanism: Mechanism,
+    name: str,
+    program: Program,
+    by: Sequence[Variable],
+    of: Sequence[str] = (),
+    declared: Collection[str] = (),
+) -> Program:
+    """Return the Program of the function of this name differentiated: alone, or with its values `of` these names.
+
+    Inputs of the names `declared` follow the state.
+    """
+    along_tree = {"state_derivative": differentiated_accelerations, "inverse_dynamics": differentiated_forces}
+    derive = differentiated if mechanism.rows else along_tree.get(name, differentiated)
+    found = derive(mechanism, program, by, declared=declared)
+    return found.with_values(of) if of else found.alone()
+
+
 @dataclass(frozen=True)
 class _Slopes:
     """Derivatives of forces by variable, one column a direction, and the `shifts` of udot beside those by q."""

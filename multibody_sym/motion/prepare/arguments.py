@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,3 +130,34 @@ def _whole(kind: str, names: list[str], given: ArrayLike) -> Floats:
     if values.shape != (len(names),):
         raise InputError(f"there are {len(names)} {kind} ({', '.join(names)}), got the shape {values.shape}")
     return values
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Arrays of one state, or of n.
+
+
+def array_of(name: str, value: ArrayLike, size: int | None) -> Floats:
+    """Return a vector of `size`, or n of them; a number, or n of them, where the size is None."""
+    own = 0 if size is None else 1
+    values = np.asarray(floats(name, value), order="C")
+    if values.ndim not in (own, own + 1) or (size is not None and values.shape[-1] != size):
+        wanted = "() or (n,)" if size is None else f"({size},) or (n, {size})"
+        raise InputError(f"{name} has the shape {values.shape}, not {wanted}")
+    return values
+
+
+def share_memory(outputs: Sequence[Floats], given: Sequence[Floats]) -> bool:
+    """Return whether an output shares memory with another one, or with an argument."""
+    others = [*outputs, *given]
+    return any(np.may_share_memory(x, y) for k, x in enumerate(outputs) for y in others[k + 1 :])
+
+
+_VECTORS: Final = ("q", "u", "udot", "parameters", "inputs")
+
+
+def state_count(arrays: Mapping[str, Floats]) -> int | None:
+    """Return n, or None for one state. Raises InputError where arrays disagree."""
+    lengths = {name: len(x) for name, x in arrays.items() if x.ndim == (2 if name in _VECTORS else 1)}
+    if len(set(lengths.values())) > 1:
+        raise InputError(f"arguments have different numbers of states: {lengths}")
+    return next(iter(lengths.values()), None)

@@ -395,7 +395,7 @@ def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | 
 
 
 @overload
-def compile(wanted: FunctionQuestion, *, native: bool = False, backend: Backend | None = None) -> Function: ...
+def compile(wanted: FunctionQuestion, *, native: bool = False, backend: Backend | None = None) -> Function[Any]: ...
 
 
 def compile(
@@ -403,7 +403,7 @@ def compile(
     *,
     native: bool = False,
     backend: Backend | None = None,
-) -> RightSide | CanonicalFunction | Function | ImpactFunction:
+) -> RightSide | CanonicalFunction | Function[Any] | ImpactFunction:
     """Return a state derivative, Hamilton's equations, inverse or hybrid dynamics, M or an impact, as a function.
 
     `native` and `backend` as for `simulate`. Raises InputError for what the model contradicts, and NoSolutionError
