@@ -38,9 +38,10 @@ from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, sta
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
 from multibody_sym.mechanics.row_kinematics import row_motion
 from multibody_sym.mechanics.row_records import RopeRow, Row
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.model.bodies import GROUND, mass_of
 from multibody_sym.model.joints import Joint
-from multibody_sym.model.parameters import in_letters, letters_of
+from multibody_sym.model.parameters import in_letters
 from multibody_sym.model.system import System
 from multibody_sym.pictures.scene.forces import letter_of
 from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
@@ -581,7 +582,7 @@ def force_names(system: System, mechanism: Mechanism, acting: Collection[Key]) -
     lettered = [each for each in _letters_of_forces(mechanism) if each.symbol in guides.union(acting)]
     joints = {key: component_label(*key[1:]) for key in acting if key[0] == "joint"}
     found = {key: label.text for key, label in spell_forces(mechanism, lettered, joints).items()}
-    book = letters_of(system.parameters)
+    book = letters_of(system)
     return {key: found.get(key) or in_letters(_own_name(system, key), book) for key in acting}
 
 

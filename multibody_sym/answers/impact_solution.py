@@ -46,7 +46,7 @@ from multibody_sym.mechanics.law_elements import FrictionPart, JumpRow, LawEleme
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, State, motion_of
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
-from multibody_sym.model.parameters import letters_of
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.arrays import Floats
@@ -464,7 +464,7 @@ class _Work:
     def notation(self) -> Notation:
         """Return how all symbols are spelt."""
         named = [*self.solved.symbolic.letters, *(symbol(speed.name) for speed in self.solved.mechanism.speeds)]
-        book = letters_of(self.solved.system.parameters)
+        book = letters_of(self.solved.system)
         names = [n.data for n in named if isinstance(n.data, str)]
         plain = {sympy.Symbol(name): Label(name, latex_name(book.get(name, name))) for name in names}
         spelling = {**plain, **self._called}

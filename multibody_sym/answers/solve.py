@@ -20,9 +20,9 @@ from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Coordinate, Speed
 from multibody_sym.mechanics.modes import mode_words
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
-from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, symbol
 from multibody_sym.stages import stage
@@ -155,7 +155,7 @@ def solution_of(solved: SolvedInstant) -> Solution:
         ),
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
-        labels=letters_of(solved.system.parameters),
+        labels=letters_of(solved.system),
     )
     return _with_shared_roots(solved, found)
 

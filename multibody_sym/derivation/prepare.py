@@ -34,8 +34,8 @@ from multibody_sym.mechanics.mechanism import (
     TangentDirection,
     WrapAngle,
 )
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.model.bodies import GROUND
-from multibody_sym.model.parameters import letters_of
 from multibody_sym.model.system import System, with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves, postorder
@@ -77,7 +77,7 @@ def prepare(model: System | Mechanism, changes: Overrides) -> DerivationInput:
     project = False
     if isinstance(model, System):
         model = changes.of(model)
-        labels, project = letters_of(model.parameters), model.simulation.project
+        labels, project = letters_of(model), model.simulation.project
         mechanism = check_numbers(model)
         if mechanism.one_way:
             mechanism = state_at(mechanism, project=project).mechanism

@@ -16,7 +16,7 @@ from multibody_sym.answers.records import Formula, Line, Quantity, Sentence, Wor
 from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.derivation.notation import NAME, PARAMETER, Label, Notation, dotted, latex_name, upright
 from multibody_sym.errors import ExpressionError
-from multibody_sym.model.parameters import letters_of
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.model.system import System
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node
@@ -42,7 +42,7 @@ class Letters:
     """The letters of a system: parameters by their labels, `theta'` and `u_theta` with a dot, forces by T, N, F."""
 
     def __init__(self, system: System, coordinates: Collection[str] = ()) -> None:
-        self._book = letters_of(system.parameters)
+        self._book = letters_of(system)
         self._declared = tuple(system.parameters)
         self._coordinates = frozenset(coordinates)
         self._known = frozenset((*system.parameters, *coordinates, *(f"u_{q}" for q in coordinates)))

@@ -110,6 +110,15 @@ def coordinate_names(name: str, joint: Joint) -> tuple[str, ...]:
     return given or tuple(name + suffix for suffix in joint.coordinate_suffixes)
 
 
+def letters_of(system: System) -> dict[str, str]:
+    """Return the book's letters of parameters and coordinates that have one, by name."""
+    found = {name: parameter.label for name, parameter in system.parameters.items() if parameter.label}
+    for name, joint in system.joints.items():
+        if isinstance(joint, MovingJoint) and joint.q_label is not None:
+            found.update(zip(coordinate_names(name, joint), joint.q_label, strict=True))
+    return found
+
+
 def speed_names(name: str, joint: Joint) -> tuple[str, ...]:
     """Return the names of a joint's speeds."""
     coordinates = coordinate_names(name, joint)

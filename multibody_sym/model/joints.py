@@ -205,6 +205,9 @@ class MovingJoint(Joint):
         Record(Limits), None, says="how far, how fast and how strongly it may move", such="{lower: 0, upper: 1}"
     )
     label: str | None = holds(Text(), None, says="the letter or name that pictures show", such="A")
+    q_label: tuple[str, ...] | None = holds(
+        ListOf(Text(), least=1), None, says="the book's letters of its coordinates, one or a list", such="x_1"
+    )
 
     @property
     def with_more(self) -> str:
@@ -239,6 +242,9 @@ class MovingJoint(Joint):
             advice = self.with_more if len(self.q) > coordinates else ""
             message = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
             raise ModelError(message, number="M110")
+        if self.q_label is not None and len(self.q_label) != coordinates:
+            message = f"{self._named} has {coordinates} coordinates, q_label gives {len(self.q_label)} letters"
+            raise ModelError(message, number="M110").under("q_label")
         if self.initial is not None:
             with at("initial"):
                 self._verify_initial(self.initial, {"q": coordinates, "u": speeds, "known": coordinates})

@@ -75,11 +75,6 @@ class Parameter(Element):
         return new
 
 
-def letters_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
-    """Return the labels of the parameters that have one, by name."""
-    return {name: parameter.label for name, parameter in parameters.items() if parameter.label}
-
-
 def in_letters(text: str, book: Mapping[str, str]) -> str:
     """Return an expression's text with labels in place of names, such as `rho*g` of `density*g`."""
     return re.sub(r"[A-Za-z_]\w*", lambda name: book.get(name[0], name[0]), text) if book else text

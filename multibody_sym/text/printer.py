@@ -300,20 +300,37 @@ SYMBOL: Final = re.compile(r"[^\W\d_]\w*")
 _LOW: Final = {0x2080 + digit: str(digit) for digit in range(10)}
 
 
-def read_parts(name: str) -> list[str]:
-    """Return the letter or words of a name and its indices, theta1 and θ₁ as theta and 1.
+_ENGLISH: Final = frozenset(
+    "am an as at ax be by do go he if in is it me my no of oh ok on or ox so to up us we pin pit pie pig pip taut chip "
+    "chin nut nun nub mud mug mum".split()
+)
+"""Words that are no letter with an index."""
+_NUMBERED_GREEK: Final = re.compile(rf"^({'|'.join(GREEK)})([0-9]+)$")
+_INDEXED: Final = re.compile(rf"({'|'.join(sorted(GREEK, key=len, reverse=True))}|[^\W\d_])([^\W\d_])")
 
-    Adjacent words are one part, crank_angle_2 is crank angle and 2. Greek letters have their names.
+
+def read_parts(name: str) -> list[str]:
+    """Return the letter or words of a name and its indices: theta1 and θ₁ as theta and 1, xa as x and a.
+
+    Adjacent words are one part, pin_force_2 is pin force and 2, but an angle is phi: crank_angle_2 is phi, crank and 2.
+    Greek letters have their names.
     """
     plain = unicodedata.normalize("NFC", name).translate(_LOW)
     letter, rest = _LETTERS.match(plain).groups()  # type: ignore[union-attr]
     if not letter:
         return [name]
-    words, parts = [_NAMES.get(letter, letter)], [_NAMES.get(part, part) for part in rest.split("_") if part]
-    while is_word(words[0]) and parts and is_word(parts[0]):
-        words.append(parts.pop(0))
+    below = [_NUMBERED_GREEK.sub(r"\1_\2", part).split("_") for part in rest.split("_") if part]
+    parts = [_NAMES.get(part, part) for part in (letter, *(each for group in below for each in group))]
+    indexed = None if letter in _ENGLISH or letter in GREEK or letter.isupper() else _INDEXED.fullmatch(letter)
+    if indexed is not None:
+        parts[:1] = [_NAMES.get(part, part) for part in indexed.groups()]
     runs = [(word, list(run)) for word, run in groupby(parts, is_word)]
-    return [" ".join(words), *(part for word, run in runs for part in ([" ".join(run)] if word else run))]
+    return [part for word, run in runs for part in (_joined(run) if word else run)]
+
+
+def _joined(words: list[str]) -> list[str]:
+    """Return adjacent words as one part; an angle as its letter and what it is an angle of."""
+    return ["phi", " ".join(words[:-1])] if words[-1] == "angle" and words[:-1] else [" ".join(words)]
 
 
 def is_word(part: str) -> bool:

@@ -68,8 +68,9 @@ def test_latex_braces_balance(seed: int) -> None:
     [
         ("theta", r"\theta"), ("theta1", r"\theta_{1}"), ("theta_rel", r"\theta_{\mathrm{rel}}"), ("m", "m"),
         ("m_12", "m_{12}"), ("Jxx2", r"\mathrm{Jxx}_{2}"), ("a_b_c", "a_{b,c}"), ("lambda", r"\lambda"), ("E", "E"),
-        ("q_phi", r"q_{\phi}"), ("crank_angle", r"\text{crank angle}"), ("u_crank_angle", r"u_{\text{crank angle}}"),
-        ("crank_angle_2", r"\text{crank angle}_{2}"), ("F_max_x", r"F_{\mathrm{max},x}"),
+        ("q_phi", r"q_{\phi}"), ("crank_angle", r"\phi_{\mathrm{crank}}"),
+        ("u_crank_angle", r"u_{\phi,\mathrm{crank}}"), ("xa", "x_{a}"),
+        ("pin_force_2", r"\text{pin force}_{2}"), ("F_max_x", r"F_{\mathrm{max},x}"),
     ],
 )
 def test_names_in_latex(name: str, latex: str) -> None:
@@ -114,9 +115,9 @@ def test_decimals(value: str, shown: str | None) -> None:
 @pytest.mark.parametrize(
     ("name", "latex"),
     [
-        ("theta_1", r"\ddot{\theta}_{1}"), ("crank_angle", r"\ddot{\text{crank angle}}"), ("m", r"\ddot{m}"),
+        ("theta_1", r"\ddot{\theta}_{1}"), ("crank_angle", r"\ddot{\phi}_{\mathrm{crank}}"), ("m", r"\ddot{m}"),
         ("_A", r"\ddot{\text{\_A}}"), ("50%_x", r"\ddot{\text{50\%\_x}}"), ("{_x", r"\ddot{\text{\{\_x}}"),
-        ("crank_angle_2", r"\ddot{\text{crank angle}}_{2}"),
+        ("pin_force_2", r"\ddot{\text{pin force}}_{2}"),
     ],
 )  # fmt: skip
 def test_dots_stand_over_the_letter_whatever_it_is(name: str, latex: str) -> None:

@@ -57,15 +57,15 @@ def test_solutions_and_linearisations_are_formulas(system: mbs.System) -> None:
     told = notebook.solution_markdown(mbs.solve(system))
     lettered = mbs.loads(PENDULUM.replace("l: {value: 0.5 m,", "l: {value: 0.5 m, label: R_0,"))
     assert "R_{0}" in notebook.solution_markdown(mbs.solve(lettered))
-    assert r"\ddot{\text{crank angle}} &=" in told
+    assert r"\ddot{\phi}_{\mathrm{crank}} &=" in told
     assert r"\mathrm{rad/s^2}" in told
     assert "<" not in told
     told = notebook.linearization_markdown(mbs.linearize(system, at="equilibrium"))
-    assert r"\frac{d}{dt} \begin{bmatrix}\text{crank angle} \\ u_{\text{crank angle}}" in told
+    assert r"\frac{d}{dt} \begin{bmatrix}\phi_{\mathrm{crank}} \\ u_{\phi,\mathrm{crank}}" in told
     assert r"\begin{bmatrix}0 & 1 \\ -19.62 & 0\end{bmatrix}" in told
     assert r"$\pm 4.4294\,i$" in told
     rows = notebook.equilibrium_markdown(mbs.equilibrium(system)).splitlines()
-    assert rows[0].startswith(r"|  | $\text{crank angle}$ [rad]")
+    assert rows[0].startswith(r"|  | $\phi_{\mathrm{crank}}$ [rad]")
     assert {row.split("|")[1].strip() for row in rows[2:]} == {"stable", "unstable"}
 
 

@@ -94,7 +94,7 @@ def test_nearer_marks_come_later() -> None:
         ("theta_12", (("θ", "italic"), ("12", "subscript"))),
         ("omega_max", (("ω", "italic"), ("max", "subscript"))),
         ("x_rho_2", (("x", "italic"), ("ρ,2", "subscript"))),
-        ("crank_angle", (("crank angle", "roman"),)),
+        ("crank_angle", (("φ", "italic"), ("crank", "subscript"))),
         ("link_3", (("link", "roman"), ("3", "subscript"))),
         ("x_left_end", (("x", "italic"), ("left end", "subscript"))),
         ("l/2", (("l", "italic"), ("/2", "roman"))),

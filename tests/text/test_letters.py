@@ -12,7 +12,7 @@ from multibody_sym.derivation.notation import latex_name
 from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.documents.formulas import latex_in_mathml, mathml_name
-from multibody_sym.pictures.page.picture import letters
+from multibody_sym.pictures.page.picture import TextMark, letters
 from multibody_sym.text.printer import GREEK, read_parts
 
 
@@ -24,8 +24,10 @@ def read(mathml: str) -> str:
     ("name", "parts"),
     [
         ("theta1", ["theta", "1"]), ("θ₁", ["theta", "1"]), ("θ_1", ["theta", "1"]), ("m_A_x", ["m", "A", "x"]),
-        ("crank_angle_2", ["crank angle", "2"]), ("über_weg", ["über weg"]), ("q_φ", ["q", "phi"]), ("_A", ["_A"]),
-        ("中1", ["中", "1"]),
+        ("crank_angle_2", ["phi", "crank", "2"]), ("u_crank_angle", ["u", "phi", "crank"]), ("angle", ["angle"]),
+        ("pin_force", ["pin force"]), ("u_theta1", ["u", "theta", "1"]), ("über_weg", ["über weg"]), ("_A", ["_A"]),
+        ("q_φ", ["q", "phi"]), ("中1", ["中", "1"]), ("xa", ["x", "a"]), ("xa1", ["x", "a", "1"]), ("up", ["up"]),
+        ("phia", ["phi", "a"]), ("mus", ["mu", "s"]), ("pin", ["pin"]), ("psi", ["psi"]), ("AB", ["AB"]),
     ],
 )  # fmt: skip
 def test_a_name_is_a_letter_with_what_stands_below(name: str, parts: list[str]) -> None:
@@ -61,12 +63,13 @@ name: p
 gravity: [0, -g, 0]
 parameters: {g: 9.81, len: {value: 2, label: ℓ}, mass: {value: 1, label: m_A}}
 bodies: {bob: {mass: mass, com: [0, -len, 0]}}
-joints: {hinge: {type: revolute, parent: ground, child: bob, q: swing_angle, label: B, initial: {q: 0.3}}}
+joints:
+  hinge: {type: revolute, parent: ground, child: bob, q: swing_angle, q_label: beta_0, label: B, initial: {q: 0.3}}
 """
 
 
-def test_what_a_parameter_is_labelled_stands_in_latex_and_in_html() -> None:
-    """And `sin` of a name of several words has parentheses, which a letter needs not."""
+def test_what_a_parameter_or_coordinate_is_labelled_stands_in_latex_and_in_html() -> None:
+    """A coordinate's label stands in figures and stages of a derivation, too."""
     system = mbs.loads(PENDULUM)
     equations, steps = mbs.derive(system), mbs.solve(system, steps=True).steps
     assert steps is not None
@@ -74,7 +77,12 @@ def test_what_a_parameter_is_labelled_stands_in_latex_and_in_html() -> None:
     for latex in (write_document(each, "latex") for each in documents):
         assert "m_{A}" in latex
         assert r"\mathrm{mass}" not in latex
-    assert r"\sin \left(\text{swing angle}\right)" in write_document(documents[0], "latex")
+    assert r"\sin \beta_{0}" in write_document(documents[0], "latex")
+    assert r"\ddot{\beta}_{0}" in write_document(documents[0], "latex")
+    drawn = [mark.runs for mark in mbs.draw(system).picture.marks if isinstance(mark, TextMark)]
+    assert (("β", "italic"), ("0", "subscript")) in drawn
+    with pytest.raises(mbs.ModelError, match=r"q_label: .* has 1 coordinates, q_label gives 2 letters"):
+        mbs.loads(PENDULUM.replace("q_label: beta_0", "q_label: [a, b]"))
     for page in (write_document(each, "html") for each in documents):
         assert "<msub><mi>m</mi><mrow><mi>A</mi></mrow></msub>" in page
         assert "ℓ" in page

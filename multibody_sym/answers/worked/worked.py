@@ -60,9 +60,9 @@ from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.row_kinematics import coefficients, row_motion
 from multibody_sym.mechanics.row_records import TurningRow
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
-from multibody_sym.model.parameters import letters_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
 from multibody_sym.scalars.elementary import leaves
@@ -241,7 +241,7 @@ class _Work:
     @cached_property
     def notation(self) -> Notation:
         """How everything is spelt."""
-        plain = notation_of(self.mechanism, self.symbols, labels=letters_of(self.solved.system.parameters))
+        plain = notation_of(self.mechanism, self.symbols, labels=letters_of(self.solved.system))
         letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
         places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
         spelling = {**plain.spelling, **letters, **self._directions}

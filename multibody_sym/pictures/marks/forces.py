@@ -405,15 +405,15 @@ def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
             if float(np.linalg.norm(way)) < 4.0:
                 continue
             yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
-            prefer = (float(way[0]), float(way[1]))
-            yield Wish((at + way)[None, :], letters(name), prefer=prefer, layer=LAYER_TEXT, **named)
+            prefer, letter = (float(way[0]), float(way[1])), letters(sheet.scene.book.get(name, name))
+            yield Wish((at + way)[None, :], letter, prefer=prefer, layer=LAYER_TEXT, **named)
         if len(form.axes) == 2 and len(form.names) == 3:  # the bow of a turn in the plane
             first, second = (sheet.way(item.body, axis) for axis in form.axes)
             angles = np.linspace(0.15, 1.42, 12)[:, None]
             points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
             yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
             middle, (x, y) = points[len(points) // 2][None, :], (float(each) for each in first + second)
-            letter = letters(form.names[-1])
+            letter = letters(sheet.scene.book.get(form.names[-1], form.names[-1]))
             yield Wish(middle, letter, prefer=(x, y), clear=1.5, layer=LAYER_TEXT, **named)
 
 

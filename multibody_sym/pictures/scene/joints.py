@@ -10,14 +10,14 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.mechanics.motion import JointMotion, after_step
-from multibody_sym.mechanics.spanning_tree import coordinate_names
+from multibody_sym.mechanics.spanning_tree import coordinate_names, letters_of
 from multibody_sym.model.bodies import GROUND, SHAPES
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
-from multibody_sym.model.parameters import in_letters, letters_of
+from multibody_sym.model.parameters import in_letters
 from multibody_sym.pictures.scene.items import (
     Anchor,
     AngleMark,
@@ -490,7 +490,7 @@ def stop_items(
     Limits that do not act are no stops, and one that nothing of a body would show, such as of a disc about its middle,
     is not seen.
     """
-    book = letters_of(stage.system.parameters)
+    book = letters_of(stage.system)
     for name, joint in stage.system.joints.items():
         limits = joint.stops
         for word, side, sign in _SIDES if limits is not None else ():
@@ -502,7 +502,8 @@ def stop_items(
             form = _form(made, value, side, bodies, places)
             if form is not None:
                 limit = in_letters(letters(node), book) or _number_with_unit(value, joint.coordinate_units[0])
-                label, path = f"{coordinate_names(name, joint)[0]} {sign} {limit}", ("joints", name, "limits", word)
+                coordinate = coordinate_names(name, joint)[0]
+                label, path = f"{book.get(coordinate, coordinate)} {sign} {limit}", ("joints", name, "limits", word)
                 on_ground = stage.is_ground(joint.parent)
                 yield Item("stop", f"{name}.{word}", label, path, made.parent.body, form, made.bodies, on_ground)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,8 +12,9 @@ from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism as resolved
+from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.model.joints import CurveJoint
-from multibody_sym.model.parameters import in_letters, letters_of
+from multibody_sym.model.parameters import in_letters
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.pictures.scene.bodies import (
     body_items,
@@ -59,7 +60,8 @@ class Scene:
 
     `size` (m) is how far its declared places reach at the `begin`, the state of its start. `items` stand on bodies,
     `strands` run between them, `dimensions` and `angles` name lengths and coordinates, `arrows` are forces. `asked` are
-    the names in the model's questions, `givens` its parameters; nothing of what is `static` is said to move.
+    the names in the model's questions, `givens` its parameters, `book` the letters of parameters and coordinates by
+    name. Nothing of what is `static` is said to move.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Scene:
     laws: tuple[ArrowLaw, ...] = ()
     asked: frozenset[str] = frozenset()
     givens: tuple[Given, ...] = ()
+    book: Mapping[str, str] = field(default_factory=dict)
     static: bool = False
 
     @property
@@ -152,7 +155,7 @@ def scene_of(system: System) -> Scene:
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
-    book, (view, plane) = letters_of(stage.system.parameters), natural_view(stage, found)
+    book, (view, plane) = letters_of(stage.system), natural_view(stage, found)
     lengths = (_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage)))
     supports = list(support_items(stage, bodies))
     stood_on = {item.path for item in supports}
@@ -191,6 +194,7 @@ def scene_of(system: System) -> Scene:
         laws=tuple(law for _, law in pairs),
         asked=asked_names(system),
         givens=givens(stage, book),
+        book=book,
         static=is_static(system),
     )
 
