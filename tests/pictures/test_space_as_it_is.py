@@ -53,8 +53,9 @@ def test_a_top_is_a_cone_that_has_its_centre_of_mass_and_its_moment(name: str) -
     assert 0.3 * 0.3 * top.radius**2 == pytest.approx(2e-4)
 
 
-def test_a_link_that_is_thin_is_no_top() -> None:
-    scene = scene_of(mbs.load(EXAMPLES / "spatial_chain.yaml"))
+@pytest.mark.parametrize("name", ["spatial_chain", "textbook/ball_in_socket"])
+def test_a_link_that_is_thin_and_a_lamp_that_hangs_are_no_tops(name: str) -> None:
+    scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
     assert not [item for item in scene.items if isinstance(item.form, Cone)]
 
 

@@ -60,7 +60,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
-_BESIDE: Final = 0.4
+_BESIDE: Final = 0.25
 """The centre of mass of a bar is nearer to it than this part of its length."""
 _THIN: Final = 0.05
 """Below this part of its moment across, the moment about its axis is that of a rod."""
@@ -161,7 +161,7 @@ def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
 
 
 def _top(stage: Stage, name: str, body: Body) -> Cone | None:
-    """Return the cone of a top: it turns in all directions about a point of its axis, on ground, and is no thin rod.
+    """Return the cone of a top: it stands on a point of its axis, about which it turns freely, and is no thin rod.
 
     Its centre of mass is at three quarters of its height, its radius that of a cone with its moment about the axis.
     """
@@ -175,6 +175,8 @@ def _top(stage: Stage, name: str, body: Body) -> Cone | None:
     if height == 0.0 or mass <= 0.0:
         return None
     axis = (centre - tip) / height
+    if float(stage.turned(stage.number_of(name), axis) @ stage.gravity) >= 0.0:  # it hangs
+        return None
     about, across = float(axis @ moments @ axis), (float(np.trace(moments)) - float(axis @ moments @ axis)) / 2.0
     round_ = np.allclose(moments, across * np.eye(3) + (about - across) * np.outer(axis, axis), atol=1e-9 * across)
     if not round_ or about < _THIN * across:
