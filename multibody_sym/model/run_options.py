@@ -28,7 +28,7 @@ class RunSettings(TypedDict, total=False):
     """How a run is done: the keys of `simulation:` in a model file, in whose place they stand."""
 
     t_end: Annotated[Any, Option("until when, such as 10 or '2*pi*sqrt(l/g)'")]
-    method: Annotated[str | None, Option("auto (default), radau_5 (stiff), moreau (heaps), 'all' lists")]
+    method: Annotated[str | None, Option("auto (default), radau_5 (stiff), 'all' lists")]
     step: Annotated[Any, Option("a fixed step in s")]
     rtol: Annotated[Any, Option("relative tolerance of an adaptive method")]
     atol: Annotated[Any, Option("absolute tolerance of an adaptive method")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -100,6 +101,9 @@ def test_a_block_slides_as_far_as_friction_lets_it() -> None:
     assert run["x"][-1] == pytest.approx(9 / (2 * MU * G), abs=1e-4)
     assert run.u[-1, 0] == 0.0
     assert run.friction_work["c"].total == pytest.approx(-9.0, abs=1e-9)
+    back = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(back.q, run.q)
+    assert back.energy_residual == run.energy_residual
 
 
 BALLS = """

@@ -219,6 +219,10 @@ class ContactSteps:
         self.pressing, self.rubbing = np.zeros(len(self.every.normals)), np.zeros(len(self.every.tangents))
         self.normal_work, self.friction_work = np.zeros(len(self.every.normals)), np.zeros(len(self.every.part_names))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy in another process has: nothing of a library of this one."""
+        return {name: value for name, value in vars(self).items() if name != "_by_sweeps"}
+
     def at(self, t: float, q: Floats, u: Floats) -> LawValues:
         """Return the numbers of the laws at an instant."""
         self.evaluations += 1
