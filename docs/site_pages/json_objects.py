@@ -1,4 +1,4 @@
-"""What `--json` prints, command by command: what each key means; a test compares with what is printed."""
+"""The objects of `--json`, command by command, with the meaning of each key; a test compares the printed keys."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 
 from site_pages.markdown import block, code, plain, table
 
-UNITS: Final = "unit of each coordinate and speed, and of what else has one"
+UNITS: Final = "unit of each coordinate, speed and other value that has one"
 WITHHELD: Final = "components of reactions without a value, since constraints do not say where their forces act"
 REASONS: Final = "why they are withheld"
 OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
@@ -17,11 +17,11 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "redundant": "rows that follow from others",
         "not_unique": "rows and joints whose forces are not unique",
         "dependencies": "which rows depend on which",
-        "ambiguous": "constraints that leave more than one meaning, with what they could be",
+        "ambiguous": "ambiguous constraints, with their possible meanings",
         "ambiguous_forces": "the forces that are not unique, by their names in expressions",
         "agreement": "by formalism: how far it differs from the first, relative; 1e-12 is rounding",
         "theorems": "by theorem: how far it is missed, relative",
-        "conserved": "what the motion conserves",
+        "conserved": "the conserved quantities",
         "symmetries": "for each conserved quantity the symmetry that it follows from",
         "held": "coordinates that kept their given values when loops were closed",
         "assembled": "coordinates that were found when loops were closed",
@@ -30,7 +30,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "agrees": "whether all formalisms and theorems agree",
         "missing": "formalisms and theorems that do not, by name",
         "failure": "why there is no motion; null where there is",
-        "hints": "what looks like an oversight, with its place in the file",
+        "hints": "probable oversights, with their places in the file",
         "withheld": WITHHELD,
         "withheld_reasons": REASONS,
         "doubles": "constraints that say the same twice",
@@ -61,7 +61,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "equations": "the equations of motion, as text",
         "steps": "the steps of the derivation",
         "operations": "how many operations the equations take",
-        "conserved": "with `--theorems`: what is conserved, and the symmetry",
+        "conserved": "with `--theorems`: conserved quantities with their symmetries",
         "units": UNITS,
     },
     "solve": {
@@ -79,17 +79,17 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "verdict": "`one`, or `several` where the laws leave more than one motion",
         "others": "the other motions",
         "searched": "which states were looked at",
-        "closing": "speeds of what closes at the start and strikes",
-        "at_limit": "what happens a little further on, where a state is at its limit",
-        "needed": "least coefficients of friction of what is rough enough",
+        "closing": "speeds of contacts that close at the start and strike",
+        "at_limit": "for a state at its limit: the change beyond it",
+        "needed": "least coefficients of friction of contacts with `enough`",
         "conditions": "conditions under which all this holds",
-        "limits": "by condition: what happens where it fails",
+        "limits": "by condition: the consequence of its failure",
         "answers": "answers to `ask`: `value` and `expression`, and `error` of a number without one",
         "where": "letters of formulas, where loops leave no closed form: `value`, `expression` or `equation`, `says`",
         "not_unique": "rows whose forces are not unique",
         "withheld": WITHHELD,
         "withheld_reasons": REASONS,
-        "notes": "what was left out, and why",
+        "notes": "omitted effects, with the reasons",
         "units": UNITS,
     },
     "equilibrium": {
@@ -103,7 +103,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "speeds_left_out": "speeds that were taken as zero",
         "one_sided": "whether a force has no real value on one side of each",
         "closed": "contacts, ropes and stops that press or pull in each, with their states",
-        "friction_left_out": "what rubs, which might hold other positions",
+        "friction_left_out": "friction that might hold other positions",
         "errors": "how far the coordinates of each position may be off",
         "sets": "how many sets of contacts, ropes and stops were tried closed, and how many there are",
         "units": UNITS,
@@ -143,7 +143,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "characteristic": "the characteristic polynomial where roots have no formula",
         "stable": "whether small motions stay small",
         "conditions": "conditions of stability",
-        "notes": "what was left out, and why",
+        "notes": "omitted effects, with the reasons",
         "eigenvalues": "each [real, imaginary]",
         "period": "with `--period`: that of the motion from the start",
     },
@@ -153,12 +153,12 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "speeds": "by speed: a value for each time",
         "outputs": "by output: a value for each time; null where it has none",
         "units": UNITS,
-        "events": "what happened: `t`, `kind`, `element` and more",
+        "events": "events: `t`, `kind`, `element` and more",
         "final": "the last state: `t`, `coordinates`, `speeds`; `initial` takes it",
         "drift": "how far constraints, energy and quaternions are off",
         "friction_work": "work of friction, by element",
         "impact_losses": "energy lost in impacts",
-        "energy_residual": "what the change of energy leaves when all work is accounted for",
+        "energy_residual": "the change of energy that no work accounts for",
         "withheld": WITHHELD,
         "withheld_reasons": REASONS,
         "redundancy": "rows that depend on each other, and since when",
@@ -177,7 +177,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
     "draw": {
         "written": "the files that were written",
         "title": "the title of the figure",
-        "description": "what it shows, in a sentence",
+        "description": "the content of the figure, in a sentence",
         "size_mm": "width and height in mm",
     },
     "report": {"written": "the files that were written"},
@@ -186,9 +186,9 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "computed": "how many of them were computed in this call",
         "failed": "how many failed",
         "failures": "by run: why, of the first ones",
-        "varied": "names of what is varied",
+        "varied": "names of the varied values",
         "results": "names of the columns that runs tell",
-        "about": "what columns are: units and the like",
+        "about": "units and kinds of the columns",
         "output": "the file of the table; null for none",
         "table": "without a file: the columns",
         "written": "the files that were written",
@@ -206,9 +206,9 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "explain": {
         "number": "the number",
-        "title": "what it is about",
+        "title": "the subject",
         "cause": "why it happens",
-        "cure": "what to do",
+        "cure": "the remedy",
         "errors": "without a number: titles of all",
     },
 }
@@ -225,7 +225,7 @@ def json_objects() -> str:
 # JSON objects
 
 Every command takes `--json` and prints one object on standard output, also for an error; text goes to standard error.
-Keys are added freely and never renamed. Numbers are SI; what is not a number is `null`. `schema` prints the schema.
+Keys are added freely and never renamed. Numbers are SI; a missing number is `null`. `schema` prints the schema.
 
 ## Errors
 

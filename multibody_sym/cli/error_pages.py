@@ -177,7 +177,7 @@ MODELS: Final[dict[str, Explained]] = {
     "M102": Explained(
         "Something is missing",
         "A key that has no default is not given, or is empty.",
-        "Write it; the reference tells what it takes.",
+        "Write it; the reference lists the values that it takes.",
         pendulum((", child: bob", "")),
     ),
     "M103": Explained(
@@ -205,7 +205,7 @@ MODELS: Final[dict[str, Explained]] = {
         pendulum(("child: bob", "child: bobb")),
     ),
     "M107": Explained(
-        "An expression names what is not declared",
+        "An expression contains an undeclared name",
         "A name in an expression is no parameter, coordinate, speed or input.",
         "Declare it under parameters, with a sample value, or correct it.",
         pendulum(("-l, 0]", "-length, 0]")),
@@ -255,7 +255,7 @@ MODELS: Final[dict[str, Explained]] = {
     ),
     "M115": Explained(
         "The path of a rope is not possible",
-        "A rope ends in the air, runs over one pulley twice, or does not tell on which side it leaves a drum.",
+        "A rope ends in the air, runs over one pulley twice, or leaves a drum on an unknown side.",
         "Name points of bodies at both ends; say wrap or wind where the message asks for it.",
         slider()
         + "pulleys: {P: {at: ground, radius: 0.1}}\nconstraints: {r: {type: rope, path: [block, P, P, ground]}}\n",
@@ -320,7 +320,7 @@ RESULTS: Final[dict[str, Explained]] = {
     "N100": Explained(
         "There is no solution",
         "The problem as declared has no solution, or none that is unique, for a reason without a number of its own.",
-        "The message tells what contradicts what; `check` tells more about the model.",
+        "The message names the contradicting parts; `check` reports more about the model.",
         slider()
         + "constraints:\n  a: {type: expression, zero: x}\n  b: {type: velocity, zero: u_x - 2*t - 1}\n",
         ("simulate",),
@@ -414,14 +414,14 @@ constraints: {string: {type: rope, path: [a, b]}}
         ("equilibrium",),
     ),
     "N110": Explained(
-        "The range of rest cannot be told",
+        "The range of rest is unknown",
         "What is varied does not end rest, or something moves as prescribed or rubs in a way that has no such range.",
         "Vary a force or coefficient on which rest depends.",
         slider(("k: 10 N/m", "F: 10 N")) + "forces: {F: {type: force, on: block, value: [0, F, 0]}}\n",
         ("equilibrium", "--vary", "m", "--least", "F"),
     ),
     "N111": Explained(
-        "Small motions cannot be told there",
+        "The state has no small motions",
         "In this state nothing moves, something slips or switches, or the motion does not repeat itself after the "
         "period.",
         "Linearise about another state, or give the true period.",
@@ -432,8 +432,8 @@ constraints: {string: {type: rope, path: [a, b]}}
     "R100": Explained(
         "The run failed on the way",
         "Steps became too many or too small, a number too large, or no state was found in which the run goes on.",
-        "What was computed until then is kept. The message names what and when, and what was tried; the motion may go "
-        "on there: other steps, tolerances or another method tell.",
+        "The motion until then is kept. The message names the cause, its time and the attempts. The motion may go on: "
+        "try other steps, tolerances or another method.",
         slider(("q: x}", "q: x, initial: {q: 1, u: 1}}"))
         + "forces: {F: {type: force, on: block, value: [k*x, 0, 0]}}\nsimulation: {t_end: 300}\n",
         ("simulate", "--backend", "python"),
@@ -486,14 +486,14 @@ constraints: {string: {type: rope, path: [a, b]}}
     ),
     "U102": Explained(
         "These are no units to read",
-        "--units names what is no unit, two units of one quantity, or a pure number.",
+        "--units has an unknown unit, two units of one quantity, or a pure number.",
         "Write units with commas between them, such as mm,deg,kN.",
         pendulum(),
         ("check", "--units", "mm,cm"),
     ),
     "U103": Explained(
         "Results of this kind are not written",
-        "The ending of the name of a result tells its format, and this one is not known.",
+        "The ending of the name of a result selects its format, and this one is unknown.",
         "Take one of the endings that are listed.",
         pendulum(),
         ("simulate", "-o", "motion.xls"),
