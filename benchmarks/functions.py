@@ -1,6 +1,6 @@
 """Functions of robots and their derivatives against Pinocchio, as both are called from Python, and in C alone.
 
-    python benchmarks/functions.py [ROBOT ..]
+    python benchmarks/functions.py [--native] [ROBOT ..]
 
 First for each robot, in microseconds of CPU a state: one call of accelerations; a batch of 10,000 states against a loop
 around `pin.aba`; derivatives of inverse dynamics by q and u together against `computeRNEADerivatives`; those of
@@ -8,7 +8,8 @@ accelerations by q, u and all torques against `computeABADerivatives`. Then the 
 without Python: ours by a loop in C over 10,000 different states in turn, theirs for the same number of states less the
 cost of the call, which is that of a model without joints, and ours beside accelerations alone. The operations are those
 of accelerations alone; of M, the forces and their derivatives by q and u; of it all. A floating base has no torques of
-its own, and Pinocchio returns columns of M^-1 for it, too. Interleaved, minimum of rounds. Needs the extra `peers`.
+its own, and Pinocchio returns columns of M^-1 for it, too. With --native ours are compiled for the machine at hand.
+Interleaved, minimum of rounds. Needs the extra `peers`.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def best(*calls: Callable[[], object], repeat: int) -> list[float]:
 class Measured:
     """A robot here and there, with states for both."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, native: bool) -> None:
         self.name, path = robot.name, path_of(robot)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", mbs.UrdfNotice)
@@ -56,8 +57,8 @@ class Measured:
         bounds = np.ones(self.model.nq)
         self.q = np.array([pin.randomConfiguration(self.model, -bounds, bounds) for _ in range(MANY)])
         self.u, self.udot = rng.standard_normal((2, MANY, self.model.nv))
-        self.accelerations = mbs.function(system, "state_derivative")
-        self.forces = mbs.function(system, "inverse_dynamics")
+        self.accelerations = mbs.function(system, "state_derivative", native=native)
+        self.forces = mbs.function(system, "inverse_dynamics", native=native)
         self.rates = self.accelerations.with_derivatives("q", "u", "inputs", of="udot")
         self.slopes = self.forces.with_derivatives("q", "u", "udot")
 
@@ -104,12 +105,13 @@ class Measured:
         return zip(self.q, self.u, strict=True)
 
 
-def main(names: list[str]) -> None:
+def main(words: list[str]) -> None:
     """Print both tables, a row a robot."""
+    native, names = "--native" in words, [word for word in words if word != "--native"]
     versions = f"multibody_sym {mbs.__version__}, pinocchio {version('pin')}, Python {sys.version.split()[0]}"
     print(f"{versions}; microseconds, Pinocchio's in brackets")
     robots = [robot for robot in (*ROBOTS, SOLO) if not names or robot.name.split()[0].rstrip(",") in names]
-    measured = [Measured(robot) for robot in robots]
+    measured = [Measured(robot, native) for robot in robots]
     print("| robot | one call | one of 10,000 | d inverse dynamics | d accelerations |\n|---|---|---|---|---|")
     for each in measured:
         print("|", " | ".join(each.from_python()), "|", flush=True)
