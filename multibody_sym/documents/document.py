@@ -407,7 +407,7 @@ class HtmlWriter(Writer):
         return f"<p>{self.words(words)}</p>"
 
     def formula(self, line: Formula) -> str:
-        tag = "" if line.tag is None else f'<span class="n">({line.tag})</span>'
+        tag = "" if line.tag is None else f'<span class="n">({line.tag})</span> '
         terms = [*map(math_element, self.terms(replace(line, value=None)))]
         sign = _WRITTEN[line.relation] if len(line.sides) == 1 else "="
         terms += [] if line.value is None else [f"{sign}&nbsp;{self.quantity(line.value)}"]

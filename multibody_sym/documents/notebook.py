@@ -6,16 +6,18 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, Final, NamedTuple
 
 from multibody_sym.derivation.notation import dotted, latex_name
 from multibody_sym.errors import MultibodyError
 from multibody_sym.pictures.page.vector_files import svg
-from multibody_sym.text.values import Value
+from multibody_sym.text.values import SI, Value
 
 _ROUNDING: Final = 1e-12
+_GREEN, _RED = "#1a7f37", "#cf222e"
 _LONGEST: Final = 400
 """A formula longer than this is left out for its number: nobody would read it."""
 
@@ -38,7 +40,11 @@ SHOWN: Final = (
     ShownType("multibody_sym.analysis.equilibrium", "Equilibrium", "text/markdown", "equilibrium_markdown"),
     ShownType("multibody_sym.dynamics.redundancy", "Redundancy", "text/html", "redundancy_html"),
     ShownType("multibody_sym.analysis.rest.range_of_rest", "RangeOfRest", "text/html", "rest_html"),
+    ShownType("multibody_sym.analysis.rest.range_of_rest", "LeastForMotion", "text/html", "least_html"),
+    ShownType("multibody_sym.analysis.linearize", "Multipliers", "text/html", "multipliers_html"),
     ShownType("multibody_sym.analysis.check", "CheckReport", "text/html", "check_html"),
+    ShownType("multibody_sym.answers.records", "Worked", "text/html", "worked_html"),
+    ShownType("multibody_sym.motion.sweep.study", "Study", "text/html", "study_html"),
 )
 
 
@@ -74,25 +80,48 @@ def run_html(run: Any) -> str:
     """Return the summary of a run and, where matplotlib is there, its plot."""
     from multibody_sym.documents.runs import run_summary
 
-    told = _text(run_summary(run))
+    return _text(run_summary(run)) + _plot(run, f"{run.ready.told.name} over time")
+
+
+def study_html(study: Any) -> str:
+    """Return the first and last runs of a study and, where it has one, its plot; why runs failed stands below."""
+    from multibody_sym.motion.sweep.study import study_summary
+
+    known = study.about.get("units", {})
+    units = {name: known.get(name.removesuffix(" end").removesuffix(" min").removesuffix(" max")) for name in study}
+    columns = {SI.named(name, units[name] or ""): study[name] for name in (*study.varied, *study.results)}
+    failed = study_summary(study).partition(" runs failed:\n")
+    told = _text(f"{len(study.failures)}{failed[1]}{failed[2]}") if failed[1] else ""
+    over = f"{study.about['system']} over {', '.join(study.varied)}"
+    return _rows_html(columns, len(study), "runs") + told + _plot(study, over)
+
+
+def _plot(found: Any, words: str) -> str:
+    """Return the plot of a result as an image, nothing where there is none or matplotlib is missing."""
     try:
-        image = base64.b64encode(run.plot()._repr_png_()).decode()
+        image = base64.b64encode(found.plot()._repr_png_()).decode()
     except MultibodyError:
-        return told
-    return f'{told}<img alt="{escape(run.ready.told.name)} over time" src="data:image/png;base64,{image}">'
+        return ""
+    return f'<img alt="{escape(words)}" src="data:image/png;base64,{image}">'
 
 
 def table_html(table: Any) -> str:
     """Return the first and last rows of a table, with units."""
     rows = table.labelled()
-    names, count = list(rows.columns), len(rows)
+    return _rows_html(rows.columns, len(rows), "rows")
+
+
+def _rows_html(columns: Mapping[str, Any], count: int, words: str) -> str:
     shown = [*range(min(5, count)), *range(max(5, count - 5), count)]
-    lines = [[f"{rows.columns[name][k]:.6g}" for name in names] for k in shown]
+    lines = [[f"{values[k]:.6g}" for values in columns.values()] for k in shown]
     if count > len(shown):
-        lines.insert(5, ["..."] * len(names))
-    cells = "".join(f"<tr>{''.join(f'<td>{x}</td>' for x in line)}</tr>" for line in lines)
-    head = "".join(f"<th>{escape(name)}</th>" for name in names)
-    return f"<table><tr>{head}</tr>{cells}</table><p>{count} rows</p>"
+        lines.insert(5, ["..."] * len(columns))
+    return f"{_cells_html(list(columns), lines)}<p>{count} {words}</p>"
+
+
+def _cells_html(head: Iterable[str], lines: Iterable[Iterable[str]]) -> str:
+    cells = "".join(f"<tr>{''.join(f'<td>{escape(x)}</td>' for x in line)}</tr>" for line in lines)
+    return f"<table><tr>{''.join(f'<th>{escape(name)}</th>' for name in head)}</tr>{cells}</table>"
 
 
 def redundancy_html(found: Any) -> str:
@@ -109,14 +138,46 @@ def rest_html(found: Any) -> str:
     return _text(rest_text(found))
 
 
+def least_html(found: Any) -> str:
+    """Return the least value of a parameter that moves a system, and where it is least."""
+    from multibody_sym.documents.analysis import least_text
+
+    return _text(least_text(found))
+
+
+def multipliers_html(found: Any) -> str:
+    """Return by what one period multiplies deviations."""
+    from multibody_sym.documents.analysis import multipliers_text
+
+    return _text(multipliers_text(found))
+
+
 def check_html(found: Any) -> str:
+    """Return the verdict, residuals of formalisms and theorems as tables, and the other lines of the report."""
     from multibody_sym.documents.solution import check_text
 
-    return _text(check_text(found))
+    verdict, *lines = check_text(found).splitlines()
+    lines = [line for line in lines if not line.startswith(("formalisms (", "theorems ("))]
+    residuals = [(name, f"{x:.2g}") for name, x in found.agreement.items()]
+    misses = [(name.replace("_", " "), f"{x:.1e}") for name, x in found.theorems.items()]
+    tables = [
+        _cells_html(head, rows)
+        for head, rows in ((("formalism", "scaled residual"), residuals), (("theorem", "relative residual"), misses))
+        if rows
+    ]
+    colour = _GREEN if found.agrees else _RED
+    return f'<p style="color: {colour}"><b>{escape(verdict)}</b></p>' + _text("\n".join(lines)) + "".join(tables)
+
+
+def worked_html(found: Any) -> str:
+    """Return a solution step by step, with formulas in MathML."""
+    from multibody_sym.documents.document import HtmlWriter, worked_document
+
+    return HtmlWriter(found.notation, level=4).body(worked_document(found))
 
 
 def _text(lines: str) -> str:
-    return f"<pre>{escape(lines)}</pre>"
+    return f'<pre style="white-space: pre-wrap">{escape(lines)}</pre>'
 
 
 # --- formulas --------------------------------------------------------------------------------------------------------
@@ -133,10 +194,10 @@ def solution_markdown(found: Any) -> str:
     forces = [(letters, x) for letters, x in each if abs(x.value or 0.0) > least or not x.unique]
     dots = {name: "ddot" if name in found.coordinates else "dot" for name in found.accelerations}
     lines = {
+        "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
         "Accelerations": [(dotted(latex_name(name), dots[name]), x) for name, x in found.accelerations.items()],
         "Rates": [(dotted(latex_name(name), "dot"), x) for name, x in found.rates.items()],
         "Forces": forces,
-        "Answers": [(latex_name(name), x) for name, x in found.answers.items()],
         "Where": [(latex_name(name), Value(x.value, x.expression, x.unit)) for name, x in found.where.items()],
     }
     sections = {title: [_equation(left, x, found.labels) for left, x in each] for title, each in lines.items()}
@@ -158,7 +219,7 @@ def solution_markdown(found: Any) -> str:
 def _equation(left: str, value: Value, labels: Mapping[str, str]) -> str:
     from multibody_sym.analysis.modes.record import node_latex
 
-    number = str(Value(value.value, None, "", value.unique))
+    number = Value(value.value, None, "", value.unique, error=value.error).told()
     parts = [rf"{number}\ \mathrm{{{value.unit}}}" if value.unit else rf"\text{{{number}}}"]
     formula = "" if value.expression is None else node_latex(value.expression, labels)
     if formula and len(formula) <= _LONGEST and formula != number:
@@ -175,17 +236,18 @@ def linearization_markdown(found: Any) -> str:
     rates = rf"$$\frac{{d}}{{dt}} {x} = {A} {x}{by}$$"
     if not found.steady:
         return f"{rates}\n\nA is not constant: it has no eigenvalues that tell the motion"
-    values = []
+    values = [["eigenvalue [1/s]", "frequency [Hz]", "damping ratio"]]
     for x in found.eigenvalues:
         if x.imag == 0:
-            values.append(f"${x.real:.5g}$")
+            values.append([f"${x.real:.5g}$", "", ""])
         elif x.imag > 0:
-            values.append(rf"${f'{x.real:.5g} ' if x.real else ''}\pm {x.imag:.5g}\,i$")
-    return f"{rates}\n\nEigenvalues in 1/s: {', '.join(values)}"
+            number = rf"${f'{x.real:.5g} ' if x.real else ''}\pm {x.imag:.5g}\,i$"
+            values.append([number, f"{abs(x) / (2 * math.pi):.4g}", f"{0.0 - x.real / abs(x):.4g}"])
+    return f"{rates}\n\n{_cells_markdown(values)}"
 
 
 def equilibrium_markdown(found: Any) -> str:
-    """Return the positions of equilibrium as a table."""
+    """Return the positions of equilibrium as a table, and notes below it."""
     from multibody_sym.documents.analysis import equilibrium_text
 
     if not found.positions:
@@ -198,7 +260,13 @@ def equilibrium_markdown(found: Any) -> str:
         [words[stable], *(f"{position[name]:.6g}" for name in names)]
         for position, stable in zip(found.positions, found.stable, strict=True)
     ]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows))
+    notes = [f"*{_plain(line)}*" for line in equilibrium_text(found).splitlines() if line.startswith("note: ")]
+    return "\n\n".join([_cells_markdown([head, *rows]), *notes])
+
+
+def _cells_markdown(rows: Sequence[Sequence[str]]) -> str:
+    head, *others = rows
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *others))
 
 
 def _column(names: Iterable[str]) -> str:
@@ -211,4 +279,4 @@ def _matrix(rows: Iterable[Iterable[float]]) -> str:
 
 def _plain(text: str) -> str:
     """Return text that neither Markdown nor LaTeX reads as more than text."""
-    return "".join(c if c.isalnum() or c in " .,:=()-'" else f"\\{c}" if c in "_#%&$" else " " for c in text)
+    return "".join(c if c.isalnum() or c in " .,:;=()-'" else f"\\{c}" if c in "_#%&$" else " " for c in text)

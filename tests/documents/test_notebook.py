@@ -71,14 +71,39 @@ def test_solutions_and_linearisations_are_formulas(system: mbs.System) -> None:
 
 def test_runs_tables_and_reports_are_pages_in_which_names_are_text(run: mbs.Trajectory, system: mbs.System) -> None:
     told = notebook.run_html(run)
-    assert told.startswith("<pre>crank &amp; &quot;rod&quot; &lt;b&gt;: done at t = 0.1 s")
+    name = "crank &amp; &quot;rod&quot; &lt;b&gt;"
+    assert told.startswith(f'<pre style="white-space: pre-wrap">{name}: done at t = 0.1 s')
     assert "<b>" not in told
     table = notebook.table_html(run.table())
     assert table.count("<tr>") == 1 + 11
     assert "<th>crank_angle [rad]</th>" in table
     assert "20 rows" in table
     assert "no redundant constraints" in notebook.redundancy_html(run.redundancy)
-    assert "degrees of freedom: 1" in notebook.check_html(mbs.check(system))
+    report = notebook.check_html(mbs.check(system))
+    assert report.startswith('<p style="color: #1a7f37"><b>verdict: all agree')
+    assert "degrees of freedom: 1" in report
+    assert "<td>newton_euler</td><td>" in report
+    assert "<td>angular momentum</td><td>" in report
+
+
+def test_studies_steps_and_eigenvalues_are_tables_formulas_and_pictures(system: mbs.System) -> None:
+    study = mbs.sweep(system, {"l": [0.2, 0.5]}, t_end=0.1, samples=3, workers=1)
+    told = notebook.study_html(study)
+    assert told.startswith("<table><tr><th>l [m]</th><th>t</th><th>crank_angle end [rad]</th>")
+    assert "<td>0.2</td>" in told and "<p>2 runs</p>" in told  # noqa: PT018
+    pytest.importorskip("matplotlib")
+    assert '<img alt="crank &amp; &quot;rod&quot; &lt;b&gt; over l" src="data:image/png;base64,' in told
+    steps = mbs.solve(system, steps=True).steps
+    told = notebook.worked_html(steps)
+    assert "<h4>Elimination</h4>" in told or "<h4>Result</h4>" in told
+    assert "<math" in told
+    told = notebook.linearization_markdown(mbs.linearize(system, at="equilibrium"))
+    assert told.splitlines()[-1] == r"| $\pm 4.4294\,i$ | 0.705 | 0 |"
+
+
+def test_what_is_printed_below_positions_is_shown_too() -> None:
+    found = mbs.equilibrium(mbs.load(EXAMPLES / "double_pendulum.yaml"), initial={"u_theta1": 1})
+    assert notebook.equilibrium_markdown(found).splitlines()[-1].startswith("*note: at rest, start speeds are left out")
 
 
 def test_tables_become_data_frames(run: mbs.Trajectory) -> None:
