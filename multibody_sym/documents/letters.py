@@ -120,6 +120,8 @@ class Letters:
         if match["call"]:
             return self.label(told) if _CALL.match(told)[1] in _FUNCTIONS else None  # type: ignore[index]
         stem = told.rstrip("'")
+        if told in _RESIDUALS and line[match.end() :].startswith(" = 0;"):
+            return Label(told, _RESIDUALS[told])
         if "_" in stem and stem not in self._known:
             return Label(told, upright(told.replace("_", " ")))
         if stem not in self._known and not (stem == "t" and line[match.end() :].startswith(" = ")):
@@ -148,11 +150,12 @@ class Letters:
         if function in _PLACES and len(names) == 2 and names[1] in ("x", "y", "z"):
             letter = dotted(names[1], _PLACES[function]) if _PLACES[function] else names[1]
             return rf"{letter}_{{{upright(names[0])}}}"
-        inside = rf"\left({','.join(map(upright, names))}\right)" if arguments else ""
+        inside = rf"\left({','.join(map(self._latex, names))}\right)" if arguments else ""
         return f"{upright(function.replace('_', ' '))}{inside}"
 
 
-_FUNCTIONS: Final = frozenset((*_FORCES, *_PLACES, *COMPONENTS, *FORCE_NAMES, "total_energy", "momentum"))
+_CONSERVED: Final = ("total_energy", "momentum", "angular_momentum", "generalized_momentum")
+_FUNCTIONS: Final = frozenset((*_FORCES, *_PLACES, *COMPONENTS, *FORCE_NAMES, *_CONSERVED))
 _RESIDUALS: Final = {"phi": r"\varphi", "phidot": r"\dot{\varphi}", "phiddot": r"\ddot{\varphi}"}
 """The letters of constraints, as derivations have them."""
 _WRITTEN: Final = {"<": "<", ">": ">", "<=": "\u2264", ">=": "\u2265"}

@@ -212,7 +212,11 @@ class _Content:
         least = _ROUNDING * max(sizes, default=0.0)
         lines = [line for line in told if line.value is not None and abs(line.value.number) > least]
         moves = any(self._moves(line, worked) for line in lines)
-        still: list[Block] = [] if moves or len(lines) == len(told) else [Sentence(("It stays at rest.",))]
+        assert self.solved is not None
+        still: list[Block] = []
+        if self.solved.impact is None and not moves and len(lines) < len(told):
+            words = "Nothing is accelerated." if any(self.solved.speeds.values()) else "It stays at rest."
+            still.append(Sentence((words,)))
         shown = sorted(lines, key=lambda line: self._rank(line, worked))[:_MOST_ANSWERS]
         if moves and not self.asked.asks("force"):
             shown = [line for line in shown if self._rank(line, worked) < _JOINTS] or shown
@@ -222,8 +226,10 @@ class _Content:
         return bool(line.sides) and worked.notation.text(line.sides[0]).endswith("'")
 
     def _rank(self, line: Formula, worked: Worked) -> int:
-        """Return the place of a result among the answers: accelerations, tensions, contacts, joints."""
+        """Return the place of a result among the answers: what is asked, accelerations, tensions, contacts, joints."""
         name = worked.notation.text(line.sides[0]) if line.sides else ""
+        if name.startswith("p") and self.asked.asks("impulse"):
+            return -1
         if not name or name.endswith("'") or line.before:
             return 0
         letter = name[0]
@@ -443,7 +449,7 @@ class _Content:
             sides: tuple[Any, ...] = (self.letters.label(name),)
             if one.expression is not None and leaves([one.expression], "symbol"):
                 sides = (*sides, self.letters.expression(one.expression))
-            told.append(Formula(sides, value=number, after=(f" ({one.says})",) if one.says else ()))
+            told.append(Formula(sides, value=number, after=self.letters.words(f" ({one.says})") if one.says else ()))
             if one.equation is not None and one.expression is None:
                 left, right = map(self.letters.expression, one.equation)
                 told.append(Formula((left, right), before=("from",)))

@@ -213,6 +213,7 @@ _WORDS: Final = {
     "rest": r"which coefficients?|which friction",
     "events": r"\bwhen\b|how long|begin to",
     "end": r"how fast|how high|how far|where\b|which speed|at last",
+    "impulse": r"impulse|jerk",
     "tension": r"tension|string|rope|cord",
     "force": r"force|reaction|support|axle|carry|friction",
 }

@@ -29,6 +29,7 @@ SYSTEM = mbs.loads(
         ("fy(A)", "A_{y}"),
         ("velocity(bob, x)", r"\dot{x}_{\mathrm{bob}}"),
         ("total_energy()", r"\text{total energy}"),
+        ("generalized_momentum(x1)", r"\text{generalized momentum}\left(x_{1}\right)"),
     ],
 )
 def test_names_have_letters(name: str, latex: str) -> None:
@@ -40,6 +41,7 @@ def test_names_have_letters(name: str, latex: str) -> None:
     [
         ("a block at rest", []),
         ("constraints kept: |phi| <= 1.2e-15", [r"|\varphi|", r"\le", r"1.2 \cdot 10^{-15}"]),
+        ("phi = 0; the multiplier is positive", [r"\varphi"]),
         ("t = 2 s: x1 is reached", ["t", "x_{1}"]),
         ("friction(A) is not unique; hint: dormand_prince", [r"F_{\mathrm{A}}", r"\text{dormand prince}"]),
     ],

@@ -221,3 +221,15 @@ def test_a_fragment_is_taken_in_and_its_equations_are_cited(tmp_path: Path) -> N
     compiled(tmp_path, "whole")
     compiled(tmp_path, "whole")
     assert "undefined" not in (tmp_path / "whole.log").read_text(encoding="latin-1")
+
+
+@pytest.mark.parametrize(
+    ("start", "words"), [("", "It stays at rest."), (", initial: {u: 1 m/s}", "Nothing is accelerated.")]
+)
+def test_what_has_no_acceleration_rests_only_without_a_speed(start: str, words: str) -> None:
+    joint = f"{{type: prismatic, parent: ground, child: b, axis: x, q: x{start}}}"
+    system = mbs.loads(f"{{multibody_sym: 1, name: s, bodies: {{b: {{mass: 1}}}}, joints: {{j: {joint}}}}}")
+    page = mbs.report(system, t_end=0.1, samples=2, backend="python").html
+    told = {each for each in ("It stays at rest.", "Nothing is accelerated.") if each in page}
+    assert told == {words}
+    assert ("Nothing moves." in page) == (start == "")
