@@ -66,8 +66,9 @@ def _scalars() -> list[Call]:
 
 _ONE = "sin cos tan asin acos atan exp log sqrt absolute sign".split()
 _JOINT: dict[str, Any] = {"parent": "ground", "child": "b", "cut": False, "label": "A"}
-_STATE: dict[str, Any] = {"q": ["x"], "motion": [None], "initial": {"q": 1}, "limits": {"upper": 1}, **_JOINT}
-_MOVES: dict[str, Any] = {"q": None, "motion": None, "initial": {"known": True}, "limits": None, **_JOINT}
+_LETTERS: dict[str, Any] = {"q_label": None, **_JOINT}
+_STATE: dict[str, Any] = {"q": ["x"], "motion": [None], "initial": {"q": 1}, "limits": {"upper": 1}, **_LETTERS}
+_MOVES: dict[str, Any] = {"q": None, "motion": None, "initial": {"known": True}, "limits": None, **_LETTERS}
 _ENDS = {"between": ["a", "b"]}
 _ELEMENTS: dict[str, dict[str, Any]] = {
     "Ask": {
@@ -123,7 +124,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "PointOnLine": {"point": "p", "line": {"through": "p", "direction": "x"}},
     "PointJoint": {**_MOVES, "axes": "xy"},
     "PrescribedMotion": {"joint": "A", "value": mbs.t},
-    "Prismatic": {**_STATE, "q": ["x"], "motion": None, "axis": "x"},
+    "Prismatic": {**_STATE, "q": ["x"], "q_label": ["x_1"], "motion": None, "axis": "x"},
     "Potential": {
         "value": 1, "between": None, "joint": None, "joints": None, "on": "b", "at": "p", "frame": "b",
     },
@@ -180,8 +181,8 @@ _STUDY: dict[str, Any] = {
 }
 
 _FIGURE: dict[str, Any] = {
-    "path": "drawn.svg", "at": 0.0, "view": "iso", "forces": True, "reactions": False, "names": True,
-    "redundant": False, "mark": ["joints.hinge"], "strip": "panda_",
+    "path": "drawn.svg", "at": 0.0, "view": "iso", "forces": True, "reactions": False, "names": "all",
+    "dimensions": True, "redundant": False, "mark": ["joints.hinge"], "strip": "panda_",
 }
 
 

@@ -69,7 +69,7 @@ def draw(
     """
     flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in flags.items()}
-    if names not in get_args(Names):
+    if not isinstance(names, str) or names not in get_args(Names):
         raise ArgumentError(f"names: expected {', '.join(get_args(Names))}, got {shown_value(names)}").under("names")
     if path is not None:
         ending_of(path)

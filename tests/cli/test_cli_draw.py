@@ -43,6 +43,7 @@ def test_its_object_tells_what_was_written(word: str, tmp_path: Path, capsys: py
         (["-o", "x.gif"], "", ".svg, .png, .pdf, .tex"),
         (["-o", PENDULUM + "/x.svg"], "", "cannot"),
         (["--viw", "top"], "", "did you mean --view?"),
+        (["--names", "some"], "--names", "letters"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_option(

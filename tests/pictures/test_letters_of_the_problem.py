@@ -91,6 +91,12 @@ ask: {T: fx(slide)*J}
     assert {shown(each) for each in texts(none)} <= {"F", "F\u2009sin(w\u2009t)"}
 
 
+@pytest.mark.parametrize("names", [True, "some", np.array(["all"]), None])
+def test_other_words_for_names_are_refused(names: object) -> None:
+    with pytest.raises(mbs.ArgumentError, match="names: expected letters, all, none, got"):
+        mbs.draw(mbs.load(ROOT / "pendulum.yaml"), names=names)  # type: ignore[arg-type]
+
+
 def test_named_lengths_can_be_left_out_apart_from_letters() -> None:
     scene = scene_of(mbs.load(ROOT / "four_bar.yaml"))
     picture = draw(scene, scene.at(), shown=FigureContent(dimensions=False))
