@@ -188,7 +188,7 @@ def test_space_has_a_ground_below_everything_and_the_names_of_the_figure() -> No
     """A bob on 1 m that starts 1 rad from straight down sinks to 1 m below its ball: the grid lies below that."""
     system = mbs.loads(
         "{multibody_sym: 1, name: s, gravity: [0, 0, -9.81], bodies: {bob: {mass: 1, com: [0, 0, -1]}},"
-        " joints: {J_1: {type: universal, parent: ground, child: bob, axes: [x, y], initial: {q: [1, 0]}}}}"
+        " joints: {J_1: {type: universal, parent: ground, child: bob, axes: [x, y], label: J_1, initial: {q: [1, 0]}}}}"
     )
     frames = frames_of(mbs.simulate(system, t_end=2, samples=60, backend="python"))
     _, data = space_stage(frames, Projection((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), [])
