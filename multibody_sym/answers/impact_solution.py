@@ -14,7 +14,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
-from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Quantity, Sentence, Worked, WorkedStep
+from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Sentence, Worked, WorkedStep
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
 from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
@@ -54,7 +54,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import S
-from multibody_sym.text.values import Value
+from multibody_sym.text.values import Quantity, Value
 
 _CONTRADICTION: Final = 1e-8
 """The part of the largest jump by which a row may be missed, as for accelerations."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, fields, replace
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 from multibody_sym.derivation.notation import Notation
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 from multibody_sym.text.printer import AT, text
-from multibody_sym.text.values import SI, Units, Value, with_formula
+from multibody_sym.text.values import SI, Quantity, Units, Value, with_formula
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Worked: a solution step by step, as data to be written out.
@@ -18,14 +18,6 @@ from multibody_sym.text.values import SI, Units, Value, with_formula
 
 Words = tuple[Any, ...]
 """A sentence: texts, and expressions (sympy) and quantities that stand in it."""
-
-
-class Quantity(NamedTuple):
-    """A number in an SI unit, empty for a pure number, off by at most `error`."""
-
-    number: float
-    unit: str
-    error: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class _Level:
 
 
 @dataclass(eq=False)
-class Progress(Watcher):
+class ProgressLine(Watcher):
     """Writes what is under way to a stream; `wipe` makes room for other lines."""
 
     stream: TextIO
@@ -91,9 +91,9 @@ class Progress(Watcher):
 
 
 @contextmanager
-def progress_on(stream: TextIO, command: str) -> Iterator[Progress]:
+def progress_on(stream: TextIO, command: str) -> Iterator[ProgressLine]:
     """Show the stages of a command on a terminal; the line is wiped at the end."""
-    progress, ended = Progress(stream), Event()
+    progress, ended = ProgressLine(stream), Event()
 
     def draw() -> None:
         while not ended.wait(_EVERY):

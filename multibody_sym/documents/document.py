@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Final, NamedTuple
 
 import sympy
 
-from multibody_sym.answers.records import Formula, Quantity, Sentence, Words, Worked
+from multibody_sym.answers.records import Formula, Sentence, Words, Worked
 from multibody_sym.derivation.notation import Equation, Label, Notation, escaped
 from multibody_sym.documents.formulas import (
     PIECE,
@@ -37,7 +37,7 @@ from multibody_sym.documents.formulas import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.text.printer import latex_width
-from multibody_sym.text.values import SI, Units, number_within
+from multibody_sym.text.values import SI, Quantity, Units, number_within
 
 _TEXT_WIDTH: Final = 110
 _EQUATION_WIDTH: Final = 100

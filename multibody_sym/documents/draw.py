@@ -69,8 +69,7 @@ def draw(
     """
     flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in flags.items()}
-    if not isinstance(names, str) or names not in get_args(Names):
-        raise ArgumentError(f"names: expected {', '.join(get_args(Names))}, got {shown_value(names)}").under("names")
+    _verify_names(names)
     if path is not None:
         ending_of(path)
     asked = with_overrides(system, options)
@@ -89,16 +88,25 @@ def draw(
         if wanted["reactions"] and run is not None:
             shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
-            mechanism = scene.mechanism
-            state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
-            found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
-            owners = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
-            marked = {place: "redundant" for place in _paths(asked) if place[1] in owners}
-            shown = replace(shown, marked={**marked, **shown.marked})
+            shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
     if path is not None:
         figure.write(path)
     return figure
+
+
+def _verify_names(names: Any) -> None:
+    if not isinstance(names, str) or names not in get_args(Names):
+        raise ArgumentError(f"names: expected {', '.join(get_args(Names))}, got {shown_value(names)}").under("names")
+
+
+def _redundant_paths(system: System, scene: Scene) -> dict[Path, str]:
+    """Return the joints and constraints that have rows which follow from others at the start."""
+    mechanism = scene.mechanism
+    state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
+    found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+    owners = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
+    return {place: "redundant" for place in _paths(system) if place[1] in owners}
 
 
 def _prefixes(strip: str | Sequence[str]) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import sympy
 
-from multibody_sym.answers.records import Formula, Line, Quantity, Sentence, Words
+from multibody_sym.answers.records import Formula, Line, Sentence, Words
 from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.derivation.notation import NAME, PARAMETER, Label, Notation, dotted, latex_name, upright
 from multibody_sym.errors import ExpressionError
@@ -23,7 +23,7 @@ from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import COMPONENTS, FORCE_NAMES, text
-from multibody_sym.text.values import Value
+from multibody_sym.text.values import Quantity, Value
 
 _CALL: Final = re.compile(r"([A-Za-z_]\w*)\(([^()]*)\)")
 _FORCES: Final = {"tension": "T", "normal": "N", "friction": "F", "force": "F", "multiplier": r"\lambda"}
@@ -38,7 +38,7 @@ _MINUS: Final = re.compile(r"(?<![\w)\]-])-(?=\d)")
 _COMPARISON: Final = re.compile(r"(?P<left>[^<>=]+) (?P<sign><=|>=|<|>) (?P<right>[^<>=]+)")
 
 
-class Letters:
+class SystemLetters:
     """The letters of a system: parameters by their labels, `theta'` and `u_theta` with a dot, forces by T, N, F."""
 
     def __init__(self, system: System, coordinates: Collection[str] = ()) -> None:

@@ -11,9 +11,9 @@ from typing import Final, Unpack
 from multibody_sym.derivation.notation import Notation
 from multibody_sym.documents.document import Section
 from multibody_sym.documents.exercise import other_numbers
-from multibody_sym.documents.letters import Letters
+from multibody_sym.documents.letters import SystemLetters
 from multibody_sym.documents.report_content import answer_sections, exercise_sections, sections
-from multibody_sym.documents.report_findings import Findings, Missing, Question, findings
+from multibody_sym.documents.report_findings import Description, Findings, Missing, findings
 from multibody_sym.documents.report_pages import ReportHtml, ReportLatex
 from multibody_sym.errors import InputError, Where
 from multibody_sym.mechanics.changes import with_overrides
@@ -54,7 +54,7 @@ class Report:
     @property
     def _title(self) -> str:
         added = ", ".join(part for part in (self.variant, "answers" if self.kind == "answers" else "") if part)
-        return Question(self.findings.system).title + (f" ({added})" if added else "")
+        return Description(self.findings.system).title + (f" ({added})" if added else "")
 
     def _content(self) -> tuple[list[Section], Notation]:
         """Return the sections, and the notation of all letters outside of documents of their own."""
@@ -62,7 +62,7 @@ class Report:
         coordinates = () if isinstance(found.solution, Missing) else found.solution.coordinates
         if not coordinates and not isinstance(found.run, Missing):
             coordinates = found.run.final["coordinates"]
-        letters = Letters(found.system, coordinates)
+        letters = SystemLetters(found.system, coordinates)
         written = _CONTENT[self.kind](found, self.units, letters)
         return written, letters.notation
 

@@ -13,12 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.answers.records import Formula, Line, Quantity, Sentence, Solution, Words, Worked
+from multibody_sym.answers.records import Formula, Line, Sentence, Solution, Words, Worked
 from multibody_sym.derivation.notation import Label, Notation
 from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import Block, Document, EquationRows, Section, Told
-from multibody_sym.documents.letters import Letters
-from multibody_sym.documents.report_findings import Findings, Missing, Question, ReportedParameter, answer, instants
+from multibody_sym.documents.letters import SystemLetters
+from multibody_sym.documents.report_findings import Description, Findings, Missing, ReportedParameter, answer, instants
 from multibody_sym.documents.runs import end_values, run_parts
 from multibody_sym.documents.solution import check_text
 from multibody_sym.mechanics.units import MechanismUnits
@@ -27,7 +27,7 @@ from multibody_sym.pictures.draw import Figure
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.text.printer import latex_width
-from multibody_sym.text.values import Units
+from multibody_sym.text.values import Quantity, Units
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The sections of a report, and the blocks that only reports have.
@@ -73,7 +73,7 @@ class Folded:
 
 
 @dataclass(frozen=True)
-class Grid:
+class WordTable:
     """Rows of words below a head."""
 
     title: str
@@ -96,7 +96,7 @@ class Command:
     text: str
 
 
-def sections(found: Findings, units: Units, letters: Letters) -> list[Section]:
+def sections(found: Findings, units: Units, letters: SystemLetters) -> list[Section]:
     """Return the sections of a report in the order of reading."""
     content = _Content(found, units, letters)
     parts = {
@@ -111,7 +111,7 @@ def sections(found: Findings, units: Units, letters: Letters) -> list[Section]:
     return [top, *(Section(title, _blocks(blocks)) for title, blocks in told.items() if blocks != ())]
 
 
-def exercise_sections(found: Findings, units: Units, letters: Letters) -> list[Section]:
+def exercise_sections(found: Findings, units: Units, letters: SystemLetters) -> list[Section]:
     """Return the figure, the givens and the question, without an answer."""
     content = _Content(found, units, letters)
     facts = tuple((told, "") for told, _ in content.asked.paragraphs if told)
@@ -124,7 +124,7 @@ def exercise_sections(found: Findings, units: Units, letters: Letters) -> list[S
     ]
 
 
-def answer_sections(found: Findings, units: Units, letters: Letters) -> list[Section]:
+def answer_sections(found: Findings, units: Units, letters: SystemLetters) -> list[Section]:
     """Return the givens and the answers alone: a sheet for whoever corrects."""
     content = _Content(found, units, letters)
     statement = Statement(tuple(content.asked.paragraphs))
@@ -153,9 +153,9 @@ _MOST_OPEN: Final = 12
 
 
 class _Content:
-    def __init__(self, found: Findings, units: Units, letters: Letters) -> None:
+    def __init__(self, found: Findings, units: Units, letters: SystemLetters) -> None:
         self.found, self.units, self.letters = found, units, letters
-        self.asked = Question(found.system)
+        self.asked = Description(found.system)
 
     @property
     def solved(self) -> Solution | None:
@@ -220,7 +220,7 @@ class _Content:
         shown = sorted(lines, key=lambda line: self._rank(line, worked))[:_MOST_ANSWERS]
         if moves and not self.asked.asks("force"):
             shown = [line for line in shown if self._rank(line, worked) < _JOINTS] or shown
-        return [*still, InLetters(worked.notation, tuple(self._short(line, worked) for line in shown))]
+        return [*still, BlocksInLetters(worked.notation, tuple(self._short(line, worked) for line in shown))]
 
     def _moves(self, line: Formula, worked: Worked) -> bool:
         return bool(line.sides) and worked.notation.text(line.sides[0]).endswith("'")
@@ -313,7 +313,7 @@ class _Content:
             given = [line for step in worked.steps if step.title == "Given" for line in step.lines]
             starts = tuple(line for line in given if isinstance(line, Sentence))
             if starts:
-                yield InLetters(worked.notation, self._lines(starts))
+                yield BlocksInLetters(worked.notation, self._lines(starts))
 
     def _declared(self, parameter: ReportedParameter) -> Words:
         """Return the value of a parameter as it was typed, in a chosen unit where there is one."""
@@ -356,7 +356,7 @@ class _Content:
         for condition in solved.conditions:
             broken = solved.limits.get(condition)
             told.append(Sentence((*self.letters.condition(condition), *([f", else {broken}"] if broken else []))))
-        return (InLetters(self.letters, tuple(told)),)
+        return (BlocksInLetters(self.letters, tuple(told)),)
 
     # --- the motion, and details -----------------------------------------------------------------------------------
 
@@ -380,13 +380,13 @@ class _Content:
         if parts["events"]:
             yield from self.lines(parts["events"][: _MOST_EVENTS + 1])
 
-    def _end_grid(self, run: Trajectory) -> Grid:
+    def _end_grid(self, run: Trajectory) -> WordTable:
         outputs, state = end_values(run)
         values = {name: x for name, x in {**outputs, **state}.items() if math.isfinite(x.number)}
         rows = tuple(((self.letters.label(name),), (x,)) for name, x in values.items())
-        return Grid(f"At the end, t = {self.units.said(run.t_final, 's')}", (), rows)
+        return WordTable(f"At the end, t = {self.units.said(run.t_final, 's')}", (), rows)
 
-    def _greatest(self, run: Trajectory) -> Grid | None:
+    def _greatest(self, run: Trajectory) -> WordTable | None:
         """Return the greatest force and moment of each joint and the greatest of each multiplier, with their times."""
         units = MechanismUnits(run.ready.mechanism)
         sizes: list[tuple[Words, str, Any]] = []
@@ -404,7 +404,7 @@ class _Content:
             k = int(np.argmax(known >= (1.0 - _SMALL) * known.max()))  # of equal ones the first
             if values[k] > _SMALL * largest and math.isfinite(values[k]):
                 rows.append((words, (Quantity(float(values[k]), unit),), (Quantity(float(run.t[k]), "s"),)))
-        return Grid("Greatest reactions", ("", "greatest", "at time"), tuple(rows)) if rows else None
+        return WordTable("Greatest reactions", ("", "greatest", "at time"), tuple(rows)) if rows else None
 
     def details(self) -> Iterator[Block]:
         found = self.found
@@ -439,7 +439,7 @@ class _Content:
                 rows = tuple(row for row in block.rows if row.right != 0 or not isinstance(row.left, Label))
                 yield from [EquationRows(rows)] if rows else []
             else:
-                yield InLetters(self.letters, tuple(self.lines(block.lines)))
+                yield BlocksInLetters(self.letters, tuple(self.lines(block.lines)))
 
     def _where(self, solved: Solution) -> Block:
         """Return what the letters of the solution's formulas stand for."""
@@ -453,20 +453,20 @@ class _Content:
             if one.equation is not None and one.expression is None:
                 left, right = map(self.letters.expression, one.equation)
                 told.append(Formula((left, right), before=("from",)))
-        return InLetters(self.letters, tuple(told))
+        return BlocksInLetters(self.letters, tuple(told))
 
 
 @dataclass(frozen=True, eq=False)
-class InLetters:
+class BlocksInLetters:
     """Blocks in the letters of a notation, or of all Letters once everything has come."""
 
-    letters: Notation | Letters
+    letters: Notation | SystemLetters
     blocks: tuple[Block, ...]
 
     @property
     def notation(self) -> Notation:
         """The notation of the blocks."""
-        return self.letters.notation if isinstance(self.letters, Letters) else self.letters
+        return self.letters.notation if isinstance(self.letters, SystemLetters) else self.letters
 
 
 _RESULTS: Final = ("Result", "Elimination: impulses", "Impulses in joints")

@@ -148,7 +148,7 @@ _NOT_ASKED: Final = Missing("not asked for")
 
 def findings(system: System, command: str, settings: Mapping[str, Any], *, exercise: bool = False) -> Findings:
     """Return the answers on a system; `settings` are those of the run. An exercise has no details."""
-    question = Question(system)
+    question = Description(system)
     rough = question.coefficient
     return Findings(
         system=system,
@@ -219,7 +219,7 @@ _WORDS: Final = {
 }
 
 
-class Question:
+class Description:
     """The description of a system: its title, its facts, and the questions in it."""
 
     def __init__(self, system: System) -> None:

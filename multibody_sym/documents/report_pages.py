@@ -17,15 +17,15 @@ from multibody_sym.documents.animation.frames import frames_of
 from multibody_sym.documents.document import Block, Document, HtmlWriter, LatexWriter, Section
 from multibody_sym.documents.formulas import harmless, in_known_letters, whole_document
 from multibody_sym.documents.report_content import (
+    BlocksInLetters,
     Boxed,
     Command,
     Film,
     Folded,
     Givens,
-    Grid,
-    InLetters,
     Pictures,
     Statement,
+    WordTable,
 )
 from multibody_sym.documents.report_findings import Missing, answer
 from multibody_sym.motion.results.trajectory import Trajectory
@@ -58,7 +58,7 @@ class ReportHtml(HtmlWriter):
         match block:
             case Missing():
                 return f'<p class="missing">{escape(block.reason)}</p>'
-            case InLetters():
+            case BlocksInLetters():
                 return "".join(map(ReportHtml(block.notation, self.units, self.level).block, block.blocks))
             case Document():
                 return ReportHtml(block.notation, self.units, level=3).body(block)
@@ -75,7 +75,7 @@ class ReportHtml(HtmlWriter):
             case Givens():
                 items = (f"<li>{self.inline(name)} = {self.words(value)}</li>" for name, value in block.rows)
                 return f'<ul class="given">{"".join(items)}</ul>'
-            case Grid():
+            case WordTable():
                 return self._grid(block)
             case Film():
                 return self._film(block)
@@ -94,7 +94,7 @@ class ReportHtml(HtmlWriter):
         head = f"<h3>{title}</h3>" if title else ""
         return f'{head}<div class="row">{shown}</div>' if len(drawn) > 1 or title else shown
 
-    def _grid(self, grid: Grid) -> str:
+    def _grid(self, grid: WordTable) -> str:
         head = "".join(f"<th>{escape(each)}</th>" for each in grid.head)
         rows = "".join(f"<tr>{''.join(f'<td>{self.words(cell)}</td>' for cell in row)}</tr>" for row in grid.rows)
         return f"<h3>{escape(grid.title)}</h3><table>{f'<tr>{head}</tr>' if head else ''}{rows}</table>"
@@ -160,7 +160,7 @@ class ReportLatex(LatexWriter):
         match block:
             case Missing():
                 return breakable(block.reason)
-            case InLetters():
+            case BlocksInLetters():
                 return replace(self, notation=block.notation).section(Section("", block.blocks))
             case Document():
                 writer = replace(self, notation=block.notation, command=r"\subsubsection*{%s}")
@@ -180,7 +180,7 @@ class ReportLatex(LatexWriter):
             case Givens():
                 each = (rf"\mbox{{{self.inline(name)} $=$ {self.words(value)}}}" for name, value in block.rows)
                 return ", \\quad\n".join(each) + r"\par"
-            case Grid():
+            case WordTable():
                 return self._grid(block)
             case Film():
                 size = r"width=\linewidth,height=0.45\textheight,keepaspectratio"
@@ -216,7 +216,7 @@ class ReportLatex(LatexWriter):
     def note(self, lines: Any) -> str:
         return "\n".join(breakable(line) + r"\par" for line in lines)
 
-    def _grid(self, grid: Grid) -> str:
+    def _grid(self, grid: WordTable) -> str:
         columns = "l" * max(map(len, grid.rows), default=1)
         head = [" & ".join(map(escaped, grid.head)) + r" \\ \hline"] if grid.head else []
         rows = [" & ".join(map(self.words, row)) + r" \\" for row in grid.rows]

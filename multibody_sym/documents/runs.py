@@ -10,7 +10,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.answers.records import Quantity
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_text
 from multibody_sym.motion.loop.problem import SEVERAL
 from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
@@ -18,7 +17,7 @@ from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.parser import force_name
-from multibody_sym.text.values import SI, Units
+from multibody_sym.text.values import SI, Quantity, Units
 
 _MOST_LINES: Final = 20
 _LAST_LINES: Final = 5

@@ -33,13 +33,13 @@ from multibody_sym.motion.function_results import (
     CanonicalRates,
     CentroidalMomentum,
     ConstraintTerms,
-    Energies,
+    EnergyResults,
     FrameJacobian,
     FrameMotion,
     FunctionKeywords,
     HybridForces,
     ImpactResults,
-    Momentum,
+    MomentumResults,
     OperationalSpace,
     Rates,
     Regressor,
@@ -88,9 +88,13 @@ def function(
     system: System, what: Literal["hybrid_dynamics"], **options: Unpack[FunctionKeywords]
 ) -> Function[HybridForces]: ...
 @overload
-def function(system: System, what: Literal["energies"], **options: Unpack[FunctionKeywords]) -> Function[Energies]: ...
+def function(
+    system: System, what: Literal["energies"], **options: Unpack[FunctionKeywords]
+) -> Function[EnergyResults]: ...
 @overload
-def function(system: System, what: Literal["momentum"], **options: Unpack[FunctionKeywords]) -> Function[Momentum]: ...
+def function(
+    system: System, what: Literal["momentum"], **options: Unpack[FunctionKeywords]
+) -> Function[MomentumResults]: ...
 @overload
 def function(
     system: System, what: Literal["centroidal_momentum"], **options: Unpack[FunctionKeywords]

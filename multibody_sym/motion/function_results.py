@@ -60,14 +60,14 @@ class HybridForces(NamedTuple):
     forces: Floats
 
 
-class Energies(NamedTuple):
+class EnergyResults(NamedTuple):
     """Of `energies`: both in J."""
 
     kinetic: Floats
     potential: Floats
 
 
-class Momentum(NamedTuple):
+class MomentumResults(NamedTuple):
     """Of `momentum`: linear (3,), and angular (3,) about the world's origin."""
 
     linear: Floats
@@ -133,8 +133,8 @@ RESULTS: Final[Mapping[str, type[tuple[Floats, ...]]]] = {
     "state_derivative": Rates,
     "canonical_equations": CanonicalRates,
     "hybrid_dynamics": HybridForces,
-    "energies": Energies,
-    "momentum": Momentum,
+    "energies": EnergyResults,
+    "momentum": MomentumResults,
     "centroidal_momentum": CentroidalMomentum,
     "constraints": ConstraintTerms,
     "frame": FrameMotion,

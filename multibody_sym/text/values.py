@@ -53,6 +53,14 @@ def with_formula(formula: str, number: str) -> str:
     return number if not formula or _DECIMAL.fullmatch(formula) else f"{formula} = {number}"
 
 
+class Quantity(NamedTuple):
+    """A number in an SI unit, empty for a pure number, off by at most `error`."""
+
+    number: float
+    unit: str
+    error: float = 0.0
+
+
 # ----------------------------------------------------------------------------------------------------------------------
 # How people choose to read numbers: digits, and units such as `mm,deg` with the factor and text of each.
 

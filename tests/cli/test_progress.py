@@ -15,7 +15,7 @@ import pytest
 
 from multibody_sym import stages
 from multibody_sym.cli import progress as shown_progress
-from multibody_sym.cli.progress import Progress
+from multibody_sym.cli.progress import ProgressLine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -38,7 +38,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def test_the_line_has_the_stage_its_work_and_what_is_done(clock: list[float]) -> None:
     screen = Screen()
-    progress = Progress(screen, begin=0.0)
+    progress = ProgressLine(screen, begin=0.0)
     with stages.watched(progress, "simulate"):
         with stages.stage("derive"):
             stages.log("derive %s by %s", "crane", "sweep")

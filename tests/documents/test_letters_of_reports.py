@@ -7,7 +7,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.derivation.notation import Label
 from multibody_sym.documents.document import LatexWriter
-from multibody_sym.documents.letters import Letters
+from multibody_sym.documents.letters import SystemLetters
 from multibody_sym.text.parser import parse
 
 SYSTEM = mbs.loads(
@@ -33,7 +33,7 @@ SYSTEM = mbs.loads(
     ],
 )
 def test_names_have_letters(name: str, latex: str) -> None:
-    assert Letters(SYSTEM, ["x1"]).label(name).latex == latex
+    assert SystemLetters(SYSTEM, ["x1"]).label(name).latex == latex
 
 
 @pytest.mark.parametrize(
@@ -47,13 +47,13 @@ def test_names_have_letters(name: str, latex: str) -> None:
     ],
 )
 def test_sentences_keep_their_words(line: str, typeset: list[str]) -> None:
-    words = Letters(SYSTEM, ["x1"]).words(line)
+    words = SystemLetters(SYSTEM, ["x1"]).words(line)
     assert [word.latex for word in words if isinstance(word, Label)] == typeset
     assert "".join(word.text if isinstance(word, Label) else word for word in words) == line
 
 
 def test_conditions_are_formulas() -> None:
-    letters = Letters(SYSTEM, ["x1"])
+    letters = SystemLetters(SYSTEM, ["x1"])
     words = letters.condition("abs(friction(A)) <= k0*normal(A) + m1*x1''")
     written = LatexWriter(letters.notation).words(words)
     assert r"\left|F_{\mathrm{A}}\right|" in written

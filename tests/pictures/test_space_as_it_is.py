@@ -11,7 +11,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import HIDDEN, Arrow, Picture, Stroke, TextMark
-from multibody_sym.pictures.scene.items import Cone, Polyline
+from multibody_sym.pictures.scene.items import ConeBody, Polyline
 from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -48,7 +48,7 @@ def test_a_top_is_a_cone_that_has_its_centre_of_mass_and_its_moment(name: str) -
     """A cone of mass m, radius R and height H has its centre at 3/4 H and the moment 3/10 m R^2."""
     scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
     (top,) = [item.form for item in scene.items if item.role == "body"]
-    assert isinstance(top, Cone)
+    assert isinstance(top, ConeBody)
     assert 0.75 * top.height == pytest.approx(0.04)
     assert 0.3 * 0.3 * top.radius**2 == pytest.approx(2e-4)
 
@@ -56,7 +56,7 @@ def test_a_top_is_a_cone_that_has_its_centre_of_mass_and_its_moment(name: str) -
 @pytest.mark.parametrize("name", ["spatial_chain", "textbook/ball_in_socket"])
 def test_a_link_that_is_thin_and_a_lamp_that_hangs_are_no_tops(name: str) -> None:
     scene = scene_of(mbs.load(EXAMPLES / f"{name}.yaml"))
-    assert not [item for item in scene.items if isinstance(item.form, Cone)]
+    assert not [item for item in scene.items if isinstance(item.form, ConeBody)]
 
 
 def test_an_angle_in_space_leads_from_its_line_of_reference_to_its_rod() -> None:

@@ -17,7 +17,6 @@ from multibody_sym.answers.records import (
     Definition,
     Formula,
     Line,
-    Quantity,
     Sentence,
     Solution,
     Words,
@@ -71,6 +70,7 @@ from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import apply, negate
 from multibody_sym.text.printer import COMPONENTS, text
 from multibody_sym.text.units import DIMENSIONLESS
+from multibody_sym.text.values import Quantity
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What is given: the values of parameters, the coordinates with their directions, and how it all starts.

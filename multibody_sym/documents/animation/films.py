@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.documents.animation.frames import Frames, Window
+from multibody_sym.documents.animation.frames import Frames, ViewWindow
 from multibody_sym.errors import OutputError
 from multibody_sym.pictures.draw import item_marks
 from multibody_sym.pictures.marks.forces import strand_marks
@@ -46,7 +46,7 @@ _PATH: Final = 1.2
 
 
 def film(
-    frames: Frames, window: Window, traced: Iterable[tuple[Anchor, str]], ending: str, show: Callable[[float], None]
+    frames: Frames, window: ViewWindow, traced: Iterable[tuple[Anchor, str]], ending: str, show: Callable[[float], None]
 ) -> bytes:
     """Return a film in real time, `.gif` or `.mp4`, with the paths of points (`traced`), each in its colour.
 
@@ -69,7 +69,7 @@ def film(
     return _gif(images(), span / count) if ending == ".gif" else _mp4(images(), count / span if span else _RATE)
 
 
-def _image(frames: Frames, window: Window, sheet: Sheet, paths: Iterable[Stroke], k: int) -> Any:
+def _image(frames: Frames, window: ViewWindow, sheet: Sheet, paths: Iterable[Stroke], k: int) -> Any:
     """Return one frame as an array of pixels; all have one size."""
     corners = window.projection.page(frames.extent)
     if window.size is None or window.middles is None:

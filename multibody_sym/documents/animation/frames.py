@@ -37,7 +37,7 @@ _ARC: Final = 9
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class ViewWindow:
     """How a motion is seen: all of it at the scale of `projection`, or through a window of a `size` (pt) that follows.
 
     `middles` (m, 2) are the places on the page in the middle of such a window at each frame (pt).
@@ -68,7 +68,7 @@ class Frames:
         normal = self.scene.view.towards if self.scene.plane else None
         return view_of(view, usual, self.scene.up, normal).scaled(self.extent)
 
-    def window(self, projection: Projection) -> Window:
+    def window(self, projection: Projection) -> ViewWindow:
         """Return the window of a view: all of the motion, or the part around what moves where that would be a dot.
 
         So the view stops growing where a motion outgrows the mechanism, and follows: on squared paper where no ground
@@ -80,8 +80,8 @@ class Frames:
             if scale > _FAR * projection.scale:
                 near = replace(projection, scale=scale)
                 middles = [near.page(placed.poses[:-1, :, 3].mean(axis=0)) for placed in self.placed]
-                return Window(near, WINDOW, np.array(middles))
-        return Window(projection)
+                return ViewWindow(near, WINDOW, np.array(middles))
+        return ViewWindow(projection)
 
     @cached_property
     def extent(self) -> Floats:

@@ -56,7 +56,7 @@ from multibody_sym.text.printer import COMPONENTS
 
 
 @dataclass(frozen=True)
-class FunctionQuestion:
+class FunctionToCompile:
     """What is to be compiled: a Function of a system, by its name and options."""
 
     system: System
@@ -64,13 +64,13 @@ class FunctionQuestion:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def mass_matrix(system: System) -> FunctionQuestion:
+def mass_matrix(system: System) -> FunctionToCompile:
     """Return the mass matrix of a system, for `compile`: M = f(t, q, u) (nu, nu). Raises InputError for no System."""
     verify_system(system)
-    return FunctionQuestion(system, "mass_matrix")
+    return FunctionToCompile(system, "mass_matrix")
 
 
-def inverse_dynamics(system: System) -> FunctionQuestion:
+def inverse_dynamics(system: System) -> FunctionToCompile:
     """Return the inverse dynamics of a tree, for `compile`: forces = f(t, q, u, udot) (nu).
 
     forces = M udot + c - Q: what the accelerations need on top of the declared forces and the weight, one component a
@@ -78,10 +78,10 @@ def inverse_dynamics(system: System) -> FunctionQuestion:
     contacts or friction act on it.
     """
     verify_system(system)
-    return FunctionQuestion(system, "inverse_dynamics")
+    return FunctionToCompile(system, "inverse_dynamics")
 
 
-def hybrid_dynamics(system: System, given: Iterable[str] | str) -> FunctionQuestion:
+def hybrid_dynamics(system: System, given: Iterable[str] | str) -> FunctionToCompile:
     """Return the hybrid dynamics of a tree, for `compile`: udot (nu), forces (nu) = f(t, q, u, udot).
 
     The joints named in `given` have the accelerations udot; the others move freely under the declared forces, and what
@@ -93,7 +93,7 @@ def hybrid_dynamics(system: System, given: Iterable[str] | str) -> FunctionQuest
     for name in names:
         if name not in system.joints:
             raise InputError(f"there is no joint {name!r}", number="M106", word=name, known=system.joints)
-    return FunctionQuestion(system, "hybrid_dynamics", {"given": names})
+    return FunctionToCompile(system, "hybrid_dynamics", {"given": names})
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -395,11 +395,11 @@ def compile(wanted: ImpactQuestion, *, native: bool = False, backend: Backend | 
 
 
 @overload
-def compile(wanted: FunctionQuestion, *, native: bool = False, backend: Backend | None = None) -> Function[Any]: ...
+def compile(wanted: FunctionToCompile, *, native: bool = False, backend: Backend | None = None) -> Function[Any]: ...
 
 
 def compile(
-    wanted: StateDerivative | CanonicalQuestion | FunctionQuestion | ImpactQuestion,
+    wanted: StateDerivative | CanonicalQuestion | FunctionToCompile | ImpactQuestion,
     *,
     native: bool = False,
     backend: Backend | None = None,
@@ -416,7 +416,7 @@ def compile(
         return impact_function(wanted, code)
     if isinstance(wanted, CanonicalQuestion):
         return canonical_function(wanted, code)
-    if isinstance(wanted, FunctionQuestion):
+    if isinstance(wanted, FunctionToCompile):
         return function(wanted.system, wanted.what, **wanted.options, native=native, backend=backend)
     if not isinstance(wanted, StateDerivative):
         got = short_repr(wanted)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from multibody_sym.dynamics.contact.contact_problem import OneWayRows
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.model.settings import Settings
 from multibody_sym.motion.methods.table import AUTO, MOREAU
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO
+
+if TYPE_CHECKING:  # runs without contacts need none of it
+    from multibody_sym.dynamics.contact.contact_problem import OneWayRows
 
 MANY_CONTACTS: Final = 1000
 """Contacts, closed or not, of a run that goes by time stepping where neither method nor step nor tolerance is given."""

@@ -29,7 +29,7 @@ _POINTS: Final = 41
 
 
 @dataclass(frozen=True, eq=False)
-class Wheel:
+class RopeWheel:
     """A wheel in a bend of a rope: centre and radius (pt), the `side` of the rope's way on which it lies (1 left).
 
     `name` is that of its pulley; it is nothing where a rope bends around no wheel, of radius zero. `turns` are whole
@@ -58,28 +58,28 @@ def place_of(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
     return at + sheet.settled.pulleys[item.name] if item.body < 0 and item.name in sheet.settled.pulleys else at
 
 
-def wheels(sheet: Sheet, rope: PlacedStrand) -> list[Wheel]:
+def wheels(sheet: Sheet, rope: PlacedStrand) -> list[RopeWheel]:
     """Return the wheels in the bends of a rope, in their order."""
     if not rope.bows or not np.all(np.isfinite(rope.pieces)):
         return []
     home = sheet.moved(sheet.home)
     start = next(each for each in sheet.home.strands if each.strand.name == rope.strand.name)
     corners, plain, now = _shifted(home, start), sheet.projection.page(start.pieces), _shifted(sheet, rope)
-    found: list[Wheel] = []
+    found: list[RopeWheel] = []
     for k, bow in enumerate(rope.bows):
         if bow.radius > 0.0:
             turn = bow.angle * float(np.array(bow.axis) @ sheet.projection.toward)
             centre, radius = sheet.projection.page(np.array(bow.centre)), bow.radius * sheet.projection.scale
             whole = int(abs(bow.angle) / (2.0 * np.pi))
-            found.append(Wheel("", centre, radius, 1.0 if turn > 0.0 else -1.0, whole))
+            found.append(RopeWheel("", centre, radius, 1.0 if turn > 0.0 else -1.0, whole))
             continue
         pulley = _pulley_at(home, plain[k][1], [wheel.name for wheel in found])
         lies = None if pulley is None else _lie(home, pulley, corners[k], corners[k + 1])
         if pulley is None or lies is None:
-            found.append(Wheel("", now[k][1], 0.0, 1.0))
+            found.append(RopeWheel("", now[k][1], 0.0, 1.0))
             continue
         moved = _place(sheet, pulley) - _place(home, pulley)
-        found.append(Wheel(pulley.name, lies[0] + moved, WHEEL, lies[1]))
+        found.append(RopeWheel(pulley.name, lies[0] + moved, WHEEL, lies[1]))
     return found
 
 
@@ -127,18 +127,18 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     return np.array([tangent(first, second) for first, second in pairwise(around)])
 
 
-def _end(sheet: Sheet, rope: PlacedStrand, piece: Floats) -> Wheel:
+def _end(sheet: Sheet, rope: PlacedStrand, piece: Floats) -> RopeWheel:
     """Return where a piece (2, 2) of a rope begins: at a point, or on the rim of the drum on which it is wound."""
     for drum in rope.wound if sheet.flat else ():
         start, centre = sheet.projection.page(np.array([drum.start, drum.centre]))
         radius = float(np.linalg.norm(start - centre))
         if float(np.linalg.norm(start - piece[0])) < _HERE < radius:
             side = float(left(piece[1] - piece[0]) @ (centre - start))
-            return Wheel("", centre, radius, 1.0 if side > 0.0 else -1.0)
-    return Wheel("", piece[0], 0.0, 1.0)
+            return RopeWheel("", centre, radius, 1.0 if side > 0.0 else -1.0)
+    return RopeWheel("", piece[0], 0.0, 1.0)
 
 
-def tangent(first: Wheel, second: Wheel) -> Floats:
+def tangent(first: RopeWheel, second: RopeWheel) -> Floats:
     """Return the straight piece (2, 2) of a rope from one wheel to the next; from centre to centre if one is inside."""
     way = second.centre - first.centre
     apart, reach = float(np.linalg.norm(way)), second.side * second.radius - first.side * first.radius
@@ -201,7 +201,7 @@ def rope_marks(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[s
             yield Stroke(sheet.projection.page(coil.points()), pen, **named)
 
 
-def _bow(start: Floats, stop: Floats, wheel: Wheel) -> Floats:
+def _bow(start: Floats, stop: Floats, wheel: RopeWheel) -> Floats:
     """Return the points (n, 2) of a rope on a wheel between the ends of two pieces."""
     if wheel.radius == 0.0:
         return np.array([start, stop])

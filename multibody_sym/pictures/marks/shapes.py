@@ -27,7 +27,7 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.bodies import hull
 from multibody_sym.pictures.scene.items import GROUND as WORLD
-from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, Cone, Disc, Face, Item, Polyline, Sphere, circle
+from multibody_sym.pictures.scene.items import Barrel, Block, Bowl, ConeBody, Disc, Face, Item, Polyline, Sphere, circle
 from multibody_sym.scalars.arrays import Floats
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -171,7 +171,7 @@ def barrel(
         yield Stroke(sheet.page(body, circle(near, form.axis, form.radius, 48)), pen, closed=True, fill=fill, **named)
 
 
-def _cone(sheet: Sheet, item: Item, form: Cone) -> Iterator[Mark]:
+def _cone(sheet: Sheet, item: Item, form: ConeBody) -> Iterator[Mark]:
     """Yield a cone: its outline, and its top where that faces the reader."""
     named, pen = sheet.named(item, LAYER_BODY, form.tip), sheet.pen(item)
     rim = circle(np.array(form.tip) + form.height * np.array(form.axis), form.axis, form.radius, 73)
@@ -335,7 +335,7 @@ FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] =
     Sphere: _ball,
     Block: _block,
     Barrel: _barrel,
-    Cone: _cone,
+    ConeBody: _cone,
     Face: _face,
 }
 """How each form with a size looks; rails and symbols are in `symbols`."""

@@ -32,7 +32,7 @@ from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     Barrel,
     Block,
-    Cone,
+    ConeBody,
     Disc,
     Face,
     Form,
@@ -160,7 +160,7 @@ def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
     return float(np.linalg.norm(apart - part * along)) < _BESIDE * float(np.linalg.norm(along))
 
 
-def _top(stage: Stage, name: str, body: Body) -> Cone | None:
+def _top(stage: Stage, name: str, body: Body) -> ConeBody | None:
     """Return the cone of a top: it stands on a point of its axis, about which it turns freely, and is no thin rod.
 
     Its centre of mass is at three quarters of its height, its radius that of a cone with its moment about the axis.
@@ -182,7 +182,7 @@ def _top(stage: Stage, name: str, body: Body) -> Cone | None:
     if not round_ or about < _THIN * across:
         return None
     radius = float(np.clip(np.sqrt(10.0 / 3.0 * about / mass), 0.3 * height, 1.2 * height))
-    return Cone(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
+    return ConeBody(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:

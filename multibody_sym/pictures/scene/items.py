@@ -159,7 +159,7 @@ class Barrel(_Form):
 
 
 @dataclass(frozen=True)
-class Cone(_Form):
+class ConeBody(_Form):
     """A cone that stands on its `tip`: a top, as high as `height` along the unit axis, where it has its radius."""
 
     tip: Vector
@@ -319,7 +319,7 @@ class Axes(_Form):
         return np.array([self.at])
 
 
-Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | Cone | Face | Rail | Stop | Symbol | TurnStop
+Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | ConeBody | Face | Rail | Stop | Symbol | TurnStop
 
 
 # ----------------------------------------------------------------------------------------------------------------------
