@@ -176,7 +176,7 @@ class Script(ABC):
         if number < 0:
             first, *others = self._split(-e, room, PRODUCT)
             return [self.opposite + first, *others]
-        factors = self.factors(rest)
+        number, factors = self._taken_apart(number, rest)
         bases = [(f, *f.as_base_exp()) for f in factors]
         sums = [f for f, base, e in bases if base.is_Add and e.is_Integer and e > 0]
         if not sums:
@@ -199,7 +199,12 @@ class Script(ABC):
 
     def _product(self, e: Any) -> Piece:
         number, rest = e.as_coeff_Mul()
-        return self._signed(e) if number < 0 else self._quotient_of(number, self.factors(rest))
+        return self._signed(e) if number < 0 else self._quotient_of(*self._taken_apart(number, rest))
+
+    def _taken_apart(self, number: Any, product: Any) -> tuple[Any, list[Any]]:
+        """Return a number and the factors of a product in the order of writing, square roots joined."""
+        number, factors = _with_one_root(number, sympy.Mul.make_args(product))
+        return number, sorted(factors, key=self._factor_key)
 
     def _signed(self, e: Any) -> Piece:
         return Piece(self.opposite + self.within(-e, PRODUCT), SUM)
@@ -241,6 +246,24 @@ class Script(ABC):
     @abstractmethod
     def matrix(self, rows: list[list[str]]) -> str:
         """Return a matrix of written elements."""
+
+
+def _with_one_root(number: Any, factors: Sequence[Any]) -> tuple[Any, Sequence[Any]]:
+    """Return a number and factors with sqrt(a)*sqrt(b)/sqrt(c) as sqrt(a*b/c), and sqrt(2)/2 in it as sqrt(1/2).
+
+    sympy takes roots apart of what is positive; here at most one radicand is not known to be.
+    """
+    roots = [f for f in factors if f.is_Pow and abs(f.exp) == sympy.S.Half]
+    if len(roots) < 2 or sum(not f.base.is_positive for f in roots) > 1:
+        return number, factors
+    above, below = ([f.base for f in roots if f.exp == half] for half in (sympy.S.Half, -sympy.S.Half))
+    for root in (x for x in above if x.is_Integer and number.is_Rational and number.q % x == 0):
+        number, above, below = number * root, [x for x in above if x is not root], [*below, root]
+    radicand = sympy.Mul(*above) / sympy.Mul(*below)
+    joined = sympy.Pow(radicand, sympy.S.Half, evaluate=False)
+    if not above:
+        joined = sympy.Pow(sympy.Mul(*below), -sympy.S.Half, evaluate=False)
+    return number, [*(f for f in factors if f not in roots), joined]
 
 
 def _is_below(factor: Any) -> bool:

@@ -49,10 +49,11 @@ Line = Sentence | Formula
 
 @dataclass(frozen=True)
 class WorkedStep:
-    """One step: its title and its lines."""
+    """One step: its title and its lines; `is_later`: about a later time, at which symbols have other values."""
 
     title: str
     lines: tuple[Line, ...]
+    is_later: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,9 @@ class Worked:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """All lines of mathematics."""
-        return tuple(line for step in self.steps for line in step.lines if isinstance(line, Formula))
+        """All lines of mathematics about the start."""
+        steps = (step for step in self.steps if not step.is_later)
+        return tuple(line for step in steps for line in step.lines if isinstance(line, Formula))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start
@@ -26,7 +26,11 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.system import System
 from multibody_sym.scalars.node import as_node, symbol
 from multibody_sym.stages import stage
+from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
+
+if TYPE_CHECKING:
+    from multibody_sym.answers.ask.working import WorkedAnswer
 
 
 def solve(
@@ -48,20 +52,20 @@ def solve(
     quotients. A closed form must equal the number (to 1e-9) and be short enough to read.
     Raises InputError, NoSolutionError (no start, no inertia, contradicting constraints).
     """
-    asked = Overrides(parameters, initial, inputs, coordinates, project).of(system)
-    with numbers_of(asked):
-        if asked.impact is not None:
-            return solution_of_impact(asked, formalism, steps=flag("steps", steps))
-        solved = solved_start(asked, formalism)
+    changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
+    with numbers_of(changed):
+        if changed.impact is not None:
+            return solution_of_impact(changed, formalism, steps=flag("steps", steps))
+        solved = solved_start(changed, formalism)
         if beyond := beyond_limits(solved):  # floats cannot tell the state that exact numbers have
-            solved = solved_start(asked, formalism, beyond)
-        found = solution_of(solved)
+            solved = solved_start(changed, formalism, beyond)
+        found, asked = solution_of(solved)
         if not flag("steps", steps):
             return found
         from multibody_sym.answers.worked.worked import worked_steps
 
         with stage("steps"):
-            return replace(found, steps=worked_steps(solved, found))
+            return replace(found, steps=worked_steps(solved, found, asked))
 
 
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
@@ -75,9 +79,14 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
     worked_out = None
     if steps:
+        from multibody_sym.answers.ask.working import WorkedAnswer, Working
         from multibody_sym.answers.impact_solution import worked_impact
+        from multibody_sym.answers.worked.questions import with_questions
+        from multibody_sym.derivation.notation import symbols_of
 
+        asked = {name: WorkedAnswer(text(x.value), Working(), x.value) for name, x in system.ask.items() if x.value}
         worked_out = worked_impact(solved, found)
+        worked_out = with_questions(worked_out, solved.mechanism, symbols_of(solved.mechanism), answers, asked)
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -98,19 +107,15 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     )
 
 
-def solution_of(solved: SolvedInstant) -> Solution:
-    """Return what holds at a start that was solved."""
+def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
+    """Return what holds at a start that was solved, and how the answers to questions are found."""
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     with stage("accelerations"):
         accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = reactions_of(solved)
-    answers, remarks = dict[str, Value](), list[str]()
-    if solved.system.ask:
-        from multibody_sym.answers.ask.ask import answers_of  # which brings runs and all that they take
-
-        answers, remarks = answers_of(solved)
+    answers, remarks, asked = _answers(solved)
     valid, state = validity(solved, reactions), state_found(solved)
     places = {place_of(row)[0]: row for row in resolved.rows}
     kinds: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}
@@ -157,7 +162,16 @@ def solution_of(solved: SolvedInstant) -> Solution:
         searched=solved.decided.searched,
         labels=letters_of(solved.system),
     )
-    return _with_shared_roots(solved, found)
+    return _with_shared_roots(solved, found), asked
+
+
+def _answers(solved: SolvedInstant) -> tuple[Mapping[str, Value], list[str], Mapping[str, WorkedAnswer]]:
+    """Return the answers to the questions of a system, remarks on them, and how each is found."""
+    if not solved.system.ask:
+        return {}, [], {}
+    from multibody_sym.answers.ask.ask import answers_of  # which brings runs and all that they take
+
+    return answers_of(solved)
 
 
 def _rates_of_states(solved: SolvedInstant) -> dict[str, Value]:

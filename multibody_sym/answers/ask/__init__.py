@@ -2,6 +2,7 @@
 
     ask                        kinds of questions; answers in the order in which they name each other
     question                   what a question is; the motion that it is about; numbers of runs with their errors
+    working                    notes on an answer, and the lines by which a book gets there
     number_questions           time, speed, path, value, period: one number each
     extremes                   `max`, `min`: largest and least values
     find                       `find` .. `so`: the value for which an equation holds

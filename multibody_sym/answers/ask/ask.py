@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final, Self
+from itertools import islice
+from typing import Final, NamedTuple, Self
 
 from multibody_sym.answers.ask.find import NAMED_QUESTIONS, FindQuestion
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.working import WorkedAnswer, Working
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
 from multibody_sym.answers.instant.reactions import is_lettered
 from multibody_sym.dynamics.start.number_checks import verify_asked
@@ -42,20 +44,24 @@ class FormulaQuestion(Question):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.formula is None else cls(ask.formula)
 
+    def words(self) -> str:
+        return f"{self.coordinate} as a formula of time"
+
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(symbol(self.coordinate))
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         mechanism, unit = motion.solved.mechanism, self.unit(motion)
         found = motion.courses.of(symbol(self.coordinate))
         if motion.simulated.failure is not None:
             raise motion.simulated.failure
         if found is None:
-            notes.append(f"{self._why_none(motion)}; simulate tells numbers")
+            working.notes.append(f"{self._why_none(motion)}; simulate tells numbers")
             return Value(None, unit=unit)
-        notes.extend(found.conditions())
+        working.notes.extend(found.conditions())
+        working.steps.append(lambda: islice(motion.courses.equations([symbol(self.coordinate)]), 1))
         if mechanism.one_way:
-            notes.append(_held_until(motion.simulated))
+            working.notes.append(_held_until(motion.simulated))
         return Value(None, shortest_course(found.formula, motion.solved.symbolic.letters), unit=unit)
 
     def _why_none(self, motion: AskedMotion) -> str:
@@ -91,9 +97,17 @@ def _held_until(motion: Simulated) -> str:
 QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion)
 
 
+class Answers(NamedTuple):
+    """Answers by the names of their questions, `remarks` on them, and how each is found."""
+
+    values: Mapping[str, Value]
+    remarks: list[str]
+    worked: Mapping[str, WorkedAnswer]
+
+
 @stage("answers")
-def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:
-    """Return the answers to all questions of a system, and remarks on them.
+def answers_of(solved: SolvedInstant) -> Answers:
+    """Return the answers to all questions of a system, remarks on them, and how each is found.
 
     A question whose simulation fails has no answer, and a remark tells why. Raises ModelError for unknown names.
     """
@@ -106,45 +120,49 @@ def answers_of(solved: SolvedInstant) -> tuple[dict[str, Value], list[str]]:
     given: dict[str, Value] = {}
     lettered: dict[str, Node] = {}
     remarks: list[str] = []
+    worked: dict[str, WorkedAnswer] = {}
     motion, reasons = AskedMotion(solved, answers, _answers_of_system), _Reasons(solved)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
         doing(f"answer {name}")
         with at("ask", name):
             named = with_answers(solved.system.ask[name], answers, solved.mechanism.symbols, lettered)
+            worked[name] = WorkedAnswer(question_of(solved.system.ask[name]).words(), Working())
             if named is None:
                 answers[name] = Value(None)
+                worked[name].working.notes.append("it hangs on an answer that has no value")
                 remarks.append(f"{name}: it hangs on an answer that has no value")
                 continue
             ask, closed = named
             verify_asked(ask, solved.sample)
             reasons.set_aside()
-            found = _answer(motion, name, ask, remarks)
+            worked[name] = worked[name]._replace(at_start=question_of(ask).at_start())
+            found = _answer(motion, name, ask, worked[name].working, remarks)
             given[name] = answers[name] = found if closed else replace(found, expression=None)
             if is_lettered(solved, given[name]) and ask.value is not None:
                 answers[name], lettered[name] = replace(found, expression=None), ask.value
             reasons.keep(name, needed=found.expression is None)
     reasons.put_back()
-    return {name: given.get(name, answers[name]) for name in solved.system.ask}, remarks
+    return Answers({name: given.get(name, answers[name]) for name in solved.system.ask}, remarks, worked)
 
 
 def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Value], list[str]]:
     solved = solved_start(system)
-    return solved, *answers_of(solved)
+    found = answers_of(solved)
+    return solved, found.values, found.remarks
 
 
-def _answer(motion: AskedMotion, name: str, ask: Ask, remarks: list[str]) -> Value:
+def _answer(motion: AskedMotion, name: str, ask: Ask, working: Working, remarks: list[str]) -> Value:
     """Return the answer to a question, and add what it rests on, or why it has no value, to the remarks."""
-    notes: list[str] = []
     about_modes: list[str] = []
     try:
         if ask.find is None and modes_named(ask):
-            found, about_modes = _answer_with_modes(motion, ask, notes)
+            found, about_modes = _answer_with_modes(motion, ask, working)
         else:
-            found = question_of(ask).answer(motion, notes)
+            found = question_of(ask).answer(motion, working)
     except FailedRunError as failed:
         found = Value(None)
-        notes.append(f"it has no answer, since the simulation fails: {failed.message}")
-    remarks.extend(f"{name}: {note}" for note in notes)
+        working.notes.append(f"it has no answer, since the simulation fails: {failed.message}")
+    remarks.extend(f"{name}: {note}" for note in working.notes)
     remarks.extend(each for each in about_modes if each not in remarks)
     return found
 
@@ -154,17 +172,19 @@ def question_of(ask: Ask) -> Question:
     return next(found for kind in QUESTIONS if (found := kind.parse(ask)) is not None)
 
 
-def _answer_with_modes(motion: AskedMotion, ask: Ask, notes: list[str]) -> tuple[Value, list[str]]:
+def _answer_with_modes(motion: AskedMotion, ask: Ask, working: Working) -> tuple[Value, list[str]]:
     """Return the answer to a question that names frequencies or periods, and remarks on the small oscillations."""
     try:
         if ask.value is not None and modes_named(ask) == [ask.value]:
             found = motion.modes.value(ask.value)
+            leaf = ask.value
+            working.steps.append(lambda: motion.modes.lines(leaf))
         else:
             numbered, closed = motion.modes.put_in(ask)
-            found = replace(question_of(numbered).answer(motion, notes), unit=question_of(ask).unit(motion))
+            found = replace(question_of(numbered).answer(motion, working), unit=question_of(ask).unit(motion))
             found = found if closed else replace(found, expression=None)
     except NoSolutionError as reason:
-        notes.append(reason.message)
+        working.notes.append(reason.message)
         return Value(None), []
     return found, motion.modes.remarks()
 

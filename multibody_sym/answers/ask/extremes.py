@@ -17,12 +17,13 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.ask.from_runs import ASKED, Simulated
 from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.question import ROUNDING, AskedMotion, LaterQuestion, NeverError, RunNumbers
+from multibody_sym.answers.ask.working import time_text
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.state_words import Moment, condition_of, time_of
+from multibody_sym.model.state_words import Moment, condition_of, moment_text, time_of
 from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs
 from multibody_sym.motion.results.trajectory import Trajectory
@@ -33,6 +34,7 @@ from multibody_sym.scalars.elementary import leaves, postorder, table
 from multibody_sym.scalars.node import Node, negate, slot
 from multibody_sym.scalars.sign_changes import known_zeros, switching_functions
 from multibody_sym.text.parser import of_run
+from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -222,6 +224,13 @@ class ExtremeQuestion(LaterQuestion):
             return cls(ask.max, True, ask.after, ask.until)
         return None if ask.min is None else cls(ask.min, False, ask.after, ask.until)
 
+    def words(self) -> str:
+        which = "the largest" if self.is_largest else "the least"
+        begin = "" if self.after is None else f" after {time_text(self.after)}"
+        until, given = self.until, time_of(self.until)
+        end = "" if until is None else f" until {moment_text(until) if given is None else time_text(given)}"
+        return f"{which} {text(self.expression)}{begin}{end}"
+
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(self.expression)
 
@@ -287,9 +296,9 @@ class ExtremeQuestion(LaterQuestion):
             if given is not None and abs(course.there.solved.number(given) - time) <= AGREEMENT * time:
                 return course.place_after(given)
         if course.turning is not None:
-            return course.place(course.turning)
+            return course.place(course.turning, "the motion turns where")
         try:
-            return course.place(derivative(along, course.variable))
+            return course.place(derivative(along, course.variable), "its slope vanishes where")
         except NoClosedFormError:
             if until is None or end is not None:
                 raise  # an end that is a time is none at which the extreme is, as it was compared before

@@ -5,7 +5,7 @@ A formula where there is one: the root of the formulas of the answers that the e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Final, Self
@@ -29,9 +29,11 @@ from multibody_sym.answers.ask.linear_systems import AskedModes
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, Question, RunNumbers
+from multibody_sym.answers.ask.working import Working, equation
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.instant.states import conditions_of_mode
+from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.derivation.symbolic_start import WORK, limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
@@ -82,22 +84,27 @@ class FindQuestion(Question):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.find is None or ask.so is None else cls(ask.find, ask.so, ask.between, ask)
 
+    def words(self) -> str:
+        return f"{self.name} for which {self.equation}"
+
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(symbol(self.name))
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         ask = motion.solved.system.ask
         named = named_by(self.written, ask, motion.solved.mechanism.symbols)
         if any(ask[name].formula is not None for name in named):
-            notes.append("it hangs on an answer that has no value")
+            working.notes.append("it hangs on an answer that has no value")
             return Value(None)
         known = {name: motion.answers[name] for name in named}
         for name, each in self.extremes.items():
             extreme = number_question(each)
             assert extreme is not None
-            known[name] = extreme.answer(motion, notes)
-        value, more = ValueSearch(motion, self, known).found()
-        notes.extend(more)
+            known[name] = extreme.answer(motion, working)
+        search = ValueSearch(motion, self, known)
+        value, more = search.found()
+        working.notes.extend(more)
+        working.steps.append(lambda: search.lines(value))
         return value
 
     @property
@@ -166,6 +173,15 @@ class ValueSearch:
         except (MultibodyError, *UNDEFINED):
             return 0.0
         return max((abs(answers[name].value or 0.0) for name in names), default=0.0)
+
+    def lines(self, value: Value) -> Iterator[Line]:
+        """Yield the equation with the formulas of answers put in, and how it was solved."""
+        formulas = {symbol(name): x.expression for name, x in self.known.items() if x.expression is not None}
+        sides = [put_in(side, formulas) for side in (self.equation.left, self.equation.right)]
+        if len(formulas) == len(self.known) and not leaves(sides, "quantity"):
+            yield equation(sides[0], sides[1], "with the formulas put in")
+        how = "solved for" if value.expression is not None else "solved in numbers for"
+        yield Sentence((f"{how} {self.name}",))
 
     # --- what is looked for ---------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ M being the generalised mass. The value of the variable at the moment is a root 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, reduce
@@ -23,8 +23,10 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import InTime, least_conditions
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
+from multibody_sym.answers.ask.working import equation, other_times, written
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.records import Formula, Line
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
@@ -51,6 +53,7 @@ from multibody_sym.scalars.node import (
     symbol,
 )
 from multibody_sym.scalars.sign_changes import is_condition, switching_function
+from multibody_sym.text.printer import text
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Coordinates and speeds as formulas of one variable, and where on such a course something happens.
@@ -61,6 +64,11 @@ _POLISHED: Final = 4
 _ZERO: Final = 1e-14
 _NEAR: Final = 1e-6
 """How near, relative to its size or 1, a number must be to a root that it is taken for."""
+
+
+def no_lines(_nodes: Collection[Node]) -> Iterable[Line]:
+    """Return no lines: of a course whose law is not written out."""
+    return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +90,27 @@ class MotionFormulas:
     used: dict[Node, InTime] = field(default_factory=dict)
     signs: list[Quotient] = field(default_factory=list)
     moving: list[str] = field(default_factory=list)
+    law: Callable[[Collection[Node]], Iterable[Line]] = no_lines
+    places: list[Line] = field(default_factory=list)
+    asked: list[Line] = field(default_factory=list)
 
-    def along(self, asked: Node) -> Node:
-        """Return an expression of the model as a formula of the variable. Raises NoClosedFormError."""
+    def lines(self) -> Iterator[Line]:
+        """Yield the laws that give the formulas used, the place of the moment, and what was asked along the course."""
+        yield from self.law(self.used)
+        yield from self.asked
+        yield from self.places
+
+    def along(self, asked: Node, words: str = "") -> Node:
+        """Return an expression of the model, asked for in `words` or by itself, as a formula of the variable.
+
+        Raises NoClosedFormError.
+        """
+        found = self._along(asked)
+        if asked.op != "symbol":
+            self.asked[:] = [Formula((found,) if words else (asked, found), before=(words or "along the motion",))]
+        return found
+
+    def _along(self, asked: Node) -> Node:
         known = len(self.there.forms.field.positive)
         found = self.there.of(asked)
         self.signs.extend(x for x in self.there.forms.field.positive[known:] if not self.there.constant(x))
@@ -106,16 +132,23 @@ class MotionFormulas:
         used = [replace(each, until=None) for each in self.used.values()]
         yield from dict.fromkeys((*(condition for each in used for condition in each.conditions()), *self.moving))
 
-    def place(self, zero: Node) -> Node:
-        """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError."""
+    def place(self, zero: Node, where: str = "at the moment", sides: tuple[Node, Node] | None = None) -> Node:
+        """Return the variable's value, near `at`, at which a formula of it vanishes. Raises NoClosedFormError.
+
+        `where` and the `sides` of its equation are how a book writes that.
+        """
         solved = self.there.solved
         at = self._polished(zero)
         letters = {**solved.symbolic.letters, self.variable: Letter(self.variable, PRECISE.mpf(at))}
         field = Field(WORK)
         known = {node: field.letter(node, letter) for node, letter in letters.items()}
-        (equation,) = exact(field, [zero], known)
-        for root in roots(equation, self.variable):
-            if abs(evaluate_float([root], solved.sample)[0] - at) <= AGREEMENT * max(1.0, abs(at)):
+        (vanishing,) = exact(field, [zero], known)
+        every = {root: evaluate_float([root], solved.sample)[0] for root in roots(vanishing, self.variable)}
+        for root, value in every.items():
+            if abs(value - at) <= AGREEMENT * max(1.0, abs(at)):
+                others = {x: y for x, y in every.items() if x is not root and self.variable is TIME}
+                so = equation(self.variable, root, "so")
+                self.places[:] = equation(*(sides or (zero, ZERO)), where), so, *other_times(at, others)
                 return root
         raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
 
@@ -129,8 +162,10 @@ class MotionFormulas:
         """Return the variable's value at a moment. Raises NoClosedFormError."""
         if isinstance(moment, Mapping):
             ((coordinate, value),) = moment.items()
-            zero = subtract(symbol(coordinate), value)
-            return value if self.variable is symbol(coordinate) else self.place(self.along(zero))
+            if self.variable is symbol(coordinate):
+                return value
+            place = self._along(symbol(coordinate))
+            return self.place(subtract(place, value), f"{coordinate} = {text(value)} when", (place, value))
         for vanishing in self._boundaries(moment):
             try:
                 return self.place(self.put_in(vanishing))
@@ -218,7 +253,27 @@ def course_of_energy(there: Anywhere, q: float, u: float) -> MotionFormulas | No
     square = divide(multiply(TWO, subtract(add(*energy), stored)), mass)
     along = _root(square, u)
     known = {speed: InTime(along, granted)}
-    return MotionFormulas(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known))
+    law = energy_law(there, add(moving, stored), add(*energy), speed, square)
+    return MotionFormulas(there, coordinate, known.get, q, square if u == 0.0 else None, used=dict(known), law=law)
+
+
+def energy_law(
+    there: Anywhere, energy: Node, at_start: Node, speed: Node, square: Node, held: Mapping[Node, Node] | None = None
+) -> Callable[[Collection[Node]], Iterable[Line]]:
+    """Return what yields the conservation of energy, and the square of the speed that follows from it.
+
+    `held`: coordinates that constraints give.
+    """
+
+    def lines(_used: Collection[Node]) -> Iterator[Line]:
+        for node, place in (held or {}).items():
+            yield equation(node, place, "the constraint gives")
+        sides = [written(x) for x in there.forms.of([energy, at_start])]
+        yield equation(sides[0], sides[1], "energy is conserved")
+        root = square if held else written(there.forms.of([square])[0])
+        yield equation(multiply(speed, speed), root, "so")
+
+    return lines
 
 
 def _root(square: Node, u: float) -> Node:
@@ -326,7 +381,9 @@ class _Curve:
         formulas = {speed: along, **self.places, **{x: put_in(rate, {speed: along}) for x, rate in rates.items()}}
         known = {x: InTime(formula, Granted()) for x, formula in formulas.items()}
         turning = square if u == 0.0 else None
-        return MotionFormulas(there, self.variable, known.get, q, turning, near[self.variable], used=dict(known))
+        law = energy_law(there, add(moving, stored), energy, speed, square, self.places)
+        beside = near[self.variable]
+        return MotionFormulas(there, self.variable, known.get, q, turning, beside, used=dict(known), law=law)
 
     def _keeps(self, energy: Node, held: Mapping[Node, Node], speed: Node) -> bool:
         """Return whether the energy never changes on the curve, for whatever parameters and at any time."""

@@ -28,8 +28,10 @@ from multibody_sym.analysis.modes.small_motion import SmallMotion
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
+from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, at_start
+from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import System, expressions, with_expressions
@@ -287,6 +289,20 @@ class Courses:
                 self._why[node] = str(reason)
         return self._found[node]
 
+    def equations(self, nodes: Collection[Node]) -> Iterator[Line]:
+        """Yield, for coordinates and speeds, the equation of motion of each and its solution from the start."""
+        mechanism, there = self.solved.mechanism, self.shown.there
+        assert there is not None
+        for k, (q, u) in enumerate(zip(mechanism.coordinates, mechanism.speeds, strict=False)):
+            named = [node for node in (symbol(q.name), symbol(u.name)) if node in nodes]
+            if named:
+                moved = there.forms.udot[k]
+                yield equation(acceleration(mechanism, k), written(moved))
+                how = "integrated from the start" if moved.is_zero or there.constant(moved) else "solved from the start"
+                found = [(node, each.formula) for node in named if (each := self.of(node)) is not None]
+                letters = self.solved.symbolic.letters
+                yield from (equation(node, shortest_course(formula, letters), how) for node, formula in found)
+
     def why(self, node: Node) -> str:
         """Return why a coordinate or speed has no formula, empty where it is not what the motion shows."""
         return self._why.get(node, "")
@@ -371,6 +387,24 @@ class AskedModes:
             count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(found), f"{len(found)} modes oscillate")
             raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}", number="N111")
         return found[number - 1]
+
+    def lines(self, leaf: Node) -> Iterator[Line]:
+        """Yield M x'' + C x' + K x = 0 row by row, of which a frequency or period is asked."""
+        modes = self.modes
+        yield Sentence((f"small deviations from the {modes.about} swing as cos({OMEGA}*t):",))
+        for mass, rates, stiffness in zip(modes.mass, modes.rates, modes.stiffness, strict=True):
+            terms = [
+                multiply(known, x)
+                for row, dots in ((mass, "''"), (rates, "'"), (stiffness, ""))
+                for value, name in zip(row, modes.coordinates, strict=True)
+                if value.value and (known := value.expression or real(value.value))
+                for x in (symbol(name + dots),)
+            ]
+            yield equation(reduce(add, terms, ZERO), ZERO)
+        if len(modes.coordinates) > 1:
+            yield Sentence((f"amplitudes differ from zero where the determinant vanishes: a root in {OMEGA}^2",))
+        if leaf.data[0] == "period":
+            yield Sentence((f"the period is 2*pi/{OMEGA}",))
 
     def put_in(self, question: Ask) -> tuple[Ask, bool]:
         """Return a question with values in the place of frequencies and periods, and whether all had closed forms.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import reduce
 from typing import Final, Self
@@ -28,19 +28,21 @@ from multibody_sym.answers.ask.question import (
     UniformQuestion,
 )
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
+from multibody_sym.answers.ask.working import OMEGA, Working, acceleration, direction_text, equation, time_text, written
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.instant.reactions import with_letters
+from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError, at
 from multibody_sym.mechanics.gears import undetermined_reactions
 from multibody_sym.model.fields import AXES, Point
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.state_words import Moment
+from multibody_sym.model.state_words import Moment, moment_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, multiply, quantity, subtract, symbol
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, divide, multiply, quantity, subtract, symbol
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -55,6 +57,9 @@ class TimeQuestion(UniformQuestion):
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.when is None or ask.value is not None else cls(ask.when)
+
+    def words(self) -> str:
+        return f"the time at which {moment_text(self.when)}"
 
     def unit(self, _motion: AskedMotion) -> str:
         return "s"
@@ -110,6 +115,10 @@ class SpeedQuestion(UniformQuestion):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.of is None or ask.at is None else cls(ask.of, ask.at, ask.along)
 
+    def words(self) -> str:
+        way = "speed of" if self.along is None else f"velocity along {direction_text(self.along)} of"
+        return f"{way} {self.of} when {moment_text(self.at)}"
+
     def unit(self, _motion: AskedMotion) -> str:
         return "m/s"
 
@@ -128,7 +137,7 @@ class SpeedQuestion(UniformQuestion):
 
     def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_when(self.at)
-        return course.value(course.along(self._expression()), place)
+        return course.value(course.along(self._expression(), f"velocity of {self.of}"), place)
 
     def _expression(self) -> Node:
         if self.along is not None:
@@ -144,6 +153,10 @@ class SpeedQuestion(UniformQuestion):
 
     def uniform_answer(self, uniform: UniformMotion, time: Quotient) -> Quotient | None:
         return uniform.speed(self.of, time)
+
+    def uniform_lines(self, uniform: UniformMotion, time: Quotient, answer: Quotient) -> Iterator[Line]:
+        assert isinstance(self.at, Mapping)
+        yield from uniform.speed_lines(self.of, self.at, time, answer)
 
     def confirms(self, uniform: UniformMotion, time: float, answer: float) -> bool:
         v, a = uniform.rates(self.of)
@@ -169,11 +182,15 @@ class PathQuestion(UniformQuestion):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.of is None or ask.after is None else cls(ask.of, ask.after, ask.along)
 
+    def words(self) -> str:
+        way = "way" if self.along is None else f"displacement along {direction_text(self.along)}"
+        return f"{way} of {self.of} after {time_text(self.after)}"
+
     def unit(self, _motion: AskedMotion) -> str:
         return "m"
 
-    def by_runs(self, motion: AskedMotion, notes: list[str]) -> Value:
-        return Value(0.0) if motion.solved.rests else super().by_runs(motion, notes)
+    def by_runs(self, motion: AskedMotion, working: Working) -> Value:
+        return Value(0.0) if motion.solved.rests else super().by_runs(motion, working)
 
     def time(self, numbers: RunNumbers, _number: Value) -> float:
         return numbers.motion.number(self.after)
@@ -187,7 +204,7 @@ class PathQuestion(UniformQuestion):
     def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         if self.along is None:
             raise NoClosedFormError("a path has no formula")
-        place = course.along(component_along("position", self.of, self.along))
+        place = course.along(component_along("position", self.of, self.along), f"place of {self.of}")
         moved = subtract(place, put_in(place, {course.variable: ZERO}))
         return course.value(moved, course.place_after(self.after))
 
@@ -199,6 +216,9 @@ class PathQuestion(UniformQuestion):
 
     def uniform_answer(self, uniform: UniformMotion, time: Quotient) -> Quotient | None:
         return uniform.path(self.of, time)
+
+    def uniform_lines(self, uniform: UniformMotion, _time: Quotient, _answer: Quotient) -> Iterator[Line]:
+        yield from uniform.path_lines(self.of)
 
     def confirms(self, uniform: UniformMotion, time: float, answer: float) -> bool:
         v, a = uniform.rates(self.of)
@@ -224,15 +244,21 @@ class StartValueQuestion(NumberQuestion):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.value is None or ask.when is not None or ask.after is not None else cls(ask.value)
 
+    def words(self) -> str:
+        return text(self.value)
+
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(self.value)
+
+    def at_start(self) -> Node:
+        return self.value
 
     def number(self, numbers: RunNumbers) -> Value:
         return Value(numbers.motion.value(self.value, 0.0))
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
-            notes.append(_WITHHELD)
+            working.notes.append(_WITHHELD)
             return Value(None)
         return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
 
@@ -245,11 +271,11 @@ class _LaterValueQuestion(LaterQuestion):
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(self.value)
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
-            notes.append(_WITHHELD)
+            working.notes.append(_WITHHELD)
             return Value(None)
-        return super().answer(motion, notes)
+        return super().answer(motion, working)
 
     def is_of_run(self) -> bool:
         return of_run(self.value)
@@ -265,6 +291,9 @@ class ValueAfterQuestion(_LaterValueQuestion):
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.value is None or ask.after is None else cls(ask.value, ask.after)
+
+    def words(self) -> str:
+        return f"{text(self.value)} after {time_text(self.after)}"
 
     def time(self, numbers: RunNumbers, _number: Value) -> float:
         return numbers.motion.number(self.after)
@@ -302,6 +331,9 @@ class ValueWhenQuestion(_LaterValueQuestion):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.value is None or ask.when is None else cls(ask.value, ask.when)
 
+    def words(self) -> str:
+        return f"{text(self.value)} when {moment_text(self.when)}"
+
     def time(self, numbers: RunNumbers, _number: Value) -> float:
         return numbers.time(self.when, self.value)
 
@@ -335,6 +367,9 @@ class PeriodQuestion(NumberQuestion):
     def parse(cls, ask: Ask) -> Self | None:
         return None if ask.period_of is None else cls(ask.period_of)
 
+    def words(self) -> str:
+        return f"the period of {self.coordinate}"
+
     def unit(self, _motion: AskedMotion) -> str:
         return "s"
 
@@ -347,16 +382,30 @@ class PeriodQuestion(NumberQuestion):
         numbers.accuracy.append(f"its number is known {found.how}")
         return found.value
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         numbers = RunNumbers(motion.simulated)
         try:
             found = numbers.with_error(self)
         except NeverError as reason:
-            notes.append(str(reason))
+            working.notes.append(str(reason))
             return Value(None, unit="s")
         formula = self._formula(motion.solved, found.value or 0.0)
-        notes.extend(numbers.accuracy if formula is None else ())
+        working.steps.append(lambda: self._lines(motion.solved, by_formula=formula is not None))
+        working.notes.extend(numbers.accuracy if formula is None else ())
         return replace(motion.with_formula(found, formula), unit="s")
+
+    def _lines(self, solved: SolvedInstant, *, by_formula: bool) -> Iterator[Line]:
+        """Yield q'' = A q + c, which swings with omega^2 = -A; nothing but that a run shows it for other equations."""
+        there = anywhere(solved, solved.begin.q, solved.begin.u) if by_formula else None
+        if there is None:
+            yield Sentence(("found by a run",))
+            return
+        k = [c.name for c in solved.mechanism.coordinates].index(self.coordinate)
+        moved = there.forms.udot[k]
+        yield equation(acceleration(solved.mechanism, k), written(moved), "at any place")
+        slope = written(-rate(moved, symbol(self.coordinate)))
+        yield equation(multiply(OMEGA, OMEGA), slope, "a harmonic oscillation with")
+        yield equation(symbol("T"), divide(multiply(TWO, PI), OMEGA))
 
     def _formula(self, solved: SolvedInstant, number: float) -> Node | None:
         """Return 2 pi/sqrt(-A) where the coordinate has q'' = A q + c and this is the number; else None."""

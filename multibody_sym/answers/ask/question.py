@@ -20,8 +20,10 @@ from multibody_sym.answers.ask.later_formulas import MotionFormulas, course_of_e
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
 from multibody_sym.answers.ask.named_answers import anywhere
 from multibody_sym.answers.ask.uniform_motion import UniformMotion, uniform_motion
+from multibody_sym.answers.ask.working import Working
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME
+from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.settings import Ask
@@ -33,7 +35,7 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 from multibody_sym.text.printer import text
-from multibody_sym.text.values import Value
+from multibody_sym.text.values import Quantity, Value
 
 
 class NeverError(Exception):
@@ -49,12 +51,23 @@ class Question(ABC):
         """Return the question as it is written under `ask`; None if that is one of another kind."""
 
     @abstractmethod
+    def words(self) -> str:
+        """Return the question for people."""
+
+    @abstractmethod
     def unit(self, motion: AskedMotion) -> str:
         """Return the SI unit of the answer."""
 
+    def at_start(self) -> Node | None:
+        """Return the expression whose value at the start is the answer, None where it is about later."""
+        return None
+
     @abstractmethod
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
-        """Return the answer; `notes` collects its conditions, or why it has no value. Raises FailedRunError."""
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        """Return the answer; `working` collects its conditions, or why it has no value, and how it is found.
+
+        Raises FailedRunError.
+        """
 
 
 class NumberQuestion(Question):
@@ -72,9 +85,9 @@ class NumberQuestion(Question):
 class LaterQuestion(NumberQuestion):
     """A question about the motion after the start: closed forms are accepted where runs have the same number."""
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         unit = self.unit(motion)
-        return replace(motion.later(self, notes), unit=unit)
+        return replace(motion.later(self, working), unit=unit)
 
     @abstractmethod
     def time(self, numbers: RunNumbers, number: Value) -> float:
@@ -113,6 +126,11 @@ class UniformQuestion(LaterQuestion):
     def uniform_answer(self, uniform: UniformMotion, time: Quotient) -> Quotient | None:
         """Return the answer by the time, None where it is none that is known."""
 
+    def uniform_lines(self, uniform: UniformMotion, time: Quotient, _answer: Quotient) -> Iterator[Line]:
+        """Yield the lines that lead to the answer: here those that lead to the time of a moment."""
+        if isinstance(self.moment, Mapping):
+            yield from uniform.moment_lines(self.moment, time)
+
     @abstractmethod
     def confirms(self, uniform: UniformMotion, time: float, answer: float) -> bool:
         """Return whether the same answer follows from the accelerations in floats."""
@@ -121,20 +139,20 @@ class UniformQuestion(LaterQuestion):
         """Return whether a uniform motion answers the question: its moment is that of a coordinate's value."""
         return self.moment is None or isinstance(self.moment, Mapping)
 
-    def answer(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
         found = None
         if motion.uniform is not None and self.is_uniform():
             try:
-                found = self._in_closed_form(motion, motion.uniform, notes)
+                found = self._in_closed_form(motion, motion.uniform, working)
             except (NoClosedFormError, ExpressionError) as reason:
                 motion.solved.reasons[str(reason)] = None
-        return replace(self.by_runs(motion, notes) if found is None else found, unit=self.unit(motion))
+        return replace(self.by_runs(motion, working) if found is None else found, unit=self.unit(motion))
 
-    def by_runs(self, motion: AskedMotion, notes: list[str]) -> Value:
+    def by_runs(self, motion: AskedMotion, working: Working) -> Value:
         """Return the answer where the motion is not uniform, or this does not tell."""
-        return motion.later(self, notes)
+        return motion.later(self, working)
 
-    def _in_closed_form(self, motion: AskedMotion, uniform: UniformMotion, notes: list[str]) -> Value | None:
+    def _in_closed_form(self, motion: AskedMotion, uniform: UniformMotion, working: Working) -> Value | None:
         one_way, simulated = motion.solved.mechanism.one_way, motion.simulated
         time = self.uniform_time(uniform)
         if time is None:
@@ -144,7 +162,7 @@ class UniformQuestion(LaterQuestion):
             ((coordinate, value),) = self.moment.items()
             starts_there = uniform.way(coordinate, value).is_zero
             never = "has this value at the start, and never again" if starts_there else "never has this value"
-            notes.append(f"{coordinate} {never}")
+            working.notes.append(f"{coordinate} {never}")
             return Value(None)
         closed = self.uniform_answer(uniform, time)
         if closed is None or not self.confirms(uniform, float(time.sample), float(closed.sample)):
@@ -153,6 +171,7 @@ class UniformQuestion(LaterQuestion):
             return None
         if uniform.ends_before(float(time.sample)) and not self._is_shown(simulated, float(closed.sample)):
             return None
+        working.steps.append(lambda: self.uniform_lines(uniform, time, closed))
         return motion.solved.value_of(closed) or Value(float(closed.sample))
 
     def _is_shown(self, simulated: Simulated, closed: float) -> bool:
@@ -301,17 +320,18 @@ class AskedMotion:
         (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
         return unit
 
-    def later(self, question: LaterQuestion, notes: list[str]) -> Value:
+    def later(self, question: LaterQuestion, working: Working) -> Value:
         """Return the answer by runs, with the closed form that has its value, if one is found."""
         numbers = RunNumbers(self.simulated)
         try:
             found = numbers.with_error(question)
             time = question.time(numbers, found)
         except NeverError as reason:
-            notes.append(str(reason))
+            working.notes.append(str(reason))
             return Value(None)
-        notes.extend(numbers.notes)
-        return self.with_formula(found, self._formula(question, found, time, notes))
+        working.notes.extend(numbers.notes)
+        working.steps.append(lambda: [Sentence(("found by a run, at t = ", Quantity(time, "s")))])
+        return self.with_formula(found, self._formula(question, found, time, working))
 
     def with_formula(self, number: Value, formula: Node | None) -> Value:
         """Return a number of runs; where it has a formula, the formula's own value."""
@@ -320,15 +340,16 @@ class AskedMotion:
         value = evaluate_float([formula], self.solved.sample)[0]
         return replace(number, value=value, expression=formula, error=0.0)
 
-    def _formula(self, question: LaterQuestion, number: Value, time: float, notes: list[str]) -> Node | None:
+    def _formula(self, question: LaterQuestion, number: Value, time: float, working: Working) -> Node | None:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
         if number.value is None or self.simulated.changes_before(time * (1.0 - _CONFIRMED)) is not None:
             return None
         if question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
+            working.steps[:] = [lambda: [Sentence(("at the start",))]]
             return self.solved.values(self.solved.asked(asked), {})[""].expression
-        shortest: tuple[Node, list[str]] | None = None
+        shortest: tuple[Node, list[str], MotionFormulas] | None = None
         for course in self._courses(time):
             try:
                 found = self._confirmed(question.formula(course, time), number.value)
@@ -338,7 +359,7 @@ class AskedMotion:
                 self.solved.reasons.setdefault(why_none(reason))
                 continue
             if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
-                shortest = found, list(course.granted())
+                shortest = found, list(course.granted()), course
             if shortest is not None and len(text(shortest[0])) <= SHORT:
                 break
         if shortest is None:
@@ -346,8 +367,10 @@ class AskedMotion:
         if len(text(shortest[0])) > _LONGEST:
             self.solved.reasons.setdefault("the closed form is too long")
             return None
-        notes.extend(shortest[1])
-        return shortest[0]
+        formula, granted, course = shortest
+        working.notes.extend(granted)
+        working.steps[:] = [course.lines]
+        return formula
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:
         mechanism, run = self.solved.mechanism, self.simulated.until(time)
@@ -356,7 +379,7 @@ class AskedMotion:
         if there is None:
             return
         if self.courses.alone or len(q) > 1:
-            yield MotionFormulas(there, TIME, self.courses.of, time)
+            yield MotionFormulas(there, TIME, self.courses.of, time, law=self.courses.equations)
         fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
         u = [0.0 if abs(x) <= _STANDS * most else x for x, most in zip(u, fastest, strict=True)]
         if len(q) == len(u) == 1:

@@ -5,7 +5,7 @@ q = q0 + u0 t + a t^2/2        v = v0 + A t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from math import nan
 from typing import Final
@@ -15,8 +15,10 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.ask.working import acceleration, equation, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME
+from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
@@ -28,7 +30,7 @@ from multibody_sym.model.state_words import Moment
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, as_node, quantity, symbol
+from multibody_sym.scalars.node import TWO, Node, add, as_node, divide, multiply, power, quantity, symbol
 
 _DISPLACED: Final = 3
 _FAR: Final = 1e-3
@@ -71,6 +73,15 @@ class UniformMotion:
         root = sqrt(square) * (1 if a.sample > 0 else -1)
         times = [t for t in ((-u - root) / a, (-u + root) / a) if t.sample > 0]
         return min(times, key=lambda t: t.sample, default=None)
+
+    def moment_lines(self, moment: Mapping[str, Node], time: Quotient) -> Iterator[Line]:
+        """Yield q0 + u0 t + q'' t^2/2 = value, and its root."""
+        ((coordinate, value),) = moment.items()
+        k, start = self.place(coordinate), self.solved.nodes.motion.state
+        q0, u0 = (written(x) for x in self.forms.of([as_node(start.q[k]), as_node(start.u[k])]))
+        gone = divide(multiply(acceleration(self.solved.mechanism, k), multiply(TIME, TIME)), TWO)
+        yield equation(value, add(add(q0, multiply(u0, TIME)), gone), f"{coordinate} is uniformly accelerated")
+        yield equation(TIME, written(time), "so")
 
     def way(self, coordinate: str, value: Node) -> Quotient:
         """Return how far a value is from that of a coordinate at the start."""
@@ -134,6 +145,40 @@ class UniformMotion:
         forth = speed * duration + rate * duration * duration / 2
         turns = rate.sample < 0 and -speed.sample / rate.sample < duration.sample
         return -(speed * speed / rate) - forth if turns else forth
+
+    def speed_lines(self, point: str, moment: Mapping[str, Node], time: Quotient, speed: Quotient) -> Iterator[Line]:
+        """Yield v^2 = u0^2 + 2 q'' (value - q0) where the point is as fast as the coordinate, else the time first."""
+        ((coordinate, value),) = moment.items()
+        k, way = self.place(coordinate), self.way(coordinate, value)
+        (u,) = self.forms.of([as_node(self.solved.nodes.motion.state.u[k])])
+        if not (speed * speed - u * u - 2 * (self.forms.udot[k] * way)).is_zero:
+            yield from self.moment_lines(moment, time)
+            yield from self.velocity_lines(point)
+            return
+        rate = symbol(self.solved.mechanism.speeds[k].name)
+        gained = multiply(TWO, multiply(acceleration(self.solved.mechanism, k), written(way)))
+        yield equation(multiply(rate, rate), add(written(u * u), gained), f"{coordinate} is uniformly accelerated")
+
+    def velocity_lines(self, point: str) -> Iterator[Line]:
+        """Yield the velocity of a point at the start, if it has one, and its acceleration, which stays."""
+        v, a = self._along(point)
+        for words, parts in ((f"velocity of {point} at the start", v), (f"acceleration of {point}", a or [])):
+            moving = [(axis, x) for axis, x in zip(AXES, parts, strict=False) if not x.is_zero]
+            if moving:
+                along = [part for axis, x in moving for part in (f", along {axis} ", written(x))]
+                yield Sentence((words, *along))
+
+    def path_lines(self, point: str) -> Iterator[Line]:
+        """Yield the acceleration of a point and its velocity at the start, and its way by them on a straight line."""
+        yield from self.velocity_lines(point)
+        v, a = self._along(point)
+        if a is None:
+            return
+        speed, still = _length(v), all(x.is_zero for x in v)
+        along = sum((x * y for x, y in zip(v, a, strict=True)), v[0] * 0)
+        rate = _length(a) if still else along / speed
+        way = add(multiply(written(speed), TIME), multiply(divide(written(rate), TWO), power(TIME, TWO)))
+        yield Formula((way,), before=("way on a straight line",))
 
     def speed(self, point: str, time: Quotient) -> Quotient | None:
         """Return the speed of a point at a time, None where it is not uniformly accelerated."""

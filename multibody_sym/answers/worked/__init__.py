@@ -4,4 +4,5 @@
                     contradictions
     actions         what acts on each body that is cut free: weight, forces, unknown reactions
     equations       all equations, numbered, and eliminated by hand
+    questions       answers to `ask`, each by its law
 """

@@ -11,6 +11,7 @@ from typing import Any, Final
 import sympy
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.ask.working import WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
 from multibody_sym.answers.records import (
@@ -38,6 +39,7 @@ from multibody_sym.answers.worked.equations import (
     linear,
     short,
 )
+from multibody_sym.answers.worked.questions import with_questions
 from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
 from multibody_sym.derivation.notation import (
     MULTIPLIER,
@@ -192,11 +194,17 @@ _WORDS: Final = {
 }
 
 
-def worked_steps(solved: SolvedInstant, solution: Solution) -> Worked:
-    """Return the steps of a solution; where coefficients grow too long in symbols, with numbers in their place.
+def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, WorkedAnswer]) -> Worked:
+    """Return the steps of a solution, and those by which questions that are `asked` are answered.
 
-    Where expressions have no value at the exact start, as a quotient that is 0/0 there, only what is given is told.
+    Where coefficients grow too long in symbols, numbers stand in their place. Where expressions have no value at the
+    exact start, as a quotient that is 0/0 there, only what is given is told.
     """
+    found, symbols = _steps_at_start(solved, solution)
+    return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found
+
+
+def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
     try:
         try:
             return _Work(solved, solution, numbers=False).written()
@@ -206,7 +214,7 @@ def worked_steps(solved: SolvedInstant, solution: Solution) -> Worked:
         symbols = symbols_of(solved.mechanism)
         why = Sentence((f"the equations are not written out: {reason.message}",))
         steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), WorkedStep("Equations", (why,))
-        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols))
+        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols)), symbols
 
 
 class _Work:
@@ -310,7 +318,7 @@ class _Work:
 
     # --- steps -----------------------------------------------------------------------------------------------------
 
-    def written(self) -> Worked:
+    def written(self) -> tuple[Worked, Symbols]:
         self.exactly.renew()
         steps = [
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
@@ -324,7 +332,8 @@ class _Work:
             WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
             *rejected_alternatives(self.equations, self.notation, self._units),
         ]
-        return Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
+        found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
+        return found, self.symbols
 
     def _lengths(self) -> Iterator[Line]:
         """Yield the laws of friction that the length of a vector presses."""

@@ -1,0 +1,94 @@
+"""Answers to `ask` as steps of a solution: each question by its law, in the letters of the other steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+from multibody_sym.answers.ask.working import OMEGA, WorkedAnswer
+from multibody_sym.answers.instant.letters import acceleration_names
+from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
+from multibody_sym.derivation.notation import Label, Symbols, latex_name
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.sympy_bridge import to_sympy
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Quantity, Value
+
+
+def with_questions(
+    worked: Worked,
+    mechanism: Mechanism,
+    symbols: Symbols,
+    answers: Mapping[str, Value],
+    asked: Mapping[str, WorkedAnswer],
+) -> Worked:
+    """Return a solution's steps with one more for each question that has an answer."""
+    spelt = _Spelling(mechanism, symbols)
+    steps = [
+        WorkedStep(f"{name}: {each.asked}", tuple(spelt.lines(name, each, answers[name])), is_later=True)
+        for name, each in asked.items()
+        if name in answers
+    ]
+    spelling = {**worked.notation.spelling, **spelt.spelling}
+    notation = replace(worked.notation, spelling=spelling)
+    return replace(worked, steps=(*worked.steps, *steps), notation=notation)
+
+
+class _Spelling:
+    """Lines over Nodes in sympy; `spelling`: how symbols are spelt that other steps do not have."""
+
+    def __init__(self, mechanism: Mechanism, symbols: Symbols) -> None:
+        known = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
+        made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
+        self._leaves: dict[Node, Any] = {symbol(each.name): s for each, s in zip(known, made, strict=True)}
+        self._leaves.update(zip(map(symbol, mechanism.inputs), symbols.inputs, strict=True))
+        names = acceleration_names(mechanism)
+        self._leaves.update((symbol(f"{name}''"), s) for name, s in zip(names, symbols.accelerations, strict=True))
+        self._leaves[TIME] = symbols.time
+        self.spelling: dict[Any, Label] = {}
+        self._named(OMEGA, "omega")
+
+    def _named(self, node: Node, name: str) -> Any:
+        """Return the symbol of a leaf that steps do not have."""
+        made = self._leaves[node] = sympy.Symbol(f"asked {name}", real=True)
+        latex = latex_name(name) if node.op == "symbol" else rf"\mathrm{{{name}}}"
+        self.spelling[made] = Label(name, latex)
+        return made
+
+    def lines(self, name: str, asked: WorkedAnswer, answer: Value) -> Iterator[Line]:
+        """Yield the lines of a question, and its answer."""
+        lines = [self._line(line) for line in asked.working.lines()]
+        value = None if answer.value is None else Quantity(answer.value, answer.unit)
+        if value is None and answer.expression is None:
+            yield from lines
+            yield from (Sentence((note,)) for note in asked.working.notes)
+            return
+        sides = [self._answer(name)]
+        if asked.at_start is not None and leaves([asked.at_start], "quantity"):
+            sides.append(self._in_sympy(asked.at_start))
+        if answer.expression is not None:
+            sides.append(self._in_sympy(answer.expression))
+        last = lines[-1] if lines else None
+        if isinstance(last, Formula) and len(last.sides) > 1 and last.sides[-1] == sides[-1]:
+            lines.pop()  # the answer says the same
+        yield from lines
+        yield Formula(tuple(sides), value=value)
+
+    def _line(self, line: Line) -> Line:
+        if isinstance(line, Formula):
+            return replace(line, sides=tuple(map(self._in_sympy, line.sides)))
+        return Sentence(tuple(self._in_sympy(x) if isinstance(x, Node) else x for x in line.words))
+
+    def _answer(self, name: str) -> Any:
+        return self._named(symbol(f"answer {name}"), name)
+
+    def _in_sympy(self, node: Node) -> Any:
+        for leaf in leaves([node], "quantity") + leaves([node], "symbol"):
+            if leaf not in self._leaves:
+                self._named(leaf, text(leaf))
+        return to_sympy(node, self._leaves)
