@@ -216,8 +216,8 @@ def scene_marks(
     found += arrow_marks(sheet, np.max([*(points.max(axis=0) for points in lines), sheet.span[1]], axis=0), found)
     found += word_marks(sheet)
     if names != "none":
-        lengths = [mark for mark in dimension_marks(sheet) if dimensions or mark.role != "dimension"]
-        found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet)]
+        lengths = [mark for mark in dimension_marks(sheet, names) if dimensions or mark.role != "dimension"]
+        found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet, names)]
     else:
         found = [mark for mark in found if not isinstance(mark, AngleArc)]
     asked = [letters(each.letter) for each in scene.givens if each.name in scene.asked]

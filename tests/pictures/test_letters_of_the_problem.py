@@ -19,6 +19,7 @@ from multibody_sym.pictures.page.picture import (
     Arrow,
     Picture,
     Run,
+    Stroke,
     formula,
     letters,
 )
@@ -110,6 +111,124 @@ def test_an_expression_is_set_with_numbers_letters_and_functions_in_this_order()
     assert "".join(run for run, _ in formula("t*v*sin(t*w)")) == "v\u2009t\u2009sin(w\u2009t)"
     assert formula("mu_s, e") == (("μ", "italic"), ("s", "subscript"), (", ", "roman"), ("e", "italic"))
     assert formula("rod end") == (("rod end", "roman"),)
+
+
+def legend_of(text: str) -> tuple[Picture, set[str], str]:
+    scene = scene_of(mbs.loads("multibody_sym: 1\nname: drawn\n" + text))
+    picture = draw(scene, scene.at())
+    entries = " ".join(shown(each) for each in texts(picture) if each.role == "legend")
+    return picture, {shown(each) for each in texts(picture) if each.role != "legend"}, entries
+
+
+def test_words_and_what_follows_from_others_stand_nowhere_unless_they_are_asked_about() -> None:
+    _, written, legend = legend_of("""
+parameters: {l: 1 m, start: 10 deg, bend: 20 deg, b: 30 deg, W: 3 rad/s, spin: 2*W, T: 2*W, n: W/2}
+bodies: {arm: {mass: 1, com: [0, -l, 0], points: {end: [0, -l, 0]}}, link: {mass: 1, com: [0, -l, 0]},
+         last: {mass: 1, com: [l, 0, 0]}, driven: {mass: 1, com: [l, 0, 0]}}
+joints:
+  A: {type: revolute, parent: ground, child: arm, q: theta, initial: {q: start}}
+  link_1: {type: revolute, parent: arm.end, child: link, initial: {q: bend}}
+  link_2: {type: revolute, parent: arm.end, child: last, initial: {q: b}}
+  B: {type: revolute, parent: ground, child: driven, motion: W*t}
+ask: {n: n}
+""")
+    assert {"θ", "b"} <= written
+    assert not any(word in each for each in written for word in ("start", "bend", "link1", "link_1", "=", "W"))
+    assert legend == "W = 3 rad/s, n = 1.5"
+
+
+def test_a_speed_of_an_expression_at_an_angle_has_the_letter_of_the_angle() -> None:
+    _, written, legend = legend_of("""
+parameters: {E: 2, a: 40 deg}
+bodies: {star: {mass: 1}}
+joints: {j: {type: point, parent: ground, child: star, q: [x, y], initial: {u: [sqrt(2*E)*cos(a), sqrt(2*E)*sin(a)]}}}
+""")
+    assert {"v0", "a"} <= written
+    assert legend == "E = 2"
+
+
+def test_angles_at_the_start_are_arcs_of_tops_of_particles_and_of_arms_without_a_size() -> None:
+    inertia = "{Ixx: 1, Iyy: 1, Izz: 1}"
+    top = "{type: spherical, angles: zxz, parent: ground, child: top, q: [psi, nod, phi], initial: {q: [0, theta, 0]}}"
+    for text, angle, turned in (
+        (
+            f"bodies: {{top: {{mass: 1, com: [0, 0, 1], inertia: {inertia}}}}}\njoints: {{tip: {top}}}",
+            "θ",
+            None,
+        ),
+        (
+            "bodies: {bob: {mass: 1}}\njoints: {j: {type: point, parent: ground, child: bob, q: [x, y],"
+            " initial: {q: [2*sin(theta), -2*cos(theta)]}}}\nconstraints: {s: {type: rope, path: [ground, bob]}}",
+            "θ",
+            None,
+        ),
+        (
+            "bodies: {arm: {}, bob: {mass: 1}}\njoints: {h: {type: revolute, parent: ground, child: arm, q: phi,"
+            " initial: {q: theta}}, r: {type: prismatic, parent: arm, child: bob, axis: -y, q: r, initial: {q: 2}}}",
+            "φ = θ",
+            0.7,
+        ),
+    ):
+        picture, written, legend = legend_of(f"gravity: [0, -9.81, 0]\nparameters: {{theta: 0.7 rad}}\n{text}")
+        assert angle in written
+        assert not legend
+        arcs = [mark for mark in picture.marks if isinstance(mark, Arrow) and mark.role == "angle"]
+        assert arcs
+        if turned is not None:  # the arc spans the angle that the model gives
+            points = np.asarray(arcs[0].points)
+            chord = float(np.linalg.norm(points[-1] - points[0]))
+            steps = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+            assert chord / steps == pytest.approx(np.sin(turned / 2) / (turned / 2), rel=1e-3)
+
+
+def test_a_slider_has_the_speed_of_its_start_if_that_has_a_letter() -> None:
+    text = """
+parameters: {{v: 2 m/s}}
+bodies: {{block: {{mass: 1}}}}
+joints: {{guide: {{type: prismatic, parent: ground, child: block, axis: x, q: x, initial: {{u: {speed}}}}}}}
+"""
+    picture, written, legend = legend_of(text.format(speed="-v"))
+    (arrow,) = [mark for mark in picture.marks if isinstance(mark, Arrow) and mark.role == "velocity"]
+    assert "v" in written
+    assert not legend
+    assert arrow.points[1][0] < arrow.points[0][0]
+    picture, _, _ = legend_of(text.format(speed="-2"))
+    assert not [mark for mark in picture.marks if mark.role == "velocity"]
+
+
+def test_a_driven_trolley_without_a_size_is_drawn() -> None:
+    _, written, _ = legend_of("""
+gravity: [0, -9.81, 0]
+parameters: {a: 0.6 m/s^2, M: 2 kg}
+bodies: {trolley: {mass: M}}
+joints: {rail: {type: prismatic, parent: ground, child: trolley, axis: x, motion: a*t^2/2}}
+""")
+    assert "M" in written
+
+
+@pytest.mark.parametrize(
+    ("normal", "value", "pushes"),
+    [("[0, 1, 0]", "[F, 0, 0]", False), ("[-sin(a), cos(a), 0]", "[-F, 0, 0]", True)],
+    ids=["pulled", "pushed"],
+)
+def test_a_force_on_a_block_is_outside_of_it(normal: str, value: str, *, pushes: bool) -> None:
+    """A pulled block is left at its edge; a wedge is pushed at its upright side, not at its slope."""
+    picture, _, _ = legend_of(f"""
+gravity: [0, -9.81, 0]
+parameters: {{F: 5 N, a: 30 deg}}
+bodies: {{block: {{mass: 2, surfaces: {{top: {{plane: [0, 0.2, 0], normal: {normal}}}}}}}, load: {{mass: 1}}}}
+joints:
+  table: {{type: prismatic, parent: ground, child: block, axis: x, q: x}}
+  load: {{type: point, parent: block, child: load, q: [bx, by], initial: {{q: [0, 0.2]}}}}
+contacts: {{c: {{between: [load, block.top], static: 0.9}}}}
+forces: {{push: {{type: force, on: block, value: {value}}}}}
+""")
+    (arrow,) = [mark for mark in picture.marks if isinstance(mark, Arrow) and mark.role == "force"]
+    bodies = [m for m in picture.marks if isinstance(m, Stroke) and m.closed and m.role == "body" and m.name == "block"]
+    right = max(float(np.asarray(mark.points)[:, 0].max()) for mark in bodies)
+    near = 1 if pushes else 0
+    assert arrow.points[near][0] == pytest.approx(right, abs=0.1)
+    assert arrow.points[1 - near][0] > right + 20.0
 
 
 # ----------------------------------------------------------------------------------------------------------------------

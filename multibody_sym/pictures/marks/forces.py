@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -209,6 +209,8 @@ _NEAR: Final = 2.0
 _SAME_WAY: Final = 0.98
 _OPEN: Final = (3.5, 2.5)
 """The dashes of an arrow that others would do for as well (pt)."""
+_SIDES: Final = 5
+"""Bodies with so many corners at most have flat sides."""
 _CLEAR: Final = 0.05
 """The part of an arrow at its tail that may touch what it acts on."""
 
@@ -240,7 +242,49 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
                 at = thread[1]
             at = at + taken.aside(at, sheet.projection.page(vector))
             declared = item.role == "force" and item.path[0] == "forces"
-            yield from _force(sheet, at, vector, item, named, pen, lines if declared else None)
+            hold = _hold(sheet, item, at, vector, drawn) if declared else _Hold(at, at)
+            yield from _force(sheet, hold, vector, item, named, pen, lines if declared else None)
+
+
+class _Hold(NamedTuple):
+    """Where a force acts on the page: from where it pulls, where it pushes, and whether it `pushes` in any case."""
+
+    ahead: Floats
+    behind: Floats
+    pushes: bool = False
+
+
+def _hold(sheet: Sheet, item: ArrowItem, at: Floats, vector: Floats, drawn: Sequence[Mark]) -> _Hold:
+    """Return where the line of a force leaves the body with flat sides in which it acts, else where it acts.
+
+    It pushes where only the side behind is square to it.
+    """
+    way = unit2(sheet.projection.page(vector))
+    bodies = {(each.role, each.name) for each in sheet.touched.get(item.at.body, ()) if each.role == "body"}
+    for mark in drawn:
+        if not sheet.flat or not isinstance(mark, Stroke) or not mark.closed or (mark.role, mark.name) not in bodies:
+            continue
+        corners = np.asarray(mark.points)
+        if len(corners) > _SIDES:
+            continue
+        ahead, behind = _exit(corners, at, way), _exit(corners, at, -way)
+        if ahead is None or behind is None:
+            continue
+        return _Hold(ahead[0], behind[0], behind[1] and not ahead[1])
+    return _Hold(at, at)
+
+
+def _exit(corners: Floats, at: Floats, way: Floats) -> tuple[Floats, bool] | None:
+    """Return where a way from inside a polygon crosses a side, and whether square to it; None where it does not."""
+    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        side, to = q - p, p - at
+        across = float(way[0] * side[1] - way[1] * side[0])
+        if abs(across) < 1e-9:
+            continue
+        far, part = float(to[0] * side[1] - to[1] * side[0]) / across, float(to[0] * way[1] - to[1] * way[0]) / across
+        if far > _NEAR and 0.0 <= part <= 1.0:
+            return at + far * way, abs(across) > _SAME_WAY * float(np.linalg.norm(side))
+    return None
 
 
 def _thread(sheet: Sheet, item: ArrowItem, at: Floats, vector: Floats) -> Floats:
@@ -330,30 +374,32 @@ def _ground_motion(
 
 
 def _force(
-    sheet: Sheet, at: Floats, vector: Floats, item: ArrowItem, named: dict[str, Any], pen: Pen, lines: Floats | None
+    sheet: Sheet, hold: _Hold, vector: Floats, item: ArrowItem, named: dict[str, Any], pen: Pen, lines: Floats | None
 ) -> Iterator[Mark]:
-    """Yield a force or speed at a place of the page along its direction, unless it is zero or points at the reader.
+    """Yield a force or speed along its direction, unless it is zero or points at the reader.
 
-    It begins there, or ends there where it crosses fewer `lines` so; its angle stands at its tail.
+    It begins where it pulls. It ends where it pushes if it has to, or if it crosses fewer `lines` so. Its angle stands
+    at its tail.
     """
     way = sheet.projection.page(vector) / sheet.projection.scale
     size = float(np.linalg.norm(vector))
     if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
         return
+    at, end = hold.ahead, hold.behind
     points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
-    pushes, shaft = False, points[1] - points[0]
+    pushes, shaft = hold.pushes, points[1] - points[0]
     if lines is not None:
-        starts = at, at - (1.0 + _CLEAR) * shaft
+        starts = at, end - (1.0 + _CLEAR) * shaft
         away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
         pressed = float(unit2(shaft) @ sheet.down) > _SAME_WAY
-        pushes = into < away or (pressed and into == away > 0)  # a load lies on a beam
+        pushes = pushes or into < away or (pressed and into == away > 0)  # a load lies on a beam
     if pushes:
-        points = points + points[0] - points[1]
+        points = np.array([end - shaft, end])
     yield Arrow(points, pen, open=item.role == "velocity", **named)
     side = left(unit2(points[1] - points[0]))
     prefer = (float(side[0]), float(side[1]))
-    end = points[:1] if pushes else points[1:]
-    yield Wish(end, formula(item.label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
+    free = points[:1] if pushes else points[1:]
+    yield Wish(free, formula(item.label), prefer=prefer, colour=pen.colour, **{**named, "layer": LAYER_TEXT})
     if item.angle and item.beside is not None and sheet.flat:
         first, second = (float(np.arctan2(y, x)) for x, y in (sheet.way(item.beside.body, item.beside.point), way))
         turn = (second - first + np.pi) % (2 * np.pi) - np.pi

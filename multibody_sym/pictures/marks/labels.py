@@ -46,14 +46,18 @@ from multibody_sym.pictures.scene.items import (
     Strand,
     Symbol,
     TurnStop,
+    unit,
 )
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.text.printer import SYMBOL
 
 _TURNED, _BOW = 0.05, 1.2
 """From which angle on (rad) an arc shows it in space, and the bow that shows the sense of a smaller one."""
 _ARC, _BEYOND = 32.0, 1.3
 """The radius of such an arc (pt), and how many times as long its line of reference is."""
+_UNTURNED: Final = 1e-6
+"""An angle (rad) below is zero."""
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
 _COORDINATE: Final = 24.0
@@ -205,9 +209,11 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
 # --- lengths and angles --------------------------------------------------------------------------------------------
 
 
-def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
+def dimension_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
     """Yield the lengths that the model names, and the coordinates of sliders."""
     for each in sheet.scene.dimensions:
+        if not _label_now(sheet, each, names):
+            continue
         a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
         if each.coordinate and each.a.body in sheet.ground:  # it is measured beside what is displaced, straight
             shift = sheet.settled.bodies.get(each.b.body, np.zeros(2))
@@ -223,13 +229,14 @@ def dimension_marks(sheet: Sheet) -> Iterator[Mark]:
         elif each.coordinate and length < _COORDINATE:  # its body is seen at its sign, if it has one
             items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
             signs = (i.symbol.at for i in items if i.symbol is not None)
-            yield from _coordinate(sheet, each, sheet.at(each.b.body, next(signs, each.b.point)))
+            label, at = _label_now(sheet, each, names), sheet.at(each.b.body, next(signs, each.b.point))
+            yield from _coordinate(sheet, each, at, label)
         else:
             text = _text(role, each.name)
-            yield Measure(a, b, formula(_label_now(sheet, each)), datum=each.coordinate, **text)
+            yield Measure(a, b, formula(_label_now(sheet, each, names)), datum=each.coordinate, **text)
 
 
-def _coordinate(sheet: Sheet, each: NamedLength, at: Floats) -> Iterator[Mark]:
+def _coordinate(sheet: Sheet, each: NamedLength, at: Floats, label: str) -> Iterator[Mark]:
     """Yield the direction of a slider's coordinate that is near zero, from a dot."""
     joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
     axis = getattr(joint.form, "axis", None) if joint is not None else None
@@ -241,27 +248,29 @@ def _coordinate(sheet: Sheet, each: NamedLength, at: Floats) -> Iterator[Mark]:
     named: dict[str, Any] = {"role": "coordinate", "name": each.name}
     yield Arc(start, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
     yield Arrow(points, COORDINATE, head=4.5, layer=LAYER_ARROW, **named)
-    yield Wish(points[1:], formula(_label_now(sheet, each)), layer=LAYER_TEXT, **named)
+    yield Wish(points[1:], formula(label), layer=LAYER_TEXT, **named)
 
 
-def angle_marks(sheet: Sheet) -> Iterator[Mark]:
+def angle_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
     for each in sheet.scene.angles:
-        if not each.coordinate and not sheet.flat:
+        label = _label_now(sheet, each, names)
+        if not label or (not each.coordinate and not sheet.flat):
             continue
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
         if not sheet.flat:
-            yield from _turn_in_space(sheet, each, at)
+            yield from _turn_in_space(sheet, each, at, label)
             continue
         start, stop = (sheet.way(end.body, end.point) for end in (each.start, each.stop))
         first, second = (float(np.arctan2(way[1], way[0])) for way in (start, stop))
         turn = (second - first + np.pi) % (2 * np.pi) - np.pi
+        if abs(turn) < _UNTURNED and not SYMBOL.fullmatch(label):
+            continue  # of an expression or a value that is zero nothing can be seen
         low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
         ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
-        lines = ends if each.coordinate else (True, False)
         tip = (1 if turn > 0.0 else 0) if each.coordinate else None
         yield AngleArc(
-            at, low, high, formula(_label_now(sheet, each)), lines, tip, role="angle", name=each.name, layer=LAYER_TEXT
+            at, low, high, formula(label), ends, tip, role="angle", name=each.name, layer=LAYER_TEXT
         )
 
 
@@ -278,14 +287,17 @@ def _foot(sheet: Sheet, each: AngleMark) -> Floats:
     return sheet.at(each.at.body, each.at.point)
 
 
-def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
+def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats, label: str) -> Iterator[Mark]:
     """Yield an angle in space with its letter: an arc from a line of reference, a bow while it is zero."""
     axis = sheet.placed.turned(each.at.body, each.axis)
     start = sheet.placed.turned(each.start.body, each.start.point)
-    other = np.cross(axis, start)
     stop = sheet.placed.turned(each.stop.body, each.stop.point)
+    axis = axis if any(each.axis) else np.array(unit(np.cross(start, stop)))
+    other = np.cross(axis, start)
     angle = float(np.arctan2(stop @ other, stop @ start))
     turned = abs(angle) > _TURNED
+    if not turned and not any(each.axis):
+        return  # nothing says about what it would turn
     angles = np.linspace(0.0, angle if turned else _BOW, 20)[:, None]
     rim = np.cos(angles) * start + np.sin(angles) * other
     points = at + (_ARC if turned else _ARC / 2.0) * sheet.projection.page(rim) / sheet.projection.scale
@@ -296,8 +308,11 @@ def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats) -> Iterator[Mark]:
         yield Stroke(line, HIDDEN, role="angle", name=each.name, layer=LAYER_ARROW)
     yield Arrow(points, COORDINATE, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
     middle = points[len(points) // 2][None, :]
-    yield Wish(middle, formula(_label_now(sheet, each)), role="angle", name=each.name, layer=LAYER_TEXT)
+    yield Wish(middle, formula(label), role="angle", name=each.name, layer=LAYER_TEXT)
 
 
-def _label_now(sheet: Sheet, each: AngleMark | NamedLength) -> str:
-    return each.start_label if each.start_label and sheet.placed.time == 0.0 else each.label
+def _label_now(sheet: Sheet, each: AngleMark | NamedLength, names: Names) -> str:
+    """Return what stands at a length or angle: nothing where that would be the name of a joint and no letter."""
+    if each.start_label and sheet.placed.time == 0.0:
+        return each.start_label
+    return "" if each.unnamed and names != "all" else each.label

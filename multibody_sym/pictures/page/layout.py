@@ -94,6 +94,10 @@ def overlaps(boxes: Floats, others: Floats) -> Floats:
     return found
 
 
+_SPACE: Final = 4.0
+"""How far letters stand from others on their line (pt): closer ones are read as a product."""
+
+
 class Room:
     """A page on which marks take their places one after the other."""
 
@@ -154,7 +158,8 @@ class Room:
     def touched(self, boxes: Floats, lines: Floats) -> Floats:
         """Return how many lines and letters each of the boxes (m, 4) would touch, with some air around: (m,)."""
         wide = boxes + AIR * np.array([-1.0, -1.0, 1.0, 1.0])
-        return crossings(wide, lines) + overlaps(wide, self.letters)
+        spaced = boxes + np.array([-_SPACE, -AIR, _SPACE, AIR])
+        return crossings(wide, lines) + overlaps(spaced, self.letters)
 
     def acts_across(self, start: Floats, stop: Floats) -> bool:
         """Return whether a line crosses the arrow of a load, a spring or a rope."""
@@ -407,6 +412,8 @@ _OFFSETS: Final = (13.0, 17.0, 22.0, 28.0, 35.0, 43.0, 52.0, 62.0, 74.0, 88.0, 1
 """Distances (pt) of a dimension line from what it measures that are tried."""
 _RADII: Final = (18.0, 23.0, 29.0, 36.0, 44.0, 14.0, 54.0, 66.0)
 """Radii (pt) of the arc of an angle that are tried."""
+_TINY: Final = 6.0
+"""Cost of a point by which an arc is too short for its heads; in points of radius."""
 _HEAD: Final = 4.5
 _OUTSIDE: Final = 9.0
 """Length (pt) of the lines outside of a dimension too short for its arrows."""
@@ -579,11 +586,12 @@ def _ray(at: Floats, angle: float, near: float, far: float) -> Floats:
 
 
 def _arc_cost(room: Room, one: AngleArc, radius: float) -> float:
-    """Return what an arc of this radius costs: it lies where it can be told from other lines."""
+    """Return what an arc of this radius costs: it lies where it can be told from other lines, and has two heads."""
     points = Arc(np.asarray(one.at), radius, THIN, one.start, one.stop).points
     inner = points[1:-1] if len(points) > 4 else points
     crowded = sum(room.crowded(p, q) for p, q in pairwise(inner))
-    return radius + 1.5 * crowded
+    lacking = max(0.0, 2.0 * _HEAD - radius * abs(one.stop - one.start))
+    return radius + 1.5 * crowded + _TINY * lacking
 
 
 def _arc_marks(one: AngleArc, radius: float) -> list[Placed]:
@@ -620,7 +628,8 @@ def laid_out(marks: Iterable[Mark], title: str, description: str = "") -> Pictur
     lines, told = place_measures(room, [mark for mark in given if isinstance(mark, Measure)])
     labels, lost = place_labels(room, [*letters, *told, *(mark for mark in given if isinstance(mark, Wish))])
     drawn: list[Placed] = [*placed, *arcs, *lines, *labels]  # type: ignore[list-item]
-    lost.sort(key=lambda wish: wish.rank)
+    shown = [mark.runs for mark in (*lines, *labels) if isinstance(mark, TextMark)]
+    lost = sorted((wish for wish in lost if wish.runs not in shown), key=lambda wish: wish.rank)
     entries = [(*wish.runs, (f" ({printable(wish.name)})", "small")) for wish in lost]
     more = legend_lines("no room", "without room: ", entries, len(entries)) if entries else ()
     legend = _legend(drawn, [*more, *(mark for mark in given if isinstance(mark, LegendLine))])

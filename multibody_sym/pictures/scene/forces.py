@@ -308,10 +308,12 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         if node.shadow != 0:
             path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), _constant(np.eye(3)[k])
             yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
-    # The speeds that are given at the start to what moves freely.
+    # The speeds that are given at the start to what moves freely, and to sliders by a letter.
     for name, joint in stage.system.joints.items():
         made, given = placed_joint(stage, name), getattr(joint, "initial", None)
-        if joint.kind not in _FREE or given is None or given.u is None:
+        if joint.kind not in (*_FREE, "prismatic") or given is None or given.u is None:
+            continue
+        if joint.kind == "prismatic" and not leaves([node for node in given.u if node is not None], "symbol"):
             continue
         speeds = [as_node(0.0) if node is None else node for node in given.u[: len(made.slides)]]
         ways = [made.on_parent(axis) for axis in made.slides]
@@ -341,7 +343,7 @@ def letter_of(name: str, declared: Any) -> str:
         if len(found) <= _LONGEST and "^" not in found:
             return found
     turned = turned_by(declared)
-    return name if turned is None else turned.size or name  # F*cos(a), F*sin(a): a force F at an angle
+    return turned.size if turned is not None and turned.size.isidentifier() else name  # F*cos(a), F*sin(a)
 
 
 def _marker_anchor(stage: Stage, marker: Marker) -> Anchor:

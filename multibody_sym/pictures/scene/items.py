@@ -394,7 +394,7 @@ class NamedLength:
     """A named length between two points, or a coordinate along a way (`coordinate`).
 
     `component` is the one of a point of the body, sign and all, whose size the label is. At the start the label is
-    `start_label` where the model gives a letter to the coordinate then.
+    `start_label` where the model gives a letter to the coordinate then. One that is `unnamed` has its joint's name.
     """
 
     name: str
@@ -405,13 +405,15 @@ class NamedLength:
     radius: bool = False
     component: str = ""
     start_label: str = ""
+    unnamed: bool = False
 
 
 @dataclass(frozen=True)
 class AngleMark:
     """A named angle at a point: from a direction of one body to a direction of another, about an axis of the first.
 
-    At the start its label is `start_label` where the model gives that angle a letter.
+    An axis that is zero is the one across both. At the start its label is `start_label` where the model gives that
+    angle a letter; without a `label` it is no angle later. One that is `unnamed` has the name of its joint.
     """
 
     name: str
@@ -422,6 +424,7 @@ class AngleMark:
     axis: Vector
     coordinate: bool = True
     start_label: str = ""
+    unnamed: bool = False
 
 
 @dataclass(frozen=True)

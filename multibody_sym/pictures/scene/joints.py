@@ -36,7 +36,16 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.letters import given_motion, is_titled, letters, slopes, start_letter
+from multibody_sym.pictures.scene.letters import (
+    asked_names,
+    given_motion,
+    is_letter,
+    is_titled,
+    letters,
+    slopes,
+    start_letter,
+    turned_by,
+)
 from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -195,7 +204,7 @@ def is_ring(stage: Stage, joint: Joint) -> bool:
     if not isinstance(joint, Prismatic) or not bare or not stage.is_ground(joint.parent):
         return False
     place = stage.place(joint.parent)
-    along = stage.turned(place.body, stage.axis(place, joint.free_steps[0].step.slides[0]))
+    along = stage.turned(place.body, stage.axis(place, joint.steps[0].slides[0]))
     pressed = stage.gravity - float(stage.gravity @ along) * along
     size = float(np.linalg.norm(stage.load_on(body)))
     return float(stage.load_on(body) @ pressed) < -_LIFTED * size * float(np.linalg.norm(pressed))
@@ -402,6 +411,7 @@ def _points(stage: Stage) -> Iterator[NamedLength]:
 
 def ways(stage: Stage) -> Iterator[NamedLength]:
     """Yield the coordinates of sliders: from the place on the parent to that on the child."""
+    asked = asked_names(stage.system)
     for name, joint in stage.system.joints.items():
         steps = [free.step for free in joint.free_steps]
         if len(steps) != 1 or len(steps[0].slides) != 1 or steps[0].turns:
@@ -409,14 +419,26 @@ def ways(stage: Stage) -> Iterator[NamedLength]:
         made = placed_joint(stage, name)
         (label,) = coordinate_names(name, joint)
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
-        given = start_letter(joint)
-        yield NamedLength(label, label, a, b, coordinate=True, start_label=f"{label} = {given}" if given else "")
+        given, unnamed = start_letter(stage, joint), is_unnamed(stage, name, asked)
+        shown = given if unnamed or not given else f"{label} = {given}"
+        yield NamedLength(label, label, a, b, coordinate=True, start_label=shown, unnamed=unnamed)
+
+
+def is_unnamed(stage: Stage, name: str, asked: frozenset[str]) -> bool:
+    """Return whether the coordinate of a joint has no letter: the model gives none, the joint's name is no such letter.
+
+    A name that is `asked` about is one, but that of a pin is the pin's.
+    """
+    joint = stage.system.joints[name]
+    given = getattr(joint, "q", None) or getattr(joint, "q_label", None)
+    return not given and (is_titled(joint, name, joint.kind) or not (name in asked or is_letter(stage.system, name)))
 
 
 def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges, of frames that are turned and of slopes, of a body each letter once."""
     seen: set[tuple[int, str]] = set()
-    for each in (*_hinge_angles(stage, places), *_frame_angles(stage), *slopes(stage)):
+    hinges = (*_hinge_angles(stage, places), *_tilts(stage))
+    for each in (*hinges, *slopes(stage), *_frame_angles(stage), *_start_angles(stage)):
         if each.coordinate or (each.at.body, each.label) not in seen:
             seen.add((each.at.body, each.label))
             yield each
@@ -424,9 +446,9 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
 
 def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges, driven ones too, and those at which what moves in the plane starts."""
-    own_names = {coordinate.name for coordinate in stage.mechanism.coordinates}
+    asked, own_names = asked_names(stage.system), {coordinate.name for coordinate in stage.mechanism.coordinates}
     for name, joint in stage.system.joints.items():
-        driven, made, given = given_motion(stage, name), placed_joint(stage, name), start_letter(joint)
+        driven, made, given = given_motion(stage, name), placed_joint(stage, name), start_letter(stage, joint)
         turning = [*joint.steps] if driven else [each.step for each in joint.free_steps]
         planar = joint.kind == "planar" and bool(given)
         if not planar and (len(turning) != 1 or not turning[0].is_hinge):
@@ -446,8 +468,43 @@ def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Itera
         place = made.child if planar else made.parent
         at = Anchor(place.body, place.point)
         ends, about = (Anchor(made.parent.body, start), Anchor(made.child.body, stop)), made.parent.turned(axis)
-        shown = given if planar or not given else f"{label} = {given}"
-        yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown)
+        unnamed = not driven and is_unnamed(stage, name, asked)
+        shown = given if planar or unnamed or not given else f"{label} = {given}"
+        yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown, unnamed=unnamed)
+
+
+def _tilts(stage: Stage) -> Iterator[AngleMark]:
+    """Yield the tilts of bodies on ball joints: between an axis of ground and that of the body, by Euler's angles."""
+    for name, joint in stage.system.joints.items():
+        order = getattr(joint, "angles", None) if joint.kind == "spherical" else None
+        initial = getattr(joint, "initial", None)
+        if not order or order[0] != order[2] or initial is None or not initial.q:
+            continue
+        axis = vector(np.eye(3)["xyz".index(order[0])])
+        made, label = placed_joint(stage, name), coordinate_names(name, joint)[1]
+        found = letters(initial.q[1])
+        shown = found if found.isidentifier() and is_letter(stage.system, found) else ""
+        ends = Anchor(made.parent.body, made.parent.turned(axis)), Anchor(made.child.body, made.child.turned(axis))
+        at = Anchor(made.parent.body, made.parent.point)
+        yield AngleMark(label, label, at, *ends, (0.0, 0.0, 0.0), start_label=shown)
+
+
+def _start_angles(stage: Stage) -> Iterator[AngleMark]:
+    """Yield the angles at which ropes and rods start, to particles at r*cos(a), r*sin(a) from an axis."""
+    lines = stage.system.constraints.values()
+    tied = [{*(getattr(each, "path", None) or getattr(each, "between", None) or ())} for each in lines]
+    for name, joint in stage.system.joints.items():
+        initial = getattr(joint, "initial", None)
+        turned = turned_by(initial.q) if joint.kind == "point" and initial is not None else None
+        if turned is None or not is_letter(stage.system, turned.angle) or {joint.parent, joint.child} not in tied:
+            continue
+        made = placed_joint(stage, name)
+        place = np.array(made.values)
+        axes = [np.array(made.on_parent(axis)) for axis in made.slides]
+        start = np.sign(place[turned.cosine]) * axes[turned.cosine]
+        stop = sum((x * axis for x, axis in zip(place, axes, strict=True)), np.zeros(3))
+        at, low, high = (Anchor(made.parent.body, x) for x in (made.parent.point, vector(start), unit(stop)))
+        yield AngleMark(name, "", at, low, high, (0.0, 0.0, 0.0), start_label=turned.angle)
 
 
 def _frame_angles(stage: Stage) -> Iterator[AngleMark]:
@@ -470,6 +527,10 @@ def away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[V
     if shape is not None and shape.kind == "rod":
         candidates.append((stage.number(shape.sizes[0]), 0.0, 0.0))
     ways_there = [np.subtract(other, place) for other in candidates]
+    if not any(np.linalg.norm(way) > 1e-9 for way in ways_there):  # what has no size points at what it carries
+        carried = (stage.place(each.child) for each in stage.system.joints.values() if stage.body(each.parent) == body)
+        pose = stage.poses[stage.number_of(body)]
+        ways_there += [(stage.world(x.body, x.point) - pose[:, 3]) @ pose[:, :3] - place for x in carried]
     farthest = max(ways_there, key=lambda way: float(np.linalg.norm(way)))
     return farthest if np.linalg.norm(farthest) > 1e-9 else None
 

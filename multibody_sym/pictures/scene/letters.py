@@ -23,7 +23,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO as NOTHING
 from multibody_sym.scalars.node import Node
-from multibody_sym.text.printer import text
+from multibody_sym.text.printer import is_word, read_parts, text
 
 _LONGEST: Final = 9
 """The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
@@ -31,7 +31,7 @@ _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
 _Z: Final = (0.0, 0.0, 1.0)
 _PIN: Final = re.compile(r"[A-Z][0-9]?'?")
 """The name of a pin in a book."""
-_TURNED: Final = re.compile(r"(-?)(?:(\w+)\*)?(cos|sin)\((.+)\)")
+_TURNED: Final = re.compile(r"-?(?:(.+)\*)?(cos|sin)\(([^()]+)\)(?:\*(.+))?")
 """A component of what is turned by an angle."""
 
 
@@ -90,11 +90,21 @@ def is_titled(element: Any, name: str, kind: str) -> bool:
 
 @dataclass(frozen=True)
 class Given:
-    """A parameter: its `name`, the `letter` of the book, and its number with a unit, empty where it has none."""
+    """A parameter: its `name`, the `letter` of the book, and its number with a unit.
+
+    The number is empty where it has none, and, unless a question contains it, of words and of what follows from others.
+    """
 
     name: str
     letter: str
     value: str
+
+
+def is_letter(system: System, name: str) -> bool:
+    """Return whether a book would write a name: one letter with indices, capitals such as AB, or what has a label."""
+    parameter = system.parameters.get(name)
+    labelled = parameter is not None and parameter.label is not None
+    return labelled or name.isupper() or not is_word(read_parts(name)[0])
 
 
 def asked_names(system: System) -> frozenset[str]:
@@ -114,12 +124,14 @@ def _names_in(tree: Any) -> Iterator[str]:
 
 def givens(stage: Stage, book: Mapping[str, str]) -> tuple[Given, ...]:
     """Return the parameters of a model with their numbers."""
-    found = []
+    found, asked = [], asked_names(stage.system)
     for name, parameter in stage.system.parameters.items():
+        told = name in asked or (is_letter(stage.system, name) and not leaves([parameter.value], "symbol"))
         number = stage.number(parameter.value, math.nan)
         unit = "" if parameter.dimension is None else DimensionField().tree(parameter.dimension)
         shown = f"{math.degrees(number):.4g}°" if unit == "rad" else f"{number:.4g} {_set(unit)}".rstrip()
-        found.append(Given(name, book.get(name, name), shown.replace("-", "−") if math.isfinite(number) else ""))
+        shown = shown.replace("-", "−") if told and math.isfinite(number) else ""
+        found.append(Given(name, book.get(name, name), shown))
     return tuple(found)
 
 
@@ -152,10 +164,12 @@ def turned_by(value: Any) -> Turned | None:
     found = [_TURNED.fullmatch(text(value[k])) for k in given]
     if len(found) != 2 or found[0] is None or found[1] is None:
         return None
-    (_, size, first, angle), (_, other_size, second, other_angle) = found[0].groups(), found[1].groups()
-    if size != other_size or angle != other_angle or first == second:
+    (*sizes, first, angle), (*other_sizes, second, other_angle) = (
+        (each[1], each[4], each[2], each[3]) for each in found if each is not None
+    )
+    if sizes != other_sizes or angle != other_angle or first == second:
         return None
-    return Turned(angle, size or "", *(given if first == "cos" else given[::-1]))
+    return Turned(angle, "*".join(filter(None, sizes)), *(given if first == "cos" else given[::-1]))
 
 
 def slopes(stage: Stage) -> Iterator[AngleMark]:
@@ -192,14 +206,14 @@ def _slope(name: str, letter: str, at: Anchor, axis: int, way: Floats) -> AngleM
     return AngleMark(name, letter, at, Anchor(at.body, level), Anchor(at.body, vector(way)), _Z, coordinate=False)
 
 
-def start_letter(joint: Joint) -> str:
+def start_letter(stage: Stage, joint: Joint) -> str:
     """Return the letter at which the last coordinate of a joint starts, nothing where it has none."""
     initial = getattr(joint, "initial", None)
     node = initial.q[-1] if initial is not None and initial.q else None
     if node is None or text(node).startswith("-"):
         return ""
     found = letters(node)
-    return found if found.isidentifier() else ""
+    return found if found.isidentifier() and is_letter(stage.system, found) else ""
 
 
 def given_motion(stage: Stage, name: str) -> str:
