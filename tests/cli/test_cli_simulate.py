@@ -205,7 +205,7 @@ def test_plot_is_a_picture_and_ignores_the_settings_of_the_folder(tmp_path: Path
     assert "matplotlibrc" not in done.stderr
     picture = (tmp_path / "pendulum.png").read_bytes()
     assert picture[:8] == b"\x89PNG\r\n\x1a\n"
-    assert int.from_bytes(picture[16:20], "big") == 800
+    assert int.from_bytes(picture[16:20], "big") == 1600
 
 
 @pytest.mark.parametrize("start", ["module", "script"])
