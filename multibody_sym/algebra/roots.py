@@ -122,8 +122,19 @@ class Roots:
         forms = trigonometric_forms(self.field, p)
         factors = [self.field.in_ring(factor) for form in forms for factor, _ in factors_of(form)[1]]
         for factor in sorted(dict.fromkeys(factors), key=lambda f: max(map(sum, f))):
-            if self.vanishes(self.field.in_ring(factor)):
+            root = self.alone(self.field.in_ring(factor))
+            if root is not None:
+                yield from self.of(self.without_root(self.field.in_ring(factor), root), left)
+            elif self.vanishes(self.field.in_ring(factor)):
                 yield from self.of_factor(factor, left)
+
+    def alone(self, p: Poly) -> int | None:
+        """Return the place of a root that is the whole factor; its square vanishes with it, but for rounding."""
+        if len(p) != 1:
+            return None
+        (exponents,) = p
+        places = [k for k, exponent in enumerate(exponents) if exponent]
+        return places[0] if len(places) == 1 and self.field.letters[places[0]].node is None else None
 
     def vanishes(self, p: Poly) -> bool:
         sizes = PRECISE.mpf(0)

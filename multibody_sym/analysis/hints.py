@@ -351,7 +351,7 @@ def _unused_names(system: System) -> Iterator[Hint]:
     for section, what in (("parameters", "parameter"), ("inputs", "input")):
         unused = (name for name in getattr(system, section) if name not in named)
         yield from (Hint(f"{what} {name} is not used", section, name) for name in unused)
-    ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.path]
+    ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.route]
     idle = (name for name in system.pulleys if name not in ropes)
     yield from (Hint(f"no rope runs over pulley {name}", "pulleys", name) for name in idle)
     joints = system.joints.values()
@@ -404,7 +404,7 @@ def _oblique_ropes(system: System, known: Values) -> Iterator[Hint]:
     for name, rope in system.constraints.items():
         if not isinstance(rope, Rope):
             continue
-        for end, step in ((rope.path[0], rope.path[1]), (rope.path[-1], rope.path[-2])):
+        for end, step in ((rope.route[0], rope.route[1]), (rope.route[-1], rope.route[-2])):
             wheel = None if end in system.pulleys else system.pulleys.get(step)
             beside = wheel and _beside_the_rim(end, wheel, system, known)
             if beside:

@@ -57,10 +57,10 @@ def _range(found: RangeOfRest, low: RestBound, high: RestBound, units: Units) ->
 def _bound_text(bound: RestBound, unit: str, units: Units) -> str:
     """Return `formula = exact number = number unit (what gives way)`."""
     assert bound.value is not None
-    number = units.said(bound.value, unit, error=bound.error)
-    forms = [text(form) for form in (bound.expression, bound.exact) if form is not None]
-    formula = with_formula(" = ".join(dict.fromkeys(forms)), number)
-    return f"{formula} ({', '.join(bound.gives_way)})" if bound.gives_way else formula
+    told = units.said(bound.value, unit, error=bound.error)
+    for form in dict.fromkeys(text(form) for form in (bound.exact, bound.expression) if form is not None):
+        told = with_formula(form, told)
+    return f"{told} ({', '.join(bound.gives_way)})" if bound.gives_way else told
 
 
 def least_text(found: LeastForMotion, units: Units = SI) -> str:

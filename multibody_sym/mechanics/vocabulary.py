@@ -765,7 +765,8 @@ def _verify_at_impact(question: Ask) -> None:
     """Raise ModelError where a question of an impact has no answer at its instant."""
     if question.value is None or question.when is not None or question.after is not None:
         raise ModelError(
-            "an impact is told at its instant; ask for an expression just after it, or simulate what follows",
+            "a file with an `impact` answers expressions just after it alone, no find, extremes or later moments: ask "
+            "for an expression, or simulate what follows",
             number="M121",
         )
     for leaf in leaves([question.value], "quantity"):

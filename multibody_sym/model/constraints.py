@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.contacts_and_impacts import (
     Coefficient,
     CoefficientField,
@@ -63,19 +63,19 @@ class Rope(Element):
 
     `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
     initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: the tensions on both
-    sides of it differ. `wind` names drums, pulleys on bodies at ends of the path, on which the rope winds (one that the
-    path does not name is put at its end). `wrap` is the direction in which the rope runs about a pulley's axis in path
-    order, for all wheels or by name: + counter-clockwise, - clockwise. It is needed at drums, and where the centre is
-    not inside the bend at the start. The rope keeps its side, and a run ends where it comes off. `turns` are additional
-    full turns around pulleys. `label` is the letter of its tension in equations. A rope that becomes taut with a speed
-    rebounds with `restitution` (0 to 1), and is slack again.
+    sides of it differ. `wind` names drums, pulleys on bodies at ends of the path, on which the rope winds; one that the
+    path does not name is put at its end: `path: [ground.hand], wind: [axle]`. `wrap` is the direction in which the rope
+    runs about a pulley's axis in path order, for all wheels or by name: + counter-clockwise, - clockwise. It is needed
+    at drums, and where the centre is not inside the bend at the start. The rope keeps its side, and a run ends where it
+    comes off. `turns` are additional full turns around pulleys. `label` is the letter of its tension in equations. A
+    rope that becomes taut with a speed rebounds with `restitution` (0 to 1), and is slack again.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}
 
     path: tuple[str, ...] = holds(
-        ListOf(Text(), 2), such="[block, P1, load]",
-        says="its ends, which are points of bodies, and the pulleys or points between them in order",
+        ListOf(Text(), 1), such="[block, P1, load]",
+        says="its ends, points of bodies or drums, and the pulleys or points between them in order",
     )
     length: Node | None = holds(
         Scalar("m"), None, says="its whole length; if left out it fits the initial positions", such="3 m"
@@ -101,6 +101,9 @@ class Rope(Element):
     def verify(self) -> None:
         verify_not_negative("length", self.length)
         verify_restitution("restitution", self.restitution)
+        if len(self.route) < 2:
+            with at("path"):
+                raise ModelError(f"expected a list of at least 2, got {len(self.path)}", number="M103")
 
     @property
     def route(self) -> tuple[str, ...]:

@@ -505,7 +505,12 @@ class Spherical(MovingJoint):
 
 @dataclass(frozen=True, kw_only=True)
 class Free(MovingJoint):
-    """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`)."""
+    """No joint at all: position and its speed along the parent's axes, then a ball (or three `angles`).
+
+    Without `q` the coordinates of joint J are `J_x`, `J_y`, `J_z` and the quaternion `J_qw`, `J_qx`, `J_qy`, `J_qz`.
+    Its speeds are `u_J_x`, `u_J_y`, `u_J_z` and the angular velocity `J_wx`, `J_wy`, `J_wz`. With `angles`, `J_1`,
+    `J_2`, `J_3` and `u_J_1`, `u_J_2`, `u_J_3` replace quaternion and angular velocity.
+    """
 
     kind: ClassVar[str] = "free"
     angles: str | None = holds(

@@ -189,3 +189,10 @@ def test_a_body_that_is_moved_in_its_plane_is_no_skate() -> None:
         " constraints: {steady: {type: velocity, zero: u_phi - 2}}}"
     )
     assert [item.name for item in scene_of(system).items if getattr(item.form, "kind", "") == "skate"] == []
+
+
+@pytest.mark.parametrize("motion", [None, "A*t"])
+def test_what_is_driven_along_a_rail_is_drawn_as_what_slides_there(motion: str | None) -> None:
+    rail = mbs.Prismatic("ground", "trolley", axis="x", motion=motion)
+    made = scene({"rail": rail}, bodies={"trolley": mbs.Body(mass=1)}, parameters={"A": 1})
+    assert [item.role for item in made.items if item.name == "rail"] == ["guide", "joint"]

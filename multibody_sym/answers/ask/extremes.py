@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice, pairwise
 from math import copysign, inf, isfinite, log2, nan
 from typing import Final, Self
@@ -467,6 +467,8 @@ _FINE: Final = 1e-13
 """The part of a root to which it is looked for by runs, which are not more accurate."""
 _NO_ROOT: Final = 1e-5
 """The part of the values beside it that is left at a change of sign which is a jump, or a pole, and no zero."""
+_SLOWEST: Final = 0.25
+"""The least power of the distance with which a function tends to zero at the end of the range where it has values."""
 _NOTHING: Final = 1e-10
 """The part of the largest value met that is zero to rounding, where a function vanishes over a whole range."""
 _ROUNDING: Final = 1e-2
@@ -500,6 +502,7 @@ class Zero:
     """Where a function vanishes, and what is left of it there; `through`: it does so all the way from there to here.
 
     `other`: the end of that range on the other side, None where `through` is as far as was looked.
+    `is_last`: it tends to zero there, and has no value beyond.
     `noise`: the part of the function's value that is none. `fine`: to which part of it the place was looked for.
     """
 
@@ -509,6 +512,7 @@ class Zero:
     noise: float = 0.0
     fine: float = 0.0
     other: Zero | None = None
+    is_last: bool = False
 
     @property
     def ended(self) -> bool:
@@ -548,16 +552,19 @@ def zeros(
 
     Without bounds the one that is met first on ways out from the sample, to both sides up to `limits`; of a function
     that is `cheap` a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the
-    end is returned, of two ends the upper one. `size`: how large the terms are that cancel where it vanishes.
+    end is returned, of two ends the upper one; of a range in which it has values, an end to which it tends to zero.
+    `size`: how large the terms are that cancel where it vanishes.
     """
     if bounds is not None:
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
         brackets = (_with_values(function, a, b) for a, b in pairwise(points))
-        walk: Iterator[_Seen] = (_Seen(a, b, points, size) for a, b in brackets)
+        walk: Iterator[_Seen] = (_Seen(*bracket, points, size) for bracket in brackets)
     else:
         walk = _outwards(function, sample, size, limits)
     fine = _ACCURACY if cheap else _FINE
-    met = (zero for seen in walk if (zero := _edge(function, seen) or _zero(function, seen, fine)) is not None)
+    looks = (_edge, partial(_zero, fine=fine), partial(_end, fine=fine))
+    shown = (next(filter(None, (look(function, seen) for look in looks)), None) for seen in walk)
+    met = filter(None, shown)
     found = list(islice(met, None if bounds is not None else _MOST if cheap else 1))
     if found and bounds is None and found[-1].through is not None:  # the other end of the range too
         found += islice(met, 1)
@@ -613,10 +620,14 @@ def _changes(a: Point, b: Point) -> bool:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A bracket among the points at which a function of so large terms was looked at, in their order."""
+    """A bracket among the points at which a function of so large terms was looked at, in their order.
+
+    `beyond`: a place beside the bracket where the function has no value, None where it has one.
+    """
 
     a: Point
     b: Point
+    beyond: float | None
     points: Sequence[Point]
     size: float
 
@@ -661,28 +672,34 @@ def _outwards(function: Callable[[float], float], sample: float, size: float, li
         ends = {side: (x, function(x)) for side, x in ways.items() if x != before[side][0]}
         points += ends.values()
         if k == 0 and here[1] == 0.0 and all(not abs(y) <= _NOTHING * size for _, y in ends.values()):
-            yield _Seen(here, here, points, size)
+            yield _Seen(here, here, None, points, size)
         for side, end in ends.items():
             yield _Seen(*_with_values(function, before[side], end), tuple(sorted(points)), size)
         step *= _GROWTH
 
 
-def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tuple[Point, Point]:
-    """Return two points; for one without a value, the last on the way there that has one, or another sign."""
+def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tuple[Point, Point, float | None]:
+    """Return two points, and None; for one without a value, the last on the way there that has one, or another sign.
+
+    Then with a place beyond that has none.
+    """
     if isfinite(a[1]) == isfinite(b[1]):
-        return a, b
-    known, without = (a, b[0]) if isfinite(a[1]) else (b, a[0])
-    begin = last = known
-    for _ in range(_HALVINGS):
+        return a, b, None
+    begin, beyond = (a, b[0]) if isfinite(a[1]) else (b, a[0])
+    ways = islice(_towards_end(function, begin, beyond), _HALVINGS)
+    last, without = begin, beyond
+    while not _changes(begin, last) and (way := next(ways, None)) is not None:
+        last, without = way
+    return (begin, last, without) if begin is a else (last, begin, without)
+
+
+def _towards_end(function: Callable[[float], float], last: Point, without: float) -> Iterator[tuple[Point, float]]:
+    """Yield ever closer the last point at which a function has a value, and the place beyond at which it has none."""
+    while True:
         x = (last[0] + without) / 2
         value = function(x)
-        if not isfinite(value):
-            without = x
-            continue
-        last = (x, value)
-        if _changes(begin, last):
-            break
-    return (begin, last) if known is a else (last, begin)
+        last, without = ((x, value), without) if isfinite(value) else (last, x)
+        yield last, without
 
 
 def _edge(function: Callable[[float], float], seen: _Seen) -> Zero | None:
@@ -754,3 +771,21 @@ def _zero(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero 
         return None
     left = remembered(root)
     return Zero(root, left, fine=fine) if abs(left) <= _NO_ROOT * max(abs(a[1]), abs(b[1])) else None
+
+
+def _end(function: Callable[[float], float], seen: _Seen, fine: float) -> Zero | None:
+    """Return the end of the range in which a function has values, None where it does not tend to zero there."""
+    if seen.beyond is None or seen.is_nothing:
+        return None
+    beyond = seen.beyond
+    near = min((seen.a, seen.b), key=lambda x: abs(x[0] - beyond))
+    inside = (x for x in seen.points if isfinite(x[1]) and (near[0] - x[0]) * (beyond - near[0]) > 0.0)
+    far = min(inside, key=lambda x: abs(x[0] - near[0]), default=near)
+    size, whole = abs(far[1]), abs(beyond - far[0])
+    for last, without in _towards_end(function, near, beyond):
+        width = abs(without - last[0])
+        if abs(last[1]) > size * (width / whole) ** _SLOWEST:
+            return None
+        if width <= fine * abs(without):
+            return Zero(*last, fine=fine, is_last=True) if abs(last[1]) <= _NO_ROOT * size else None
+    raise AssertionError

@@ -259,7 +259,9 @@ class ValueSearch:
         return [*self._range(value, found[0]), *([f"others are {', '.join(told)}"] if told else [])]
 
     def _range(self, value: Value, zero: Zero) -> list[str]:
-        """Return that the equation holds in a whole range, of which the value is an end."""
+        """Return that the equation holds in a whole range, or where its sides cease to have a value: an end of it."""
+        if zero.is_last:
+            return [f"{self.equation} holds at the end of the range of {self.name} in which both sides have a value"]
         if zero.through is None:
             return []
         if zero.other is not None:
@@ -361,10 +363,7 @@ class ValueSearch:
         sample = self.solved.sample
 
         def value(x: float) -> float:
-            try:
-                return evaluate_float([node], {**sample, symbol(self.name): x})[0]
-            except (ExpressionError, *UNDEFINED):
-                return UNKNOWN
+            return _value(node, {**sample, symbol(self.name): x})
 
         found = zeros(value, self.sample, self.bounds, cheap=True, limits=self.limits)
         scale = abs(value(self.sample))
@@ -451,7 +450,7 @@ class ValueSearch:
         """Return the root of a formula that is a value, to a `part` of it, as an expression."""
 
         def left(x: float) -> float:
-            return evaluate_float([node], {**solved.sample, unknown: x})[0]
+            return _value(node, {**solved.sample, unknown: x})
 
         reach = 2 * abs(beside - value)
         near = zeros(left, beside, (value - reach, value + reach), cheap=True)
@@ -480,3 +479,11 @@ class ValueSearch:
         except (NoClosedFormError, InputError, *UNDEFINED) as reason:
             self.solved.reasons[why_none(reason)] = None
         return None
+
+
+def _value(node: Node, sample: Mapping[Node, float]) -> float:
+    """Return the value of a formula, nan where it has none."""
+    try:
+        return evaluate_float([node], sample)[0]
+    except (ExpressionError, *UNDEFINED):
+        return UNKNOWN

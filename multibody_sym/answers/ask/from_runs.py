@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from multibody_sym.analysis.modes.amplitude import accuracy, part_of_difference
 from multibody_sym.model.fields import AXES, Names
@@ -91,13 +92,15 @@ class Simulated:
     def time(self, coordinate: str, value: float) -> float | None:
         """Return the first time > 0 at which a coordinate comes to a value, None if that is not before `t_end`.
 
-        One that it has at the start it has at 0 if it keeps it, else when it comes back.
+        One that it has at the start it has at 0 if it keeps it, else when it comes back. A coordinate that only tends
+        to a value, but for rounding, does not come to it.
         """
         run, failure = self._as_far_as_known()
         q, rate = run[coordinate] - value, run[f"u_{coordinate}"]
-        away = np.flatnonzero(np.abs(q) > _least_distance(value))
+        away = np.flatnonzero(np.abs(q) > _least_distance(np.maximum.accumulate(np.abs(run[coordinate]))))
         if failure is None and not len(away):
             return 0.0
+        passes = _sides_ahead(q, away) * q[away[:1]] < 0.0
         changes = sorted({float(change["t"]) for change in run.changes})
         for k in range(int(away[0]) if len(away) else len(q), len(q) - 1):
             step = run.t[k + 1] - run.t[k]
@@ -106,7 +109,7 @@ class Simulated:
                 if found is not None:
                     return found
             inside = _first_root(q[k : k + 2], rate[k : k + 2] * step)
-            if inside is not None:
+            if inside is not None and passes[k]:
                 return self._refined(coordinate, value, float(run.t[k] + inside * step))
         if failure is not None:
             raise failure
@@ -114,7 +117,7 @@ class Simulated:
 
     def starts_at(self, coordinate: str, value: float) -> bool:
         start = float(self._as_far_as_known()[0][coordinate][0])
-        return abs(start - value) <= _least_distance(value)
+        return abs(start - value) <= float(_least_distance(np.abs([start]))[0])
 
     def _until_change(
         self, coordinate: str, value: float, before: tuple[float, float, float], change: float
@@ -300,9 +303,14 @@ class Simulated:
         return {}
 
 
-def _least_distance(value: float) -> float:
-    """Return from which distance on a coordinate is away from a value."""
-    return _ATOL * max(1.0, abs(value))
+def _least_distance(largest: Floats) -> Floats:
+    """Return from which distance on coordinates of such sizes are away from a value."""
+    return _ATOL * np.maximum(1.0, largest)
+
+
+def _sides_ahead(q: Floats, away: NDArray[np.intp]) -> Floats:
+    """Return the sign of q at the next sample that is away after each, 0 where none is."""
+    return np.append(np.sign(q[away]), 0.0)[np.searchsorted(away, np.arange(len(q)), side="right")]
 
 
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:
