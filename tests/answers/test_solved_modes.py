@@ -28,4 +28,4 @@ def test_near_the_limit_is_not_at_it() -> None:
     declared = check_numbers(system)
     mechanism = in_mode(declared, Mode({"c1": 1}, {"c1": 0}))
     decided = Decided(touching=frozenset({"c1"}), at_limit=("c1.friction",))
-    assert solution_of(solved_in(system, mechanism, start(mechanism), decided=decided)).at_limit == {}
+    assert solution_of(solved_in(system, mechanism, start(mechanism), decided=decided))[0].at_limit == {}
