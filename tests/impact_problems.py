@@ -10,6 +10,21 @@ import numpy as np
 from multibody_sym.contact_laws.impact_problem import ImpactProblem, ImpactResult
 from multibody_sym.contact_laws.problem import Equality, FrictionLaw, FrictionRow, Law, LawProblem, Unilateral
 
+STONES = """
+multibody_sym: 1
+name: rod on two stones
+parameters: {m: 1, l: 1, e: 0.5, mu: 0.1}
+bodies:
+  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], heel: [-l/2, 0, 0]}}
+  ground: {points: {a: [0.5, 0, 0], b: [-0.5, 0, 0]}}
+joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a], initial: {u: [2, -3, 0]}}}
+impact:
+  a: {between: [rod.tip, ground.a], normal: y, kinetic: mu, restitution: e}
+  b: {between: [rod.heel, ground.b], normal: y, kinetic: mu, restitution: e}
+  sequence: simultaneous
+"""
+"""Two ends of a rod strike stones at once."""
+
 
 @dataclass
 class Impact:

@@ -129,7 +129,7 @@ class Linearization:
     own rates are not constant. `shifts`: by how much given start values changed to satisfy the constraints. `rounding`
     (m x m): what rounding may make of A. `driving_inputs` move constraints or joints by their rates too and have no
     column in B. `at`: the coordinates and speeds of the state; `input_values`: the inputs there. `units`: the unit of
-    each state, input, coordinate and speed by name, empty where it is not known.
+    each state, input, output, coordinate and speed by name, empty where it is not known.
     """
 
     states: tuple[str, ...]
@@ -522,7 +522,7 @@ def verified_linearization(
         left_out=tuple(found.states[k] for k in sorted(constancy.left_out)),
         rounding=constancy.rounding[np.ix_(keep, keep)],
         # states without a unit of their own are rotation vectors
-        units={**dict.fromkeys(found.states, "rad"), **units.inputs, **units.state},
+        units={**dict.fromkeys(found.states, "rad"), **units.outputs, **units.inputs, **units.state},
     )
 
 

@@ -316,8 +316,10 @@ class Solution:
     where: Mapping[str, Definition] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{name}: {value}" for name, value in self.accelerations.items())
-        return f"<Solution of {self.name} with accelerations {found or 'of nothing'}>"
+        values = self.accelerations if self.impact is None else self.impact.after
+        found = ", ".join(f"{name}: {value}" for name, value in values.items()) or "of nothing"
+        what = "accelerations" if self.impact is None else "speeds afterwards"
+        return f"<Solution of {self.name} with {what} {found}>"
 
     @property
     def not_unique(self) -> list[str]:

@@ -246,7 +246,7 @@ def modes_document(found: Modes) -> str:
 _FEW: Final = 4
 """Digits of an eigenvalue, and of its frequency and damping ratio, without error."""
 _MANY: Final = 12
-"""More coordinates and speeds than so many are told by the states alone."""
+"""Of more coordinates and speeds than so many only the states are printed."""
 _MOST_NAMED: Final = 6
 _ROUNDING: Final = 1e-9
 _ZERO: Final = 1e-12
@@ -256,7 +256,8 @@ _ZERO: Final = 1e-12
 def linearization_text(found: Linearization, units: Units = SI) -> str:
     """Return the linearisation for a person to read.
 
-    The rates that A and B give are those of the states in their chosen units, in a second.
+    The rates that A and B give are those of the states in their chosen units, in a second; C and D are printed where
+    there are outputs.
     """
     if not found.states:
         return "nothing is free to move: there are no states"
@@ -276,6 +277,12 @@ def linearization_text(found: Linearization, units: Units = SI) -> str:
     if found.inputs:
         by = ", ".join(units.named(name, found.units[name]) for name in found.inputs)
         lines += [f"B (by {by})", *_linearization_matrix((found.B * inputs / states[:, None]).tolist(), units)]
+    if found.outputs:
+        outputs = np.array([units.size(found.units[name]) for name in found.outputs])[:, None]
+        named = ", ".join(units.named(name, found.units[name]) for name in found.outputs)
+        lines += [f"C (of {named})", *_linearization_matrix((found.C * states / outputs).tolist(), units)]
+        if found.inputs:
+            lines += ["D", *_linearization_matrix((found.D * inputs / outputs).tolist(), units)]
     return "\n".join(lines)
 
 

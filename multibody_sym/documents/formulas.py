@@ -385,12 +385,11 @@ def _sign(character: str) -> str:
 # Whole documents: LaTeX that compiles as it is, and HTML that needs nothing beside it.
 
 
-_PREAMBLE: Final = r"""\documentclass[fleqn]{article}
+_FIRST_LINES: Final = r"""\documentclass[fleqn]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
-\usepackage{amsmath}
-\usepackage{graphicx}
-\usepackage[margin=2cm]{geometry}
+"""
+_SETTINGS: Final = r"""\usepackage[margin=2cm]{geometry}
 \allowdisplaybreaks
 \setcounter{secnumdepth}{0}
 \setcounter{MaxMatrixCols}{99}
@@ -405,13 +404,15 @@ _PAGE: Final = (
 
 def latex_document(title: str, body: str) -> str:
     r"""Return a LaTeX document around a body that needs amsmath only."""
-    return whole_document(_PREAMBLE, f"\\section*{{{breakable(title)}}}\n{body.rstrip()}")
+    return whole_document(f"\\section*{{{breakable(title)}}}\n{body.rstrip()}")
 
 
-def whole_document(preamble: str, body: str) -> str:
-    """Return a LaTeX document whose letters pdflatex knows or is told of."""
+def whole_document(body: str, *packages: str) -> str:
+    """Return a LaTeX document that uses `packages` beside amsmath, with declarations of letters that pdflatex lacks."""
+    used = "".join(f"\\usepackage{{{name}}}\n" for name in ("amsmath", "graphicx", *packages))
     body = harmless(body)
-    return f"{preamble}\n{unicode_declarations(body)}\n\\begin{{document}}\n{body}\n\\end{{document}}\n"
+    begin = f"{_FIRST_LINES}{used}{_SETTINGS}\n{unicode_declarations(body)}"
+    return f"{begin}\n\\begin{{document}}\n{body}\n\\end{{document}}\n"
 
 
 def html_document(title: str, body: str) -> str:

@@ -115,21 +115,7 @@ def _plot(run: Trajectory, units: Any) -> str:
     return f"data:image/svg+xml;base64,{content}"
 
 
-_PREAMBLE: Final = r"""\documentclass[fleqn]{article}
-\usepackage[T1]{fontenc}
-\usepackage[utf8]{inputenc}
-\usepackage{textcomp}
-\usepackage{amsmath}
-\usepackage{graphicx}
-\usepackage{longtable}
-\usepackage{tikz}
-\usepackage[margin=2cm]{geometry}
-\allowdisplaybreaks
-\setcounter{secnumdepth}{0}
-\setcounter{MaxMatrixCols}{99}
-\setlength{\parindent}{0pt}
-\sloppy
-"""
+_PACKAGES: Final = ("textcomp", "longtable", "tikz")
 _NEEDS: Final = "% needs \\usepackage{amsmath,graphicx,longtable,tikz}; equations have the labels"
 _TEXT_WIDTH: Final = 480.0
 """The width of the text in points; figures side by side have a part of it."""
@@ -147,7 +133,7 @@ class ReportLatex(LatexWriter):
     def report(self, title: str, sections: Iterable[Section]) -> str:
         """Return the whole document."""
         parts = [rf"\section*{{{breakable(title)}}}", *map(self.section, sections)]
-        return whole_document(_PREAMBLE, "\n\n".join(part for part in parts if part))
+        return whole_document("\n\n".join(part for part in parts if part), *_PACKAGES)
 
     def fragment(self, title: str, sections: Iterable[Section]) -> str:
         r"""Return what `\input` takes: a section with a label, its equations with labels."""

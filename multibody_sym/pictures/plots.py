@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlottedCurve:
-    """Numbers y (m,) over x (m,), called `name`, of one of several runs; all in the units that are told.
+    """Numbers y (m,) over x (m,), called `name`, of one of several runs; all in the units of the axes.
 
     A rate of the coordinate `rate_of` has its letter with a dot.
     """

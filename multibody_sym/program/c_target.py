@@ -27,9 +27,9 @@ from multibody_sym.program.statements import (
     accesses,
 )
 from multibody_sym.program.target_layout import (
+    EXPORTED_PARTS,
     NUMBERS_FILE,
     RUNTIME_HEADERS,
-    RUNTIME_PARTS,
     SHORTEST_RUN,
     TABLE_FUNCTIONS,
     TOLERANCE,
@@ -705,7 +705,7 @@ def c_source(
     prefix: str = "mbs",
     samples: Samples | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
-    parts: Collection[str] = RUNTIME_PARTS,
+    parts: Collection[str] = EXPORTED_PARTS,
     apart: bool = False,
 ) -> dict[str, str]:
     """Return model.c, model.h and the runtime's files for its `parts` by name, and selftest.c for given `samples`.

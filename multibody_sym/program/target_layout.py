@@ -174,6 +174,8 @@ _PARTS: Final = {
 }
 """What only some models enter: its sources, and the one in their place for the others, which compile sooner."""
 RUNTIME_PARTS: Final = frozenset(_PARTS)
+EXPORTED_PARTS: Final = RUNTIME_PARTS - {"laws"}
+"""What exported code enters: time stepping is driven from Python."""
 RUNTIME_SOURCES: Final = (*_ALWAYS, *(name for sources, _ in _PARTS.values() for name in sources))
 STAND_INS: Final = tuple(stand_in for _, stand_in in _PARTS.values() if stand_in)
 RUNTIME_HEADERS: Final = ("in_order.h", "pairing.h", "runtime.h", "stages.h", "stepper.h", "turns.h", "vectors.h")

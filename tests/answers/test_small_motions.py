@@ -21,6 +21,7 @@ from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
+from multibody_sym.text.values import chosen_units
 
 NAMES = [problem.name for problem in PROBLEMS]
 SOME = [pytest.param(n, marks=[] if k % 3 == 0 else pytest.mark.long) for k, n in enumerate(NAMES)]
@@ -188,3 +189,22 @@ forces:
     light = model.replace("damping: c", "damping: 0.2").replace("[x, 0, 0]", "[0, 0, 0]")
     swings = f"-0.1 +- {math.sqrt(k - 0.01):.6g} i"
     assert linearization_text(mbs.linearize(mbs.loads(light))).count(swings) == 2
+
+
+def test_outputs_have_rows_of_c_and_d_in_chosen_units() -> None:
+    """acc = (F - k x)/m: -4 in C and 0.5 in D by hand; a force of 1 N moves 500 mm/s^2."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: cart
+gravity: [0, 0, 0]
+parameters: {m: 2 kg, k: 8 N/m}
+inputs: {F: 0 N}
+bodies: {cart: {mass: m}}
+joints: {way: {type: prismatic, parent: ground, child: cart, axis: x, q: x}}
+forces: {s: {type: spring_damper, joint: way, stiffness: k}, push: {type: force, on: cart, value: [F, 0, 0]}}
+outputs: {place: 2*x, acc: "acceleration(cart, x)"}
+""")
+    found = mbs.linearize(system)
+    page = linearization_text(found)
+    assert page.endswith("C (of place [m], acc [m/s^2])\n   2  0\n  -4  0\nD\n    0\n  0.5")
+    assert linearization_text(found, chosen_units("mm")).endswith("D\n    0\n  500")

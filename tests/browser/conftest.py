@@ -16,8 +16,8 @@ def browser() -> Iterator[Any]:
     if driver is None:
         pytest.skip("needs Chromium and its driver")
     options = selenium.ChromeOptions()
-    for word in ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--window-size=1000,1000"):
-        options.add_argument(word)
+    for word in ("headless=new", "no-sandbox", "enable-unsafe-swiftshader", "hide-scrollbars", "window-size=1000,1000"):
+        options.add_argument(f"--{word}")
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     found = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
     yield found

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import unicodedata
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -54,20 +53,6 @@ FIRST = """
 const box = document.querySelector('.answers');
 return box && [...box.querySelectorAll('p')].map((e) => e.getBoundingClientRect().bottom);
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    selenium = pytest.importorskip("selenium.webdriver")
-    driver = shutil.which("chromedriver")
-    if driver is None:
-        pytest.skip("needs Chromium and its driver")
-    options = selenium.ChromeOptions()
-    for word in ("--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--hide-scrollbars"):
-        options.add_argument(word)
-    found = selenium.Chrome(options=options, service=selenium.ChromeService(driver))
-    yield found
-    found.quit()
 
 
 def shown(browser: Any, page: Path, width: int, height: int, *, scale: int = 1, media: str = "") -> None:

@@ -105,9 +105,9 @@ def test_a_and_b_are_in_the_units_that_stand_above_them(
 
 def matrices(lines: list[str]) -> tuple[list[str], np.ndarray, np.ndarray]:
     names = lines[0].removeprefix("linearised in ").split(", ")
-    places = [lines.index("A"), next(k for k, line in enumerate(lines) if line.startswith("B ("))]
-    A = np.array([line.split() for line in lines[places[0] + 1 : places[1]]], dtype=float)
-    return names, A, np.array([line.split() for line in lines[places[1] + 1 :]], dtype=float)
+    a, b, c = lines.index("A"), *(next(k for k, x in enumerate(lines) if x.startswith(word)) for word in ("B (", "C ("))
+    A, B = (np.array([line.split() for line in lines[i + 1 : j]], dtype=float) for i, j in ((a, b), (b, c)))
+    return names, A, B
 
 
 def test_a_run_tells_its_end_in_chosen_units(model: str, capsys: pytest.CaptureFixture[str]) -> None:

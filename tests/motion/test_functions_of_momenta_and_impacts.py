@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from impact_problems import STONES
 from rolling_and_loops import FOUR_BAR
 from textbook import double_pendulum
 
@@ -34,19 +35,6 @@ name: ball
 gravity: [0.3, 0, -9.81]
 bodies: {top: {mass: 1.5, com: [0, 0.1, 0.3], inertia: {Ixx: 0.04, Iyy: 0.05, Izz: 0.03, Ixy: 0.002}}}
 joints: {foot: {type: free, parent: ground, child: top}}
-"""
-STONES = """
-multibody_sym: 1
-name: rod on two stones
-parameters: {m: 1, l: 1, e: 0.5, mu: 0.1}
-bodies:
-  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], heel: [-l/2, 0, 0]}}
-  ground: {points: {a: [0.5, 0, 0], b: [-0.5, 0, 0]}}
-joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a], initial: {u: [2, -3, 0]}}}
-impact:
-  a: {between: [rod.tip, ground.a], normal: y, kinetic: mu, restitution: e}
-  b: {between: [rod.heel, ground.b], normal: y, kinetic: mu, restitution: e}
-  sequence: simultaneous
 """
 ALONE = STONES.replace("b: {between", "# ").replace("u: [2, -3, 0]", "u: [2, -3, 0.4]")
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from impact_problems import STONES
 
 import multibody_sym as mbs
 from multibody_sym.contact_laws.impact_sequence import strike
@@ -178,19 +179,7 @@ def test_one_program_follows_slip_that_sticks_or_turns_round_by_each_law(law: st
 
 def test_a_function_of_several_contacts_finds_the_mode_of_each_state() -> None:
     """Two ends strike at once, or one alone: what is not struck at the start is elsewhere."""
-    system = mbs.loads("""
-multibody_sym: 1
-name: rod on two stones
-parameters: {m: 1, l: 1, e: 0.5, mu: 0.1}
-bodies:
-  rod: {mass: m, inertia: {Izz: m*l^2/12}, points: {tip: [l/2, 0, 0], heel: [-l/2, 0, 0]}}
-  ground: {points: {a: [0.5, 0, 0], b: [-0.5, 0, 0]}}
-joints: {P: {type: planar, parent: ground, child: rod, q: [x, y, a], initial: {u: [2, -3, 0]}}}
-impact:
-  a: {between: [rod.tip, ground.a], normal: y, kinetic: mu, restitution: e}
-  b: {between: [rod.heel, ground.b], normal: y, kinetic: mu, restitution: e}
-  sequence: simultaneous
-""")
+    system = mbs.loads(STONES)
     function = mbs.compile(mbs.impact(system), backend="python")
     for u in ([2, -3, 0], [-2, -3, 0.5], [0.01, -3, 0.1], [2, -1, 8], [2, -1, -8], [3, -3, 0]):
         start = dict(zip(("u_x", "u_y", "u_a"), u, strict=True))

@@ -330,8 +330,10 @@ class AskedMotion:
             working.notes.append(str(reason))
             return Value(None)
         working.notes.extend(numbers.notes)
-        working.steps.append(lambda: [Sentence(("found by a run, at t = ", Quantity(time, "s")))])
-        return self.with_formula(found, self._formula(question, found, time, working))
+        formula = self._formula(question, found, time, working)
+        if formula is None:
+            working.steps.append(lambda: [Sentence(("found by a run, at t = ", Quantity(time, "s")))])
+        return self.with_formula(found, formula)
 
     def with_formula(self, number: Value, formula: Node | None) -> Value:
         """Return a number of runs; where it has a formula, the formula's own value."""
@@ -347,7 +349,7 @@ class AskedMotion:
         if question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
-            working.steps[:] = [lambda: [Sentence(("at the start",))]]
+            working.steps.append(lambda: [Sentence(("at the start",))])
             return self.solved.values(self.solved.asked(asked), {})[""].expression
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
         for course in self._courses(time):
@@ -369,7 +371,7 @@ class AskedMotion:
             return None
         formula, granted, course = shortest
         working.notes.extend(granted)
-        working.steps[:] = [course.lines]
+        working.steps.append(course.lines)
         return formula
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:

@@ -82,7 +82,7 @@ class _Spelling:
     def _line(self, line: Line) -> Line:
         if isinstance(line, Formula):
             return replace(line, sides=tuple(map(self._in_sympy, line.sides)))
-        return Sentence(tuple(self._in_sympy(x) if isinstance(x, Node) else x for x in line.words))
+        return Sentence(tuple(x if isinstance(x, (str, Quantity)) else self._in_sympy(x) for x in line.words))
 
     def _answer(self, name: str) -> Any:
         return self._named(symbol(f"answer {name}"), name)

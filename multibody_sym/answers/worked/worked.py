@@ -198,7 +198,7 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     """Return the steps of a solution, and those by which questions that are `asked` are answered.
 
     Where coefficients grow too long in symbols, numbers stand in their place. Where expressions have no value at the
-    exact start, as a quotient that is 0/0 there, only what is given is told.
+    exact start, such as a quotient 0/0, the steps end with the given values.
     """
     found, symbols = _steps_at_start(solved, solution)
     return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found

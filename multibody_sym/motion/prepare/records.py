@@ -225,7 +225,7 @@ class RunLabels:
 
 
 ALL: Final = tuple(x for x, part in vars(RunLabels).items() if isinstance(part, cached_property) and x[0] != "_")
-"""The names of all that is told."""
+"""The names of all labels."""
 
 
 def as_json(told: RunLabels) -> dict[str, Any]:
@@ -234,7 +234,7 @@ def as_json(told: RunLabels) -> dict[str, Any]:
 
 
 class _Recalled(RunLabels):
-    """What was told before; the mechanism is made where it is needed after all."""
+    """The labels of an earlier run; their mechanism is made on first use."""
 
     def __init__(self, resolved: Resolved, known: Mapping[str, Any]) -> None:
         super().__init__(resolved)
@@ -244,7 +244,7 @@ class _Recalled(RunLabels):
 def labels_from_json(values: Any, resolved: Resolved) -> RunLabels:
     """Return what `as_json` wrote; raises KeyError or TypeError for anything else."""
     if set(values) != set(ALL):
-        raise KeyError("not what is told of a mechanism")
+        raise KeyError("no labels of a mechanism")
     return _Recalled(resolved, {name: freeze(values[name]) for name in ALL})
 
 
