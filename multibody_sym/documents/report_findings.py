@@ -1,6 +1,6 @@
 """What does a report know: all answers on a system, and what its description asks?
 
-In: a System with settings of a run. Out: Findings, each answer or the reason why there is none; a Question.
+In: a System with settings of a run. Out: Findings, each answer or the reason why there is none; a Description.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.documents.derivation import ClosedForm
 from multibody_sym.documents.draw import draw
+from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.units import MechanismUnits
@@ -36,7 +37,6 @@ from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.scene.scene import scene_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.printer import COMPONENTS
 from multibody_sym.text.values import Units
@@ -148,8 +148,8 @@ _NOT_ASKED: Final = Missing("not asked for")
 
 def findings(system: System, command: str, settings: Mapping[str, Any], *, exercise: bool = False) -> Findings:
     """Return the answers on a system; `settings` are those of the run. An exercise has no details."""
-    question = Description(system)
-    rough = question.coefficient
+    described = Description(system)
+    rough = described.coefficient
     return Findings(
         system=system,
         command=command,
@@ -160,28 +160,20 @@ def findings(system: System, command: str, settings: Mapping[str, Any], *, exerc
         solution=answer(lambda: _in_symbols(system, lambda: solve(system, steps=True))),
         check=_NOT_ASKED if exercise else answer(lambda: check(system)),
         run=answer(lambda: simulate(system, **settings)),
-        modes=answer(lambda: modes(system)) if question.asks("modes") and not system.ask else _NOT_ASKED,
+        modes=answer(lambda: modes(system)) if described.asks("modes") and not system.ask else _NOT_ASKED,
         rest=_NOT_ASKED if rough is None else answer(lambda: range_of_rest(system, rough)),
     )
 
 
 def reported_parameters(system: System) -> tuple[ReportedParameter, ...]:
     """Return the parameters in the order of the model, with numbers of those that follow from others."""
-    known: dict[Any, float] = {}
-    pending, numbers = dict(system.parameters), dict[str, float]()
-    for _ in range(len(pending)):
-        for name, parameter in list(pending.items()):
-            try:
-                known[symbol(name)] = numbers[name] = float(evaluate_float([parameter.value], known)[0])
-            except (KeyError, ArithmeticError, ValueError):
-                continue
-            del pending[name]
+    known = known_values(system)
     inferred = answer(lambda: MechanismUnits(mechanism(system)).parameters)
     units = {} if isinstance(inferred, Missing) else inferred
     stated = {name: x.dimension for name, x in system.parameters.items() if x.dimension is not None}
     units = {**units, **{name: DimensionField().tree(dimension) for name, dimension in stated.items()}}
     return tuple(
-        ReportedParameter(name, parameter, numbers.get(name), units.get(name, ""))
+        ReportedParameter(name, parameter, known.get(symbol(name)), units.get(name, ""))
         for name, parameter in system.parameters.items()
     )
 
