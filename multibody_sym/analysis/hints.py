@@ -349,8 +349,10 @@ def _unused_names(system: System) -> Iterator[Hint]:
         if path[:2] != ("parameters", leaf.data)
     }
     for section, what in (("parameters", "parameter"), ("inputs", "input")):
-        unused = (name for name in getattr(system, section) if name not in named)
-        yield from (Hint(f"{what} {name} is not used", section, name) for name in unused)
+        unused = [name for name in getattr(system, section) if name not in named]
+        if unused:
+            told = f"s {', '.join(unused)} are" if unused[1:] else f" {unused[0]} is"
+            yield Hint(f"{what}{told} not used", section, unused[0])
     ropes = [step for c in system.constraints.values() if isinstance(c, Rope) for step in c.route]
     idle = (name for name in system.pulleys if name not in ropes)
     yield from (Hint(f"no rope runs over pulley {name}", "pulleys", name) for name in idle)

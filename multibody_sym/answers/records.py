@@ -317,9 +317,10 @@ class Solution:
 
     def __repr__(self) -> str:
         values = self.accelerations if self.impact is None else self.impact.after
-        found = ", ".join(f"{name}: {value}" for name, value in values.items()) or "of nothing"
+        found = ", ".join(f"{name}: {value}" for name, value in values.items())
         what = "accelerations" if self.impact is None else "speeds afterwards"
-        return f"<Solution of {self.name} with {what} {found}>"
+        told = f"with {what} {found}" if found else "without degrees of freedom"
+        return f"<Solution of {self.name} {told}>"
 
     @property
     def not_unique(self) -> list[str]:

@@ -97,15 +97,22 @@ class MechanismUnits:
         leaf = self.mechanism.symbols.get(leaf, leaf)
         if leaf.op == "quantity":
             function, arguments = leaf.data
-            if function == "generalized_momentum":
-                return None
-            if function in ("'", "''"):
-                place = self.mechanism.speed_place(arguments[0])
-                return None if place is None else InferredUnit(kind_of(f"{self.mechanism.speeds[place].unit}^2"))
+            if function in ("'", "''", "generalized_momentum"):
+                return self._of_speed(function, arguments[0])
             if arguments in self._exerted:
                 return self._of_alone(self._exerted[arguments])
             return quantity_known(function, arguments) or self._named_multiplier(arguments)
         return self._slot(*leaf.data) if leaf.op == "slot" else None
+
+    def _of_speed(self, function: str, freedom: str) -> InferredUnit | None:
+        """Return the unit of the rate of a freedom, or of its momentum, an energy divided by a speed."""
+        place = self.mechanism.speed_place(freedom)
+        unit = "" if place is None else self.mechanism.speeds[place].unit
+        if not unit:
+            return None
+        if function == "generalized_momentum":
+            return InferredUnit(Kind(ENERGY.times(kind_of(unit).dimension, -1), angle=None), firm=True)
+        return InferredUnit(kind_of(f"{unit}^2"))
 
     def _slot(self, array: str, index: int) -> InferredUnit | None:
         if array == "parameters":

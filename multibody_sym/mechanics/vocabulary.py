@@ -749,12 +749,19 @@ def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
     elif isinstance(moment, Mapping):
         quaternions = {k for body in mechanism.bodies for places in body.quaternions for k in places}
         names = [c.name for k, c in enumerate(mechanism.coordinates) if k not in quaternions and c.rate is None]
+        pairs = [pair for body in mechanism.bodies for pair in body.rate_pairs]
+        speeds = {mechanism.speeds[u].name: mechanism.coordinates[q].name for q, u in pairs}
         for coordinate in moment:
             if coordinate not in names:
                 meant = _MEANT.get(coordinate) or next(iter(get_close_matches(coordinate, fields_of(Ask), n=1)), None)
                 hint = f"; of what questions begin with, did you mean {meant}?" if meant else ""
                 if any(c.name == coordinate for c in mechanism.coordinates):
                     hint = f"; of a state or quaternion write a condition: {coordinate} > .."
+                if coordinate in speeds:
+                    hint = (
+                        f": it is the speed of {speeds[coordinate]}, whose moments conditions name, when: "
+                        f"{coordinate} < 0 or when: {coordinate} > 0"
+                    )
                 if coordinate == "t":
                     hint = "; a time stands under after: 2 s, and the start needs no moment"
                 message = f"no coordinate is called {coordinate!r}{hint}"

@@ -293,7 +293,9 @@ GREEK: Final = dict(
     ).split()
 )
 """The Greek letters that differ from Latin ones, by their names."""
-_NAMES: Final = {letter: name for name, letter in GREEK.items()}
+_ABBREVIATED: Final = {"al": "alpha", "th": "theta", "ph": "phi", "om": "omega"}
+"""Names of Greek letters by their abbreviations; `be` is a word, and `la` or `ps` may be a letter with an index."""
+_FULL_NAMES: Final = {letter: name for name, letter in GREEK.items()} | _ABBREVIATED
 _LETTERS: Final = re.compile(r"([^\W\d_]*)_*(.*)", re.DOTALL)
 SYMBOL: Final = re.compile(r"[^\W\d_]\w*")
 """The form of a symbol; other names are read as they stand."""
@@ -305,7 +307,7 @@ _ENGLISH: Final = frozenset(
     "chin nut nun nub mud mug mum".split()
 )
 """Words that are no letter with an index."""
-_NUMBERED_GREEK: Final = re.compile(rf"^({'|'.join(GREEK)})([0-9]+)$")
+_NUMBERED_GREEK: Final = re.compile(rf"^({'|'.join((*GREEK, *_ABBREVIATED))})([0-9]+)$")
 _INDEXED: Final = re.compile(rf"({'|'.join(sorted(GREEK, key=len, reverse=True))}|[^\W\d_])([^\W\d_])")
 
 
@@ -313,17 +315,17 @@ def read_parts(name: str) -> list[str]:
     """Return the letter or words of a name and its indices: theta1 and θ₁ as theta and 1, xa as x and a.
 
     Adjacent words are one part, pin_force_2 is pin force and 2, but an angle is phi: crank_angle_2 is phi, crank and 2.
-    Greek letters have their names.
+    Greek letters have their names, which th, ph, al and om abbreviate.
     """
     plain = unicodedata.normalize("NFC", name).translate(_LOW)
     letter, rest = _LETTERS.match(plain).groups()  # type: ignore[union-attr]
     if not letter:
         return [name]
     below = [_NUMBERED_GREEK.sub(r"\1_\2", part).split("_") for part in rest.split("_") if part]
-    parts = [_NAMES.get(part, part) for part in (letter, *(each for group in below for each in group))]
-    indexed = None if letter in _ENGLISH or letter in GREEK or letter.isupper() else _INDEXED.fullmatch(letter)
+    parts = [_FULL_NAMES.get(part, part) for part in (letter, *(each for group in below for each in group))]
+    indexed = None if letter in _ENGLISH or parts[0] in GREEK or letter.isupper() else _INDEXED.fullmatch(letter)
     if indexed is not None:
-        parts[:1] = [_NAMES.get(part, part) for part in indexed.groups()]
+        parts[:1] = [_FULL_NAMES.get(part, part) for part in indexed.groups()]
     runs = [(word, list(run)) for word, run in groupby(parts, is_word)]
     return [part for word, run in runs for part in (_joined(run) if word else run)]
 

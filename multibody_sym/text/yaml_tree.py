@@ -364,9 +364,22 @@ class _TreeBuilder:
             message = f"the character U+{ord(forbidden[0]):04X} has no place in a model file"
             raise self.error(event.start_mark, message)
         if in_flow and not event.style and text.count("(") > text.count(")"):
-            message = f'inside [...] or {{...}} an expression that contains a comma is quoted: "{text[:20]}, ...)"'
+            message = (
+                f"the comma ends this value before its ( is closed; inside [...] or {{...}} an expression that "
+                f'contains a comma is quoted: "{self.whole_expression(event)}"'
+            )
             raise self.error(event.start_mark, message)
         return text
+
+    def whole_expression(self, event: Any) -> str:
+        """Return the expression that a comma cut off, up to the comma or bracket behind it."""
+        line = _LINE_END.split(self.text[event.start_mark.index :], maxsplit=1)[0]
+        depth = 0
+        for k, character in enumerate(line):
+            if depth <= 0 and character in ",:]}":
+                return _printable(line[:k].strip())
+            depth += (character == "(") - (character == ")")
+        return _printable(f"{event.value[:20]}, ...)")
 
     def scalar_place(self, event: Any) -> Place:
         start, end = event.start_mark, event.end_mark

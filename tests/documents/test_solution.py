@@ -50,3 +50,7 @@ def test_the_command_prints_text_or_one_object(tmp_path: Path, capsys: pytest.Ca
 
 def test_a_solution_shows_itself_in_a_line() -> None:
     assert repr(mbs.solve(mbs.loads(MODEL))) == "<Solution of wedge with accelerations s: g*sin(alpha) = 5 m/s^2>"
+    driven = mbs.System(
+        name="crank", bodies={"a": mbs.Body(mass=1)}, joints={"A": mbs.Revolute("ground", "a", motion="t")}
+    )
+    assert repr(mbs.solve(driven)) == "<Solution of crank without degrees of freedom>"

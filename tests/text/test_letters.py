@@ -28,13 +28,14 @@ def read(mathml: str) -> str:
         ("pin_force", ["pin force"]), ("u_theta1", ["u", "theta", "1"]), ("über_weg", ["über weg"]), ("_A", ["_A"]),
         ("q_φ", ["q", "phi"]), ("中1", ["中", "1"]), ("xa", ["x", "a"]), ("xa1", ["x", "a", "1"]), ("up", ["up"]),
         ("phia", ["phi", "a"]), ("mus", ["mu", "s"]), ("pin", ["pin"]), ("psi", ["psi"]), ("AB", ["AB"]),
+        ("th", ["theta"]), ("u_ph1", ["u", "phi", "1"]), ("om_0", ["omega", "0"]), ("al", ["alpha"]), ("be", ["be"]),
     ],
 )  # fmt: skip
 def test_a_name_is_a_letter_with_what_stands_below(name: str, parts: list[str]) -> None:
     assert read_parts(name) == parts
 
 
-@pytest.mark.parametrize("name", ["theta1", "θ₁", "m_A_x", "crank_angle_2", "lambda_rod", "q_φ", "ö_2", "Omega"])
+@pytest.mark.parametrize("name", ["theta1", "θ₁", "m_A_x", "crank_angle_2", "lambda_rod", "q_φ", "ö_2", "u_th"])
 def test_figures_and_formulas_show_the_same_letters(name: str) -> None:
     drawn = "".join(text for text, _ in letters(name))
     assert read(mathml_name(name)) == drawn

@@ -113,8 +113,10 @@ def test_a_byte_order_mark_is_skipped():
         ("a: 1\nb: \u202ex", 2, 4, "the character U+202E"),
         ("a: \x07", 1, 4, "the character U+0007"),
         ("\n\n  a\u2028b: 1", 3, 4, "the character U+2028"),
-        ("x: {f: reaction(C, fx)}", 1, 8, 'contains a comma is quoted: "reaction(C, ...)"'),
-        ("x: [atan2(a, b), 0]", 1, 5, 'contains a comma is quoted: "atan2(a, ...)"'),
+        ("x: {f: reaction(C, fx)}", 1, 8, 'contains a comma is quoted: "reaction(C, fx)"'),
+        ("x: [atan2(a, b), 0]", 1, 5, 'contains a comma is quoted: "atan2(a, b)"'),
+        ("x: {f: 2*max(a, min(b, c)) - 1, g: 0}", 1, 8, 'is quoted: "2*max(a, min(b, c)) - 1"'),
+        ("x: {f: max(a, b\n  )}", 1, 8, "the comma ends this value before its ( is closed"),
     ],
 )
 def test_refusals(text, line, column, part):

@@ -484,13 +484,16 @@ class _Work:
         unsolved = self._unsolved()
         for x in self.unknowns:
             if x in unsolved:
-                yield Sentence((x, " is not unique: constraints depend on each other"))
                 continue
             number = 0.0 if abs(self.values[x]) <= self._rounding else self.values[x]
             value = Quantity(number, self._units.get(x, ""))
             sides = (x,) if self.reason else (x, self._safely(self.elimination.results[x]))
             plain = len(sides) == 2 and sides[1].is_number
             yield Formula(sides[:1] if plain else sides, value=value)
+        if open_ := [x for x in self.unknowns if x in unsolved]:
+            named = [part for x in open_ for part in (", ", x)][1:]
+            verb = "are" if open_[1:] else "is"
+            yield Sentence((*named, f" {verb} not unique: constraints depend on each other"))
 
     @cached_property
     def _rounding(self) -> float:
