@@ -23,6 +23,7 @@ import stat
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -119,6 +120,7 @@ _IN_USE: Final = 60.0  # seconds for which what was stored or found stays, howev
 _PATIENCE: Final = 300.0  # seconds: longer than nearly every compilation; who waits in vain makes it itself
 _LOCK: Final = ".lock"
 _HELD: Final = f"held{_LOCK}"
+_STORES: Final = count()
 _SOURCES: Final = (".py", ".c", ".h", ".in")
 
 
@@ -307,7 +309,13 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _make_room() -> None:
-    """Delete what was not used for longest, if the cache is full and nobody is about to load something from it."""
+    """Delete what was not used for longest, if the cache is full and nobody is about to load something from it.
+
+    A process looks at its first store and then once in a sixteenth of the limit: reading the folder takes longer than
+    storing, and files in use may keep it full.
+    """
+    if next(_STORES) % (1 + _MOST_FILES // 16):
+        return
     place = folder()
     if len(os.listdir(place)) > _MOST_FILES and len(_files(place)) > _MOST_FILES:
         with lock_at_once(place / _HELD) as free:
