@@ -92,6 +92,7 @@ def declared_hints(system: System) -> list[Hint]:
         *_units(system, known),
         *_bodies(system, known),
         *_without_effect(system),
+        *_parting(system, known),
         *_slow_sides(system, known),
         *_oblique_ropes(system, known),
         *first_at_each_place(_doubles(system)),
@@ -382,6 +383,23 @@ def _without_effect(system: System) -> Iterator[Hint]:
                 yield Hint(told, section, name, "between")
             if isinstance(element, Drag) and element.linear is element.quadratic is ZERO:
                 yield Hint(f"{name} has no coefficient; give linear, quadratic or both", section, name)
+
+
+def _parting(system: System, known: Values) -> Iterator[Hint]:
+    """Yield impacts between points that give nothing back, where nothing holds the points together afterwards."""
+    strikes = {} if system.impact is None else system.impact.strikes
+    if any(impact.begins for impact in strikes.values()):
+        return
+    for name, impact in strikes.items():
+        plastic = impact.restitution is None or value_or_none(impact.restitution, known) == 0.0
+        if system.impact is not None and impact.between is not None and plastic:
+            first, second = impact.between
+            told = (
+                f"{first} and {second} have one speed along the normal after the impact, and nothing holds them "
+                "together in the motion that follows; bodies that stick have a joint with cut: true, and impact: "
+                "{begins: JOINT}"
+            )
+            yield Hint(told, *system.impact.path(name))
 
 
 def _slow_sides(system: System, known: Values) -> Iterator[Hint]:

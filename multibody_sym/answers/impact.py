@@ -13,6 +13,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.impact_solution import (
     Befores,
     Blows,
@@ -35,8 +36,9 @@ from multibody_sym.derivation.symbolic_start import declared_state
 from multibody_sym.dynamics.contact.impact_problem import StruckRows, friction_parts, struck_rows
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
 from multibody_sym.dynamics.programs.quantities import StateQuantities, quantities
-from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
+from multibody_sym.dynamics.start.declared_impact import PosedImpact, from_impact, outcome, posed_impact
 from multibody_sym.errors import ExpressionError, RunError, Where, at
+from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.energy import kinetic_energy
 from multibody_sym.mechanics.impacts import before_leaf
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement, exerted_by
@@ -47,7 +49,9 @@ from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.row_kinematics import coefficients
 from multibody_sym.mechanics.row_records import Marker, Row
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.mechanics.vocabulary import IMPULSES, just_after
 from multibody_sym.model.bodies import Pose
+from multibody_sym.model.fields import Names
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -685,27 +689,52 @@ def _impulses_of(instant: StateQuantities, element: LawElement) -> dict[str, Any
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Answers to `ask` just after an impact: expressions of the speeds then, and of impulses where they name reactions.
-
-
-_IMPULSES: Final = ("reaction", "tension", "multiplier")
+# Answers about the motion after it: those of the system that starts with the speeds after it.
 
 
 def answers_after(solved: SolvedInstant) -> dict[str, Value]:
-    """Return the answers to all questions of a system."""
+    """Return the answers to the questions about the instant of an impact."""
     found: dict[str, Value] = {}
     solved = with_outputs_put_in(solved)
-    for name, question in solved.system.ask.items():
+    taken = solved.mechanism.symbols
+    for name in just_after(solved.system.ask, taken):
         with at("ask", name):
+            named = with_answers(solved.system.ask[name], found, taken)
+            if named is None:
+                found[name] = Value(None)
+                continue
+            question, closed = named
             assert question.value is not None
-            found[name] = _answer_after(solved, question.value)
+            answer = _answer_after(solved, question.value)
+            found[name] = answer if closed else replace(answer, expression=None)
     return found
+
+
+def system_after(solved: SolvedInstant, impact: ImpactFound, answers: Mapping[str, Value]) -> System:
+    """Return the system after its impact, with the questions about its motion.
+
+    Its speeds are formulas where these are of parameters alone. `answers` are those just after the impact; questions
+    that name one without a value are left out. Raises ModelError for motions whose rates jump.
+    """
+    system, taken = solved.system, solved.mechanism.symbols
+    after = from_impact(system)
+    formulas = {
+        name: speed.expression
+        for name, speed in impact.after.items()
+        if speed.expression is not None
+        and after.speeds[name]
+        and all(leaf.data in system.parameters for leaf in leaves([speed.expression], "symbol"))
+    }
+    named = {name: with_answers(x, answers, taken) for name, x in system.ask.items() if name not in answers}
+    questions = Names({name: asked[0] for name, asked in named.items() if asked is not None})
+    return replace(Overrides(initial=formulas).of(after.system), ask=questions)
 
 
 def _answer_after(solved: SolvedInstant, node: Node) -> Value:
     """Return an expression; of an impulse with several components that it names as one the length."""
     in_slots = evaluate([node], lambda leaf: solved.mechanism.symbols.get(leaf, leaf))
     asked = leaves(in_slots, "quantity")
-    impulses = [leaf for leaf in asked if leaf.data[0] in _IMPULSES]
+    impulses = [leaf for leaf in asked if leaf.data[0] in IMPULSES]
     others = [leaf for leaf in asked if leaf not in impulses]
 
     def ask(instant: StateQuantities) -> Mapping[str, Any]:

@@ -56,9 +56,7 @@ def solve(
     with numbers_of(changed):
         if changed.impact is not None:
             return solution_of_impact(changed, formalism, steps=flag("steps", steps))
-        solved = solved_start(changed, formalism)
-        if beyond := beyond_limits(solved):  # floats cannot tell the state that exact numbers have
-            solved = solved_start(changed, formalism, beyond)
+        solved = _solved(changed, formalism)
         found, asked = solution_of(solved)
         if not flag("steps", steps):
             return found
@@ -68,12 +66,30 @@ def solve(
             return replace(found, steps=worked_steps(solved, found, asked))
 
 
+def _solved(system: System, formalism: str | None) -> SolvedInstant:
+    """Return the solved start, in the state of exact numbers where floats cannot tell it."""
+    solved = solved_start(system, formalism)
+    beyond = beyond_limits(solved)
+    return solved_start(system, formalism, beyond) if beyond else solved
+
+
 def solution_of_impact(system: System, formalism: str | None, *, steps: bool = False) -> Solution:
-    """Return what the impact of a system does; accelerations and reactions belong to before or after it."""
-    from multibody_sym.answers.impact import answers_after, impact_found  # which few systems need
+    """Return what the impact of a system does; accelerations and reactions belong to before or after it.
+
+    Questions about the motion after it are answered for the system that starts with the speeds then.
+    """
+    from multibody_sym.answers.impact import answers_after, impact_found, system_after  # which few systems need
 
     found, solved = impact_found(system, formalism)
-    answers = answers_after(solved)
+    answers, remarks = answers_after(solved), list[str]()
+    at_impact, later = list(answers), None
+    if len(answers) < len(system.ask):
+        from multibody_sym.answers.ask.ask import answers_of
+
+        later = _solved(system_after(solved, found, answers), formalism)
+        about_motion = answers_of(later)
+        remarks = about_motion.remarks
+        answers = {name: {**answers, **about_motion.values}.get(name, Value(None)) for name in system.ask}
     values = [*found.values, *answers.values()]
     shared = iter(values_with_shared_roots(values, solved.symbolic.letters))
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
@@ -84,9 +100,13 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         from multibody_sym.answers.worked.questions import with_questions
         from multibody_sym.derivation.notation import symbols_of
 
-        asked = {name: WorkedAnswer(text(x.value), Working(), x.value) for name, x in system.ask.items() if x.value}
         worked_out = worked_impact(solved, found)
+        own = ((name, system.ask[name].value) for name in at_impact)
+        asked = {name: WorkedAnswer(text(x), Working(), x) for name, x in own if x is not None}
         worked_out = with_questions(worked_out, solved.mechanism, symbols_of(solved.mechanism), answers, asked)
+        if later is not None:
+            symbols = symbols_of(later.mechanism)
+            worked_out = with_questions(worked_out, later.mechanism, symbols, answers, about_motion.worked)
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -94,7 +114,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         speeds=dict(zip((s.name for s in mechanism.speeds), begin.u, strict=True)),
         accelerations={},
         reactions={},
-        conditions=found.conditions,
+        conditions=(*found.conditions, *remarks),
         answers=answers,
         notes=found.notes,
         limits=found.limits,

@@ -708,9 +708,9 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
             if timed and "t" not in named_by(question, system.ask, mechanism.symbols):
                 with at("after"):
                     raise ModelError("t is the time, which is 0 at the start; write which: 2 s", number="M112")
-            if system.impact is not None:
-                _verify_at_impact(question)
     taken = {*mechanism.symbols, *map(symbol, system.outputs)}
+    if system.impact is not None:
+        _verify_about_impact(system.ask, taken)
     needed: dict[str, set[str]] = {}
     for name in in_order(system.ask, taken):
         named = named_by(system.ask[name], system.ask, taken)
@@ -768,14 +768,54 @@ def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
                 raise ModelError(message, number="M106", word=coordinate, known=() if hint else names)
 
 
+def just_after(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]:
+    """Return the names of the questions about the instant of an impact, in the order in which they name each other.
+
+    These are expressions at no later moment that name no answer about the motion after it.
+    """
+    found: list[str] = []
+    for name in in_order(questions, taken):
+        named = named_by(questions[name], questions, taken)
+        if _of_no_moment(questions[name]) and named.issubset(found):
+            found.append(name)
+    return found
+
+
+def _of_no_moment(question: Ask) -> bool:
+    return question.value is not None and question.when is None and question.after is None
+
+
+def _verify_about_impact(questions: Mapping[str, Ask], taken: Collection[Node]) -> None:
+    """Raise ModelError where a question has no answer at an impact, or about the motion after it."""
+    at_impact = just_after(questions, taken)
+    for name, question in questions.items():
+        with at("ask", name):
+            if name in at_impact:
+                _verify_at_impact(question)
+            elif question.find is not None:
+                raise ModelError(
+                    "a file with an `impact` answers no find; ask for the value itself and vary the parameter: "
+                    f"--set {question.find}=..",
+                    number="M121",
+                )
+            elif _of_no_moment(question) and (impulses := [*of_impulses(question)]):
+                raise ModelError(
+                    f"{impulses[0]} is an impulse here; ask for it alone, and name that answer beside the later ones",
+                    number="M121",
+                )
+
+
+def of_impulses(question: Ask) -> Iterator[Node]:
+    """Yield the quantities in an expression that are impulses in an impact."""
+    yield from (leaf for leaf in leaves([question.value], "quantity") if leaf.data[0] in IMPULSES)
+
+
+IMPULSES: Final = ("reaction", "tension", "multiplier")
+"""Quantities that are impulses in an impact."""
+
+
 def _verify_at_impact(question: Ask) -> None:
     """Raise ModelError where a question of an impact has no answer at its instant."""
-    if question.value is None or question.when is not None or question.after is not None:
-        raise ModelError(
-            "a file with an `impact` answers expressions just after it alone, no find, extremes or later moments: ask "
-            "for an expression, or simulate what follows",
-            number="M121",
-        )
     for leaf in leaves([question.value], "quantity"):
         if QUANTITIES[leaf.data[0]].of_mode:
             raise ModelError(f"{leaf} is one of small oscillations; ask it without `impact`", number="M110")

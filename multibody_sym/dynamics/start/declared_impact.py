@@ -265,9 +265,10 @@ def outcome(posed: PosedImpact) -> ImpactResult:
 
 @dataclass(frozen=True)
 class FromImpact:
-    """A system without its impact, with the speeds after it at the start; `events` as of runs, one an element."""
+    """A system without its impact, with the `speeds` after it at the start; `events` as of runs, one an element."""
 
     system: System
+    speeds: Mapping[str, float]
     events: tuple[Mapping[str, Any], ...]
 
 
@@ -302,4 +303,4 @@ def from_impact(system: System) -> FromImpact:
     for name, begun in posed.blow.impact.begins.items():
         lost = float(struck.lost[[places[row] for row in begun]].sum())
         events.append({"t": 0.0, "kind": "impact", "element": name, "lost": lost})
-    return FromImpact(Overrides(initial=after).of(replace(system, impact=None)), tuple(events))
+    return FromImpact(Overrides(initial=after).of(replace(system, impact=None)), after, tuple(events))
