@@ -776,13 +776,14 @@ def just_after(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[st
     found: list[str] = []
     for name in in_order(questions, taken):
         named = named_by(questions[name], questions, taken)
-        if _of_no_moment(questions[name]) and named.issubset(found):
+        if _value_at_once(questions[name]) is not None and named.issubset(found):
             found.append(name)
     return found
 
 
-def _of_no_moment(question: Ask) -> bool:
-    return question.value is not None and question.when is None and question.after is None
+def _value_at_once(question: Ask) -> Node | None:
+    """Return the expression that is asked for at no later moment; None for other questions."""
+    return question.value if question.when is None and question.after is None else None
 
 
 def _verify_about_impact(questions: Mapping[str, Ask], taken: Collection[Node]) -> None:
@@ -790,33 +791,30 @@ def _verify_about_impact(questions: Mapping[str, Ask], taken: Collection[Node]) 
     at_impact = just_after(questions, taken)
     for name, question in questions.items():
         with at("ask", name):
-            if name in at_impact:
-                _verify_at_impact(question)
+            value = _value_at_once(question)
+            impulses = [] if value is None else [x for x in leaves([value], "quantity") if x.data[0] in IMPULSES]
+            if name in at_impact and value is not None:
+                _verify_at_impact(value)
             elif question.find is not None:
                 raise ModelError(
                     "a file with an `impact` answers no find; ask for the value itself and vary the parameter: "
                     f"--set {question.find}=..",
                     number="M121",
                 )
-            elif _of_no_moment(question) and (impulses := [*of_impulses(question)]):
+            elif impulses:
                 raise ModelError(
                     f"{impulses[0]} is an impulse here; ask for it alone, and name that answer beside the later ones",
                     number="M121",
                 )
 
 
-def of_impulses(question: Ask) -> Iterator[Node]:
-    """Yield the quantities in an expression that are impulses in an impact."""
-    yield from (leaf for leaf in leaves([question.value], "quantity") if leaf.data[0] in IMPULSES)
-
-
 IMPULSES: Final = ("reaction", "tension", "multiplier")
 """Quantities that are impulses in an impact."""
 
 
-def _verify_at_impact(question: Ask) -> None:
-    """Raise ModelError where a question of an impact has no answer at its instant."""
-    for leaf in leaves([question.value], "quantity"):
+def _verify_at_impact(value: Node) -> None:
+    """Raise ModelError where an expression has no value at the instant of an impact."""
+    for leaf in leaves([value], "quantity"):
         if QUANTITIES[leaf.data[0]].of_mode:
             raise ModelError(f"{leaf} is one of small oscillations; ask it without `impact`", number="M110")
         if leaf.data[0] in _UNDEFINED_AT_IMPACTS:

@@ -89,6 +89,34 @@ def test_frequencies_come_from_small_motions() -> None:
     lines = line_texts(mbs.solve(mbs.load(PENDULUMS), steps=True), "w2")
     assert lines[1] == "m*l^2*phi1'' - a^2*k*phi2 + (m*g*l + a^2*k)*phi1 = 0"
     assert lines[-1] == "w2 = frequency(2) = sqrt((2*a^2*k + m*g*l)/m)/l"
+    assert "(m*g*l - omega^2*m*l^2 + a^2*k)^2 - a^4*k^2 = 0" in lines
+    assert "then the amplitudes are: phi2 = -phi1" in lines
+
+
+def test_bodies_are_cut_free_in_motion_where_forces_differ_from_those_at_the_start(
+    slide: mbs.Solution, loop: mbs.Solution
+) -> None:
+    """Drag is missing at rest, and against the motion on both ways; a slope is the same all along."""
+    fall = mbs.System(
+        name="fall",
+        gravity=["0", "-g", "0"],
+        parameters={"m": 2, "g": 9.81, "k": 0.3},
+        bodies={"man": mbs.Body(mass="m")},
+        joints={"j": mbs.Prismatic("ground", "man", axis="y", q="y")},
+        forces={"air": mbs.Drag(on="man", quadratic="k")},
+        ask={"first": {"y": -1}},
+    )
+    dropped, thrown = (mbs.solve(fall, initial={"u_y": u}, steps=True) for u in (0, 3))
+    title = "man, cut free in motion"
+    assert line_texts(dropped, title)[1] == "k*y'^2: force air, up"
+    assert line_texts(dropped, title)[-1] == "along y: m*y'' = k*y'^2 - m*g"
+    assert line_texts(thrown, title)[-1] == "along y: m*y'' = -k*y'^2 - m*g"
+    lines = line_texts(loop, "ball, cut free in motion")
+    assert lines[-2] == "up: m*R*phi''*sin(phi) + m*R*phi'^2*cos(phi) = R_string_y - m*g"
+    assert loop.steps is not None
+    tags = [line.tag for step in loop.steps.steps for line in step.lines if isinstance(line, Formula) and line.tag]
+    assert tags == [*range(1, len(tags) + 1)]
+    assert not [title for title in later_steps(slide) if "in motion" in title]
 
 
 @pytest.mark.parametrize(

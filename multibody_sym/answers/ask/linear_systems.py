@@ -403,8 +403,32 @@ class AskedModes:
             yield equation(reduce(add, terms, ZERO), ZERO)
         if len(modes.coordinates) > 1:
             yield Sentence((f"amplitudes differ from zero where the determinant vanishes: a root in {OMEGA}^2",))
+            yield from self._determinant()
+            yield from self._shape(int(leaf.data[1][0]))
         if leaf.data[0] == "period":
             yield Sentence((f"the period is 2*pi/{OMEGA}",))
+
+    def _determinant(self) -> Iterator[Line]:
+        """Yield the determinant of K - omega^2 M of two or three freedoms, which a book writes out."""
+        modes, square = self.modes, OMEGA**2
+        if len(modes.coordinates) > _MOST_WRITTEN_OUT or any(x.value for row in modes.rates for x in row):
+            return
+        rows = [
+            [_known(k) - _known(m) * square for m, k in zip(*row, strict=True)]
+            for row in zip(modes.mass, modes.stiffness, strict=True)
+        ]
+        yield equation(_by_cofactors(rows), ZERO)
+
+    def _shape(self, number: int) -> Iterator[Line]:
+        """Yield the amplitudes of a mode beside the first that moves; nothing where parts of it are ahead."""
+        mode = self.modes.modes[number - 1]
+        if mode.quarter or len(mode.shape) < 2:
+            return
+        first, *others = mode.shape
+        if mode.shape[first].value != 1.0:
+            return
+        for name in others:
+            yield equation(symbol(name), _known(mode.shape[name]) * symbol(first), "then the amplitudes are")
 
     def put_in(self, question: Ask) -> tuple[Ask, bool]:
         """Return a question with values in the place of frequencies and periods, and whether all had closed forms.
@@ -431,6 +455,24 @@ class AskedModes:
             place = ", ".join(f"{name} = {value}" for name, value in self.modes.at.items())
             found.insert(0, f"small oscillations are those about the {self.modes.about} at {place}, beside the start")
         return [*found, *(note for note in self.modes.notes if "numbers only" not in note)]
+
+
+def _by_cofactors(rows: Sequence[Sequence[Node]]) -> Node:
+    """Return the determinant of a square matrix, expanded along its first row."""
+    if len(rows) == 1:
+        return rows[0][0]
+    minors = ([[*row[:k], *row[k + 1 :]] for row in rows[1:]] for k in range(len(rows)))
+    terms = (x * _by_cofactors(minor) * (-1) ** k for k, (x, minor) in enumerate(zip(rows[0], minors, strict=True)))
+    return reduce(add, terms, ZERO)
+
+
+def _known(value: Value) -> Node:
+    """Return a value as its formula, or its number where it has none."""
+    return value.expression if value.expression is not None else real(value.value or 0.0)
+
+
+_MOST_WRITTEN_OUT: Final = 3
+"""Freedoms up to which a determinant is written out."""
 
 
 def modes_named(question: Ask) -> list[Node]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
@@ -51,7 +51,7 @@ from multibody_sym.derivation.notation import (
     notation_of,
     symbols_of,
 )
-from multibody_sym.derivation.symbolic_start import SymbolicState
+from multibody_sym.derivation.symbolic_start import SymbolicState, any_state
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
@@ -201,13 +201,68 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     exact start, such as a quotient 0/0, the steps end with the given values.
     """
     found, symbols = _steps_at_start(solved, solution)
-    return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found
+    if not asked:
+        return found
+    if any(each.at_start is None for each in asked.values()):
+        found = _with_motion(solved, solution, found)
+    return with_questions(found, solved.mechanism, symbols, solution.answers, asked)
+
+
+_ON_ITS_WAY: Final = 0.02
+"""m, rad, and their rates: how far a moment after the start is from it, more than samples of letters are aside."""
+
+
+def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked:
+    """Return steps with the bodies cut free soon after the start, where they differ from those at the start."""
+    mechanism, begin = solved.mechanism, solved.begin
+    if mechanism.rates or any(body.quaternions for body in mechanism.bodies):
+        return found
+    u = [x or math.copysign(_ON_ITS_WAY, a) * bool(a) for x, a in zip(begin.u, solved.numbers.udot, strict=True)]
+    q = list(begin.q)
+    for k, rate in (pair for body in mechanism.bodies for pair in body.rate_pairs):
+        q[k] = q[k] or math.copysign(_ON_ITS_WAY, u[rate]) * bool(u[rate])
+    given = any_state(mechanism, replace(begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
+    try:
+        moving = _Work(solved, solution, given=given)
+    except (NoClosedFormError, ExpressionError):
+        return found
+    spelling, places = moving.notation.spelling, moving.notation.places
+    notation = replace(
+        found.notation,
+        spelling={**spelling, **found.notation.spelling},
+        places={**places, **found.notation.places},
+    )
+    known = replace(found, notation=notation)
+    return replace(known, steps=(*found.steps, *_other_steps(moving.steps_in_motion(), known)))
+
+
+def _other_steps(steps: Sequence[WorkedStep], before: Worked) -> Iterator[WorkedStep]:
+    """Yield steps that say what those before do not, with the numbers of equations going on."""
+    equations = [line for step in before.steps for line in step.lines if isinstance(line, Formula)]
+    number = max((line.tag for line in equations if line.tag is not None), default=0)
+    known = {_wording(step.lines, before.notation) for step in before.steps}
+    for step in steps:
+        if _wording(step.lines, before.notation) in known:
+            continue
+        lines: list[Line] = []
+        for line in step.lines:
+            if isinstance(line, Formula) and line.tag is not None:
+                number += 1
+                line = replace(line, tag=number)
+            lines.append(line)
+        yield replace(step, lines=tuple(lines))
+
+
+def _wording(lines: Sequence[Line], notation: Notation) -> tuple[str, ...]:
+    """Return the words and letters of lines, without the numbers of equations."""
+    parts = ((*line.before, *line.sides) if isinstance(line, Formula) else line.words for line in lines)
+    return tuple(" ".join(notation.text(x) if isinstance(x, sympy.Basic) else str(x) for x in each) for each in parts)
 
 
 def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
     try:
         try:
-            return _Work(solved, solution, numbers=False).written()
+            return _Work(solved, solution).written()
         except NoClosedFormError:
             return _Work(solved, solution, numbers=True).written()
     except ExpressionError as reason:
@@ -220,11 +275,13 @@ def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, 
 class _Work:
     """What the steps are made from."""
 
-    def __init__(self, solved: SolvedInstant, solution: Solution, *, numbers: bool) -> None:
+    def __init__(
+        self, solved: SolvedInstant, solution: Solution, *, given: SymbolicState | None = None, numbers: bool = False
+    ) -> None:
         self.solved, self.solution = solved, solution
         self.mechanism = solved.mechanism
         plane = in_plane(solved.system)
-        self.equations = Equations(self.mechanism, _with_speeds(solved), plane=plane, numbers=numbers)
+        self.equations = Equations(self.mechanism, given or _with_speeds(solved), plane=plane, numbers=numbers)
         self.symbols, self.exactly = self.equations.symbols, self.equations.exactly
         self.actions, self.words, self.cut = self.equations.actions, self.equations.words, self.equations.cut
         self.elimination, self.reason = self.equations.elimination, self.equations.reason
@@ -334,6 +391,16 @@ class _Work:
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
         return found, self.symbols
+
+    def steps_in_motion(self) -> list[WorkedStep]:
+        """Return the bodies cut free, and what gives their forces."""
+        equations = self.equations
+        steps = [
+            *(WorkedStep(f"{body.name}, cut free in motion", tuple(self._body(body))) for body in self.cut.bodies),
+            WorkedStep("Relations between accelerations in motion", tuple(map(self._formula, equations.relations))),
+            WorkedStep("Laws of forces in motion", tuple(map(self._formula, equations.laws))),
+        ]
+        return [replace(step, is_later=True) for step in steps if step.lines]
 
     def _lengths(self) -> Iterator[Line]:
         """Yield the laws of friction that the length of a vector presses."""
