@@ -22,6 +22,7 @@ from multibody_sym.documents.report_findings import Description, Findings, Missi
 from multibody_sym.documents.runs import end_values, run_parts
 from multibody_sym.documents.solution import check_text
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.settings import Settings
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.pictures.draw import Figure
 from multibody_sym.records import dataclass
@@ -218,23 +219,19 @@ class _Content:
             words = "Nothing is accelerated." if any(self.solved.speeds.values()) else "It stays at rest."
             still.append(Sentence((words,)))
         shown = sorted(lines, key=lambda line: self._rank(line, worked))[:_MOST_ANSWERS]
-        if moves and not self.asked.asks("force"):
-            shown = [line for line in shown if self._rank(line, worked) < _JOINTS] or shown
         return [*still, BlocksInLetters(worked.notation, tuple(self._short(line, worked) for line in shown))]
 
     def _moves(self, line: Formula, worked: Worked) -> bool:
         return bool(line.sides) and worked.notation.text(line.sides[0]).endswith("'")
 
     def _rank(self, line: Formula, worked: Worked) -> int:
-        """Return the place of a result among the answers: what is asked, accelerations, tensions, contacts, joints."""
+        """Return the place of a result among the answers: accelerations or speeds, tensions, contacts, joints."""
         name = worked.notation.text(line.sides[0]) if line.sides else ""
-        if name.startswith("p") and self.asked.asks("impulse"):
-            return -1
         if not name or name.endswith("'") or line.before:
             return 0
         letter = name[0]
-        if letter == "T":
-            return -1 if self.asked.asks("tension") and self.asked.asks("force") else 1
+        if letter in "Tp":
+            return 1
         return 2 if letter in "NF" and not name.endswith(("_x", "_y", "_z")) else _JOINTS
 
     def _short(self, line: Formula, worked: Worked) -> Formula:
@@ -280,16 +277,15 @@ class _Content:
         return told
 
     def _course(self) -> list[Block]:
-        """Return the events and the end of the motion, as far as the question asks for them."""
+        """Return the events of the motion, and its end where nothing else answers."""
         run = self.found.run
         if isinstance(run, Missing) or not len(run) or (self.solved is not None and self.solved.answers):
             return []
-        told: list[Block] = []
-        if self.asked.asks("events") or self.asked.asks("end") or run.stop is not None:
-            told += self.lines(run_parts(run, self.units)["events"][1:4])
-            if run.stop is not None:
-                told.append(Sentence((str(run.stop["element"]), *self._when(run.t_final))))
-        if self.asked.asks("end") or self.solved is None:
+        told = self.lines(run_parts(run, self.units)["events"][1:4])
+        if run.stop is not None:
+            told.append(Sentence((str(run.stop["element"]), *self._when(run.t_final))))
+        ends = self.found.system.simulation.t_end is not Settings().t_end
+        if self.solved is None or run.stop is not None or ends:
             told += self._end_of(run)[:_MOST_ANSWERS]
         return told
 

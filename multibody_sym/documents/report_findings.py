@@ -127,7 +127,8 @@ class ReportedParameter:
 class Findings:
     """All answers that a report holds of a `system`; `command` makes it once more.
 
-    `modes` and `rest` are there where the description asks for them.
+    A system without questions has its small motions as `modes` if nothing is accelerated at the start, and as `rest`
+    the values of its only coefficient of friction at which it rests if it starts without a speed.
     """
 
     system: System
@@ -148,8 +149,10 @@ _NOT_ASKED: Final = Missing("not asked for")
 
 def findings(system: System, command: str, settings: Mapping[str, Any], *, exercise: bool = False) -> Findings:
     """Return the answers on a system; `settings` are those of the run. An exercise has no details."""
-    described = Description(system)
-    rough = described.coefficient
+    solution = answer(lambda: _in_symbols(system, lambda: solve(system, steps=True)))
+    unasked = None if isinstance(solution, Missing) or system.ask or solution.impact is not None else solution
+    rough = None if unasked is None or any(unasked.speeds.values()) else only_coefficient(system)
+    steady = unasked is not None and not (unasked.states or any(x.value for x in unasked.accelerations.values()))
     return Findings(
         system=system,
         command=command,
@@ -157,12 +160,20 @@ def findings(system: System, command: str, settings: Mapping[str, Any], *, exerc
         figure=answer(lambda: draw(system)),
         bodies=_NOT_ASKED if exercise else answer(lambda: free_bodies(system)),
         equations=_NOT_ASKED if exercise else answer(lambda: _in_symbols(system, lambda: derive(system))),
-        solution=answer(lambda: _in_symbols(system, lambda: solve(system, steps=True))),
+        solution=solution,
         check=_NOT_ASKED if exercise else answer(lambda: check(system)),
         run=answer(lambda: simulate(system, **settings)),
-        modes=answer(lambda: modes(system)) if described.asks("modes") and not system.ask else _NOT_ASKED,
+        modes=answer(lambda: modes(system)) if steady else _NOT_ASKED,
         rest=_NOT_ASKED if rough is None else answer(lambda: range_of_rest(system, rough)),
     )
+
+
+def only_coefficient(system: System) -> str | None:
+    """Return the one parameter that is a coefficient of friction; None for none or several."""
+    rough = (*system.contacts.values(), *system.forces.values())
+    given = [getattr(each, key, None) for each in rough for key in ("static", "kinetic")]
+    names = {leaf.data for leaf in leaves([x for x in given if isinstance(x, Node)], "symbol")}
+    return names.pop() if len(names) == 1 and names <= set(system.parameters) else None
 
 
 def reported_parameters(system: System) -> tuple[ReportedParameter, ...]:
@@ -200,15 +211,6 @@ def answer(question: Callable[[], _T]) -> _T | Missing:
 _LONGEST_TITLE: Final = 90
 _CLAUSE: Final = re.compile(r"(.+?)(?:[:;?]|,(?= )|\.(?=\s|$))", re.DOTALL)
 _SENTENCE: Final = re.compile(r".+?(?:[.?!](?=\s|$)|$)", re.DOTALL)
-_WORDS: Final = {
-    "modes": r"frequenc|with which period|stable|vibrat|\bnod\b|disturbances swing",
-    "rest": r"which coefficients?|which friction",
-    "events": r"\bwhen\b|how long|begin to",
-    "end": r"how fast|how high|how far|where\b|which speed|at last",
-    "impulse": r"impulse|jerk",
-    "tension": r"tension|string|rope|cord",
-    "force": r"force|reaction|support|axle|carry|friction",
-}
 
 
 class Description:
@@ -235,18 +237,5 @@ class Description:
             found.append((" ".join(part for part in sentences if part not in asked), " ".join(asked)))
         return [pair for pair in found if any(pair)]
 
-    def asks(self, topic: str) -> bool:
-        """Return whether the questions name a topic of `_WORDS`."""
-        return any(re.search(_WORDS[topic], asked, re.IGNORECASE) for _, asked in self.paragraphs)
-
-    @property
-    def coefficient(self) -> str | None:
-        """The one coefficient of friction whose values the questions ask for; None for none."""
-        if not self.asks("rest") or self._system.ask:
-            return None
-        rough = (*self._system.contacts.values(), *self._system.forces.values())
-        given = [getattr(each, key, None) for each in rough for key in ("static", "kinetic")]
-        names = {leaf.data for leaf in leaves([x for x in given if isinstance(x, Node)], "symbol")}
-        return names.pop() if len(names) == 1 and names <= set(self._system.parameters) else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -114,6 +115,8 @@ def test_bodies_are_cut_free_in_motion_where_forces_differ_from_those_at_the_sta
     lines = line_texts(loop, "ball, cut free in motion")
     assert lines[-2] == "up: m*R*phi''*sin(phi) + m*R*phi'^2*cos(phi) = R_string_y - m*g"
     assert loop.steps is not None
+    unasked = mbs.solve(replace(fall, ask={}), steps=True)
+    assert line_texts(unasked, title) == line_texts(dropped, title)
     tags = [line.tag for step in loop.steps.steps for line in step.lines if isinstance(line, Formula) and line.tag]
     assert tags == [*range(1, len(tags) + 1)]
     assert not [title for title in later_steps(slide) if "in motion" in title]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -233,3 +234,23 @@ def test_what_has_no_acceleration_rests_only_without_a_speed(start: str, words: 
     told = {each for each in ("It stays at rest.", "Nothing is accelerated.") if each in page}
     assert told == {words}
     assert ("Nothing moves." in page) == (start == "")
+
+
+def test_answers_are_chosen_by_the_model_and_not_by_words_of_its_description() -> None:
+    """On a slope, with mu = 0.1: it slides, rests from mu = tan(30 deg) on, and has come s''/2 far after 1 s."""
+    system = mbs.loads("""
+multibody_sym: 1
+name: pente
+description: Un bloc sur une pente. Que fait-il ?
+gravity: [0, -9.81, 0]
+parameters: {m: 3 kg, mu: 0.1}
+bodies: {block: {mass: m}, ground: {frames: {slope: {rotate: [{axis: z, angle: -30 deg}]}}}}
+joints: {slide: {type: prismatic, parent: ground.slope, child: block, axis: x, q: s}}
+forces: {sole: {type: friction, joint: slide, static: mu, kinetic: mu}}
+simulation: {t_end: 1 s}
+""")
+    answers = readable(mbs.report(system, samples=2, backend="python").html).partition("Given")[0]
+    shown = " ".join(answers.replace("&nbsp;", " ").split())
+    assert "it rests for" in shown
+    assert f"{math.tan(math.radians(30)):.4g}" in shown
+    assert f"{9.81 * (math.sin(math.radians(30)) - 0.1 * math.cos(math.radians(30))) / 2:.4g} m at" in shown

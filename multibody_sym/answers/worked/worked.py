@@ -200,12 +200,10 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     Where coefficients grow too long in symbols, numbers stand in their place. Where expressions have no value at the
     exact start, such as a quotient 0/0, the steps end with the given values.
     """
-    found, symbols = _steps_at_start(solved, solution)
-    if not asked:
-        return found
-    if any(each.at_start is None for each in asked.values()):
+    found, symbols, hides = _steps_at_start(solved, solution)
+    if hides or any(each.at_start is None for each in asked.values()):
         found = _with_motion(solved, solution, found)
-    return with_questions(found, solved.mechanism, symbols, solution.answers, asked)
+    return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found
 
 
 _ON_ITS_WAY: Final = 0.02
@@ -259,17 +257,19 @@ def _wording(lines: Sequence[Line], notation: Notation) -> tuple[str, ...]:
     return tuple(" ".join(notation.text(x) if isinstance(x, sympy.Basic) else str(x) for x in each) for each in parts)
 
 
-def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
+def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols, bool]:
+    """Return the steps, their symbols, and whether declared forces are missing, since they vanish at the start."""
     try:
         try:
-            return _Work(solved, solution).written()
+            work = _Work(solved, solution)
+            return *work.written(), work.hides_forces
         except NoClosedFormError:
-            return _Work(solved, solution, numbers=True).written()
+            return *_Work(solved, solution, numbers=True).written(), False
     except ExpressionError as reason:
         symbols = symbols_of(solved.mechanism)
         why = Sentence((f"the equations are not written out: {reason.message}",))
         steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), WorkedStep("Equations", (why,))
-        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols)), symbols
+        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols)), symbols, False
 
 
 class _Work:
@@ -391,6 +391,13 @@ class _Work:
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
         return found, self.symbols
+
+    @property
+    def hides_forces(self) -> bool:
+        """Whether a declared force acts on no body here."""
+        shown = {force.action.element for body in self.cut.bodies for force in body.forces}
+        acting = (action for actions in self.actions.of_body for action in actions)
+        return any(action.kind in ("load", "spring") and action.element not in shown for action in acting)
 
     def steps_in_motion(self) -> list[WorkedStep]:
         """Return the bodies cut free, and what gives their forces."""
