@@ -89,6 +89,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.contacts_and_impacts import Impact as Impact
     from multibody_sym.model.forces import Coulomb as Coulomb
     from multibody_sym.model.forces import Damper as Damper
+    from multibody_sym.model.forces import Distributed as Distributed
     from multibody_sym.model.forces import Drag as Drag
     from multibody_sym.model.forces import Force as Force
     from multibody_sym.model.forces import Friction as Friction
@@ -198,7 +199,8 @@ _NAMES = {
     "model.constraints": "Coupler Distance Expression Gear Line OnCurve Plane PointInPlane PointOnLine "
     "PrescribedMotion Pulley Rolling Rope VelocityConstraint",
     "model.contacts_and_impacts": "Contact Impact",
-    "model.forces": "Coulomb Damper Drag Force Friction Gravitation Motor Potential Pull SpringDamper Torque",
+    "model.forces": "Coulomb Damper Distributed Drag Force Friction Gravitation Motor Potential Pull SpringDamper "
+    "Torque",
     "model.joints": "CurveJoint Custom Cylindrical Direct Fixed Free Initial Limits Planar PointJoint Prismatic "
     "Revolute Screw Spherical Universal",
     "model.parameters": "Grid Parameter StateVariable Table",

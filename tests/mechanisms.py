@@ -45,6 +45,7 @@ from multibody_sym.model.forces import (
     FORCES,
     Coulomb,
     Damper,
+    Distributed,
     Drag,
     Force,
     Friction,
@@ -625,6 +626,7 @@ _CONSTRAINTS: Mapping[type, Callable[..., Element]] = {
     VelocityConstraint: _velocity,
 }
 
-assert {*_FORCES, *_POTENTIALS} == set(FORCES.table.values()) - {Friction}, "every kind of force but friction is drawn"
+elsewhere = {Friction, Distributed}  # tests/dynamics/test_line_loads.py compares those along lines with forces
+assert {*_FORCES, *_POTENTIALS} == set(FORCES.table.values()) - elsewhere, "every other kind of force is drawn"
 massless = {OnCurve}  # whose speeds these systems do without; tests/dynamics/test_guided_points.py draws it
 assert set(_CONSTRAINTS) == set(CONSTRAINTS.table.values()) - massless, "every other kind of constraint is drawn"

@@ -74,6 +74,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Ask": {
         "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
         "until": 2, "find": None, "so": None, "between": None, "formula": None, "period_of": None,
+        "section": None, "component": None,
     },
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {
@@ -92,6 +93,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Damper": {"damping": 1, **_ENDS, "joint": None, "freedom": None},
     "Direct": {"translate": None, "rotate": "x", "pitch": 1, "curve": None},
     "Distance": {**_ENDS, "value": 1},
+    "Distributed": {"on": "b", "between": ["p", "origin"], "value": [0, "-2*s", 0], "frame": "b"},
     "Drag": {"on": "b", "at": "p", "linear": 1, "quadratic": 1},
     "Expression": {"zero": mbs.t, "acts": "in_joints"},
     "Fixed": _JOINT,
@@ -157,7 +159,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
     "Table": {
         "table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N", "outside": "hold",
     },
-    "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b"},
+    "Torque": {"value": 1, "joint": "A", "freedom": "x", "on": None, "frame": "b", "at": None},
     "Turn": {"axis": "x", "angle": 1},
     "VariableMass": {
         "value": 1, "relative_velocity": [0, 0, 0], "absolute_velocity": None, "frame": "ground", "at": None,

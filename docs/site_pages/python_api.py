@@ -154,6 +154,7 @@ _GIVEN: Mapping[str, Mapping[str, Any]] = {
     "Curve": {"y": "x^2"}, "Custom": {"parent": "ground", "child": "arm", "free": [{"rotate": "z"}]},
     "Cylindrical": {"parent": "ground", "child": "arm", "axis": "z"}, "Direct": {"rotate": "z"},
     "Damper": {"damping": 3, "between": ["wall", "cart"]}, "Drag": {"on": "ball", "linear": 0.1},
+    "Distributed": {"on": "ball", "between": ["com", "top"], "value": [0, "-3*s", 0]},
     "Frame": {"position": [1, 0, 0]}, "Friction": {"joint": "slide", "static": 0.3, "kinetic": 0.2},
     "GroundMotion": {"x": "0.1*sin(3*t)"}, "Impact": {"impulse": [2, 0, 0], "at": "ball"}, "Initial": {"q": "30 deg"},
     "Limits": {"upper": "90 deg"}, "Motor": {"joint": "hinge", "voltage": 12, "resistance": 1, "constant": 0.05},

@@ -34,7 +34,7 @@ GROUPS: Final[Mapping[str, Group]] = {
     "forces": Group(
         "Forces, contacts and impacts", "Forces act on bodies and in joints; contacts and impacts act between bodies.",
         tuple("""
-        Force Torque SpringDamper Damper Drag Potential Gravitation Coulomb Pull Motor Friction
+        Force Distributed Torque SpringDamper Damper Drag Potential Gravitation Coulomb Pull Motor Friction
         SmoothFriction Contact Impact
         """.split()),
     ),

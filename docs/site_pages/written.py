@@ -25,6 +25,8 @@ DOCS = ROOT / "docs"
 MOVING = DOCS / "double_pendulum.gif"
 """The moving picture of the README and the first page."""
 
+_BEAM = "beam_with_a_line_load"
+
 
 def written() -> Mapping[Path, Callable[[], str]]:
     """Return each text file that code writes, with the function that returns its text."""
@@ -34,6 +36,7 @@ def written() -> Mapping[Path, Callable[[], str]]:
         tutorials / "incline.svg": partial(_drawn, lambda: mbs.loads(printed(tutorials / "student.md", "yaml"))),
         tutorials / "slider_crank.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "slider_crank.yaml")),
         tutorials / "robot.svg": partial(_drawn, _robot),
+        DOCS / "guide" / f"{_BEAM}.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml")),
         ROOT / "README.md": _readme,
         DOCS / "index.md": _first_page,
     }

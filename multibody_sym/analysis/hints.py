@@ -19,7 +19,7 @@ from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import Gear, Pulley, Rope
 from multibody_sym.model.contacts_and_impacts import copies
-from multibody_sym.model.forces import Drag, Friction, Motor, Torque
+from multibody_sym.model.forces import Distributed, Drag, Friction, Motor, Torque
 from multibody_sym.model.joints import MovingJoint, Prismatic, Revolute
 from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import System, expressions, states_gravity
@@ -360,9 +360,10 @@ def _unused_names(system: System) -> Iterator[Hint]:
     joints = system.joints.values()
     carriers = [joint.parent for joint in joints]
     driven = {body_part(x.child, system.bodies)[0] for x in joints if x.steps and not x.free_steps}
+    beams = {body_part(x.section, system.bodies)[0] for x in system.ask.values() if x.section is not None}
     for name, body in system.bodies.items():
         turns_only = body.inertia is not None and body.com is None
-        if name == GROUND or _has_mass(body) or turns_only or name in driven:
+        if name == GROUND or _has_mass(body) or turns_only or name in driven or name in beams:
             continue
         if not any(parent == name or parent.startswith(f"{name}.") for parent in carriers):
             told = f"body {name} has no mass; give it one (mass: 1 kg), or a shape with a mass"
@@ -378,7 +379,7 @@ def _without_effect(system: System) -> Iterator[Hint]:
     for section, elements in (("forces", system.forces), ("constraints", system.constraints)):
         for name, element in elements.items():
             ends = {body_part(end, system.bodies)[0] for end in getattr(element, "between", None) or ()}
-            if len(ends) == 1:
+            if len(ends) == 1 and not isinstance(element, Distributed):
                 told = f"{name} acts between two points of {ends.pop()} and moves nothing"
                 yield Hint(told, section, name, "between")
             if isinstance(element, Drag) and element.linear is element.quadratic is ZERO:

@@ -32,7 +32,7 @@ from multibody_sym.dynamics.redundancy import idle_combinations
 from multibody_sym.mechanics.contact_geometry import touch
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.law_elements import PRESSING, FrictionPart, LawElement, component_names
-from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load, PointPull, PointSpring
+from multibody_sym.mechanics.load_records import JointForce, JointSpring, LineLoad, Load, PointPull, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, state_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
@@ -358,7 +358,8 @@ class CutFree:
 
     def _load(self, load: Load) -> Iterator[ForceArrow]:
         wrenches = applied_forces(self.motion, [load], weight=False).of_body
-        places = {marker.body: self._point(marker.body, marker.pose.position) for marker in load.points}
+        points = () if isinstance(load, LineLoad) else load.points  # the line of its resultant passes neither end
+        places = {marker.body: self._point(marker.body, marker.pose.position) for marker in points}
         for k, wrench in enumerate(wrenches):
             yield from self._wrench(("load", load.name), load.path, k, wrench, 1.0, places.get(k))
 

@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Any, Final
 
-from multibody_sym.mechanics.load_records import BodyTorque, Load, MassFlow, PointForce
+from multibody_sym.mechanics.load_records import BodyTorque, LineLoad, Load, MassFlow, PointForce
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, State, invariant_directions, motion_of
 from multibody_sym.mechanics.points import as_point
@@ -220,5 +220,11 @@ def _(part: MassFlow, axes: Mapping[int, AlignedAxes]) -> MassFlow:
 
 
 @_in_axes.register
+def _(part: LineLoad, axes: Mapping[int, AlignedAxes]) -> LineLoad:
+    value, forces, moments = map(axes[part.axes].vector, (part.value, part.forces, part.moments))
+    return replace(part, ends=_in_axes(part.ends, axes), value=value, forces=forces, moments=moments)
+
+
+@_in_axes.register
 def _(part: BodyTorque, axes: Mapping[int, AlignedAxes]) -> BodyTorque:
-    return replace(part, value=axes[part.axes].vector(part.value))
+    return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))

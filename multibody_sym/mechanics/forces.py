@@ -13,6 +13,7 @@ from multibody_sym.mechanics.load_records import (
     JointForce,
     JointPotential,
     JointSpring,
+    LineLoad,
     Load,
     MassFlow,
     PlacePotential,
@@ -20,6 +21,7 @@ from multibody_sym.mechanics.load_records import (
     PointForce,
     PointPull,
     PointSpring,
+    arc_leaf,
     place_leaves,
     span_leaves,
 )
@@ -43,6 +45,7 @@ from multibody_sym.model.fields import AXES, Element, Point
 from multibody_sym.model.forces import (
     Coulomb,
     Damper,
+    Distributed,
     Drag,
     Force,
     Friction,
@@ -182,6 +185,37 @@ def _(element: Force, name: str, references: References) -> Load:
 
 
 @_load.register
+def _(element: Distributed, name: str, references: References) -> Load:
+    ends = []
+    for k, point in enumerate(element.between):
+        with at("between", k):
+            ends.append(references.own_marker(element.on, point))
+    way = subtract(ends[1].pose.position, ends[0].pose.position)
+    along = [x for x in way if x is not ZERO]
+    if not along:
+        with at("between"):
+            raise ModelError("both points are at the same place; name both ends of the line", number="M118")
+    length = absolute(along[0]) if len(along) == 1 else sqrt(dot(way, way))
+    axes, value = references.along(element.frame, element.value)
+    forces, moments = (_integrals(value, arc_leaf(name), factor) for factor in (ONE, arc_leaf(name)))
+    return LineLoad(name, (ends[0], ends[1]), value, axes, forces, moments, length)
+
+
+def _integrals(value: Point, s: Node, factor: Node) -> Point:
+    """Return the integrals of factor*value from 0 to s, component by component."""
+    found = []
+    for k, component in enumerate(value):
+        whole = antiderivative(component * factor, s)
+        if whole is None:
+            with at("value", k):
+                raise ModelError(
+                    "no rule finds the integral of this over s; give a polynomial in s, or sines of s", number="M118"
+                )
+        found.append(whole - evaluate([whole], lambda leaf: ZERO if leaf is s else leaf)[0])
+    return found[0], found[1], found[2]
+
+
+@_load.register
 def _(element: Torque, name: str, references: References) -> Load:
     if element.on_body is None:
         freedom = references.freedom(element.joint or "", element.freedom)
@@ -190,7 +224,11 @@ def _(element: Torque, name: str, references: References) -> Load:
         body = references.marker(element.on or "").body
         references.verify_turns(body)
     axes, value = references.along(element.frame, element.on_body)
-    return BodyTorque(name, body, value, axes)
+    marker = None
+    if element.at is not None:
+        with at("at"):
+            marker = references.own_marker(element.on or "", element.at)
+    return BodyTorque(name, body, value, axes, marker)
 
 
 @_load.register
@@ -310,24 +348,27 @@ def _force_point(element: Force | Drag, references: References) -> Marker:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The names of their own in laws of pulls and potentials: `distance`, `distance_rate`; x, y, z of a place.
+# The names of their own in laws: `distance`, `distance_rate` of pulls; x, y, z of a place; s along a line.
 
 _DISTANCE = (symbol("distance"), symbol("distance_rate"))
+_ARC = symbol("s")
 _AND_NOT_JOINTS = "; rename the latter"
 _OR_IN_JOINT = "; rename the latter, or give the potential in the joint (joint: ..) where its coordinates are meant"
 
 
 def with_own_names(system: System, names: Mapping[str, str]) -> System:
-    """Return the system with the own names in laws of pulls and potentials replaced by the leaves that stand for them.
+    """Return the system with the own names in laws of forces replaced by the leaves that stand for them.
 
     Raises ModelError where the model calls something else so too.
     """
     changed: dict[str, Element] = {}
     for name, element in system.forces.items():
-        if not isinstance(element, (Pull, Potential)):
+        if not isinstance(element, (Pull, Potential, Distributed)):
             continue
         # the leaf of each name that the element's law has for itself
-        if isinstance(element, Pull):
+        if isinstance(element, Distributed):
+            own = {_ARC: arc_leaf(name)}
+        elif isinstance(element, Pull):
             own = dict(zip(_DISTANCE, span_leaves(name), strict=True))
         elif element.between is not None:
             own = {_DISTANCE[0]: span_leaves(name)[0]}
@@ -336,15 +377,17 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
         else:
             own = {}
         placed = isinstance(element, Potential) and element.on is not None
-        for leaf in leaves([element.value], "symbol"):
+        along = isinstance(element, Distributed)
+        declared = element.value if isinstance(element, Distributed) else (element.value,)
+        for leaf in leaves(declared, "symbol"):
             if leaf in own and leaf.data in names:
                 with at("forces", name, "value"):
                     also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
-                    what = "of the point" if placed else "of the points"
-                    raise ModelError(f"{leaf.data!r} is that {what} here and {also} too{advice}", number="M113")
-        meant = {leaf: own.get(leaf, leaf) for leaf in leaves([element.value], "symbol", "slot", "quantity")}
-        value = evaluate([element.value], meant)[0]
-        changed[name] = element.with_fields({"value": value})
+                    what = "the distance from the first point" if along else f"that of the point{'' if placed else 's'}"
+                    raise ModelError(f"{leaf.data!r} is {what} here and {also} too{advice}", number="M113")
+        meant = {leaf: own.get(leaf, leaf) for leaf in leaves(declared, "symbol", "slot", "quantity")}
+        values = evaluate(declared, meant)
+        changed[name] = element.with_fields({"value": tuple(values) if along else values[0]})
     return replace(system, forces={**system.forces, **changed}) if changed else system
 
 
@@ -390,6 +433,24 @@ def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> 
 @exert.register
 def _(load: PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), motion.state.vector(load.value)))
+
+
+@exert.register
+def _(load: LineLoad, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+    """Add its resultant and moment as two forces at its ends: F - G/L and G/L, with F and G its integrals over L."""
+    (length,) = motion.state.values([load.length])
+    force, moment = line_integrals(load, motion, length)
+    far = scale(1 / length, moment)
+    add_force(wrenches, motion, load.ends[0], subtract(force, far))
+    add_force(wrenches, motion, load.ends[1], far)
+
+
+def line_integrals(load: LineLoad, motion: Motion, s: S) -> tuple[Vec, Vec]:
+    """Return the integrals of a load and of s times it from 0 to s (N and N m), in world axes."""
+    known = {arc_leaf(load.name): s}
+    x, y, z, mx, my, mz = motion.state.values([*load.forces, *load.moments], known)
+    turned = motion.rotation(load.axes)
+    return apply(turned, (x, y, z)), apply(turned, (mx, my, mz))
 
 
 @exert.register

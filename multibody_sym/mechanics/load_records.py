@@ -71,14 +71,41 @@ class PointForce(Load):
 
 
 @dataclass(frozen=True)
-class BodyTorque(Load):
-    """A torque with components along the axes of body `axes`, acting on a body."""
+class LineLoad(Load):
+    """A force for each metre between two markers of a body, with components along the axes of body `axes`.
 
-    points: ClassVar[tuple[Marker, ...]] = ()
+    `value` names the distance s from the first marker as `arc_leaf` does. `forces` (N) and `moments` (N m) are its
+    integrals, and those of s times it, from 0 to s, component by component. `length` is the distance of the markers.
+    """
+
+    ends: tuple[Marker, Marker]
+    value: Point
+    axes: int
+    forces: Point
+    moments: Point
+    length: Node
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
+
+    @property
+    def axes_of(self) -> int | None:
+        return self.axes
+
+
+@dataclass(frozen=True)
+class BodyTorque(Load):
+    """A torque with components along the axes of body `axes`, acting on a body, at a marker where one is declared."""
 
     body: int
     value: Point
     axes: int
+    at: Marker | None = None
+
+    @property
+    def points(self) -> tuple[Marker, ...]:
+        return () if self.at is None else (self.at,)
 
     @property
     def axes_of(self) -> int | None:
@@ -270,6 +297,11 @@ class MassFlow(Load):
 def place_leaves(load: str) -> tuple[Node, Node, Node]:
     """Return the leaves that stand for the place of the point on which a potential depends."""
     return quantity("place", (load, "x")), quantity("place", (load, "y")), quantity("place", (load, "z"))
+
+
+def arc_leaf(load: str) -> Node:
+    """Return the leaf that stands for the distance s from the first point of the line along which a load acts."""
+    return quantity("arc", (load,))
 
 
 def span_leaves(load: str) -> tuple[Node, Node]:

@@ -25,7 +25,7 @@ from multibody_sym.model.bodies import (
 )
 from multibody_sym.model.constraints import PointInPlane, PointOnLine
 from multibody_sym.model.fields import Element, Point, holds_vectors
-from multibody_sym.model.forces import Force, Potential, Torque
+from multibody_sym.model.forces import Distributed, Force, Potential, Torque
 from multibody_sym.model.joints import CurveJoint, PointJoint
 from multibody_sym.model.steps import is_flat, is_upright
 from multibody_sym.model.system import System
@@ -316,6 +316,11 @@ def _vectors_and_axes(element: Element) -> tuple[Sequence[Point], Sequence[Point
 
 @_vectors_and_axes.register
 def _(element: Force) -> tuple[Sequence[Point], Sequence[Point]]:
+    return (element.value,), ()
+
+
+@_vectors_and_axes.register
+def _(element: Distributed) -> tuple[Sequence[Point], Sequence[Point]]:
     return (element.value,), ()
 
 

@@ -59,8 +59,8 @@ from multibody_sym.text.units import (
 _ALONG: Final = {"m": dimension_of_unit("N"), "rad": dimension_of_unit("N*m")}
 """The dimension of a force along a coordinate, by the coordinate's unit."""
 _RATES: Final = {"'": 1, "''": 2}
-_OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH}
-"""The dimensions of the names that a potential has of its own."""
+_OWN: Final = {"span": LENGTH, "span_rate": LENGTH.times(TIME, -1), "place": LENGTH, "arc": LENGTH}
+"""The dimensions of the names that laws of forces have of their own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,7 +278,7 @@ class Dimensions:
 
     def _units_of_question(self, question: Ask) -> Mapping[str, str]:
         """Return the units of the moments at which a coordinate has a value, and of the ends of a search."""
-        found = {}
+        found = {} if question.section is None else {"at": "m"}
         for key in ("when", "at", "until"):
             moment = getattr(question, key)
             for name in moment if isinstance(moment, Mapping) else ():
@@ -722,6 +722,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
 
 _ASKED_KINDS: Final = {
     "of": "body",
+    "section": "body or frame",
     "find": "parameter, coordinate or speed",
     "formula": "coordinate or speed",
     "period_of": "coordinate",
@@ -735,6 +736,9 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
     if question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
         yield "of", (*mechanism.markers, *(own if question.of in own else ()))
+    if question.section is not None:
+        frames = [f"{name}.{frame}" for name, body in system.bodies.items() for frame in body.frames]
+        yield "section", [*(name for name in system.bodies if name != GROUND), *frames]
     if question.find is not None:
         yield "find", (*system.parameters, *moving)
     if question.formula is not None:

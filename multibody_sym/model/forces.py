@@ -44,12 +44,45 @@ class Force(Element):
 
 
 @dataclass(frozen=True)
+class Distributed(Element):
+    """A load along a line of a body: `value` is the force for each metre, which may name s, the distance from p (m).
+
+    `between: [p, q]` are two points of the body. The components are along the axes of `frame` (a body, or a frame of
+    one; ground if left out). Its integrals over s must have a closed form, as those of polynomials and sines have.
+    """
+
+    meant: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("q", "intensity", "load"), "value"),
+        "at": "between: [p, q] names both ends of the line along which it acts",
+    }
+
+    on: str = holds(Text(), says="the body on which it acts", such="beam")
+    between: tuple[str, ...] = holds(
+        ListOf(Text(), 2, 2), says="the points of it between which it acts; s counts from the first", such="[p, q]"
+    )
+    value: Point = holds(
+        Vector("N/m"), such="[0, -q0*s/L, 0]",
+        says="its components for each metre along the axes of frame, by the distance s from the first point",
+    )
+    frame: str = holds(
+        Text(), "ground", such="ground.slope",
+        says="the body, or frame of one, along whose axes the components are; ground if left out",
+    )
+
+    def __post_init__(self) -> None:
+        """Write the points as references of the model: p of the body beam is beam.p."""
+        super().__post_init__()
+        own = (point.removeprefix(f"{self.on}.") for point in self.between)
+        object.__setattr__(self, "between", tuple(f"{self.on}.{point}" for point in own))
+
+
+@dataclass(frozen=True)
 class Torque(Element):
     """A torque: `value` (one number) about the freedom of a joint, on its child and back on its parent; or on a body.
 
     A joint with several freedoms takes it (or a force, along a translation) at the one that `freedom` names by its
     coordinate or speed. On a body `value` has three components along the axes of `frame` (a body, or a frame of one;
-    ground if left out).
+    ground if left out). The point `at` which a couple acts matters to sections of the body alone.
     """
 
     value: Node | Point = holds(
@@ -67,6 +100,9 @@ class Torque(Element):
         Text(), "ground", such="ground.slope",
         says="the body, or frame of one, along whose axes the components of a body's torque are; ground if left out",
     )
+    at: str | None = holds(
+        Text(), None, says="the point of that body at which the couple acts, for sections of the body", such="middle"
+    )
 
     @property
     def on_body(self) -> tuple[Node, Node, Node] | None:
@@ -77,6 +113,8 @@ class Torque(Element):
         if (self.joint is None) == (self.on is None):
             raise ModelError("a torque acts either in a joint (joint:) or on a body (on:)", number="M110")
         _verify_freedom(self.freedom, self.joint)
+        if self.at is not None and self.on is None:
+            raise ModelError("at goes with on", number="M110").under("at")
         if (self.joint is None) == (self.on_body is None):
             raise ModelError("a joint's torque is one number, a body's torque a list of three")
         if self.on is not None:
@@ -364,6 +402,7 @@ def _verify_place(between: object, joint: object) -> None:
 FORCES: Final = OneOf(
     {
         "force": Force,
+        "distributed": Distributed,
         "torque": Torque,
         "spring_damper": SpringDamper,
         "damper": Damper,

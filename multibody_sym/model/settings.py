@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final
 
-from multibody_sym.errors import ModelError
+from multibody_sym.errors import ModelError, at
 from multibody_sym.model.fields import (
     Choice,
     Direction,
@@ -27,7 +27,7 @@ from multibody_sym.model.fields import (
     scalar,
     verify_keys,
 )
-from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition
+from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition, time_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol
@@ -38,7 +38,8 @@ from multibody_sym.text.printer import text
 _FORMS: Final = (
     "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
     "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
-    "{find: parameter, so: equation}, {formula: coordinate} or {period_of: coordinate}; c sticks (a state) and "
+    "{find: parameter, so: equation}, {formula: coordinate}, {period_of: coordinate} or "
+    "{section: body, component: moment, at: place}; c sticks (a state) and "
     "conditions may stand for {coordinate: value}"
 )
 _SETS: Final = (
@@ -53,14 +54,20 @@ _SETS: Final = (
     ("find", "so"),
     ("formula",),
     ("period_of",),
+    ("section", "component"),
 )
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
     "after": ("max", "min"),
     "until": ("max", "min"),
     "between": ("find",),
+    "at": ("section",),
 }
 """Keys that may stand beside the keys of a question."""
+
+
+SECTION_FORCES: Final = ("axial", "shear", "moment")
+"""What the section of a beam transmits."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +167,9 @@ class Ask(Element):
     the largest or least value of an expression over the motion, `after` a time and `until` another or a moment. `find`:
     the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
     values. `formula`: a coordinate as a function of time. `period_of`: the period of a coordinate in the motion from
-    the start, of any amplitude. Expressions may name other answers.
+    the start, of any amplitude. `section` and `component`: the axial force, shear force or bending moment that a beam
+    transmits `at` a place along x of its body (or of a frame of it), or as a formula of that place. Expressions may
+    name other answers.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -176,8 +185,9 @@ class Ask(Element):
         MomentField(), None, such="{x: 2 m}",
         says="the moment: a coordinate reaches a value, a condition comes true, or a state begins",
     )
-    at: Moment | None = holds(
-        MomentField(), None, says="the moment at which the speed of the body is asked for", such="{x: 2 m}"
+    at: Node | Moment | None = holds(
+        TimeOrMoment("m"), None, such="{x: 2 m}",
+        says="the moment at which the speed of the body is asked for, or the place of a section along its beam",
     )
     along: Point | None = holds(
         Direction(), None, says="the direction of the displacement or velocity that is asked for", such="x"
@@ -200,6 +210,13 @@ class Ask(Element):
     )
     formula: str | None = holds(Text(), None, says="the coordinate that is asked for as a function of time", such="x")
     period_of: str | None = holds(Text(), None, says="the coordinate whose period is asked for", such="phi")
+    section: str | None = holds(
+        Text(), None, says="the beam that is cut: a body, or a frame of it, along whose x axis it lies", such="beam"
+    )
+    component: str | None = holds(
+        Choice(SECTION_FORCES), None, such="moment",
+        says="what the section transmits: axial force (tension positive), shear force or bending moment",
+    )
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
@@ -207,6 +224,12 @@ class Ask(Element):
         beside = given.difference(kind or ())
         if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
             raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}", number="M104")
+        place = time_of(self.at)
+        with at("at"):
+            if place is not None and self.section is None:
+                MomentField().accept(text(place))  # which refuses it
+            if self.at is not None and place is None and self.section is not None:
+                raise ModelError("a section is at a place along its beam, such as 2 m or l/2", number="M103")
 
 
 @dataclass(frozen=True)

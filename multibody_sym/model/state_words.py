@@ -213,15 +213,16 @@ def moment_text(moment: Moment) -> str:
 
 @dataclass(frozen=True)
 class TimeOrMoment:
-    """A time, such as `2 s`, or a moment."""
+    """A time, such as `2 s`, or a moment; a place where its `measure` is m."""
 
+    measure: str = "s"
     of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> Node | Moment:
         if isinstance(value, Mapping) or state_condition(value) is not None:
             return MomentField().accept(value)
         node = Scalar().accept(value)
-        return MomentField().accept(value) if is_condition(node) else Scalar("s").accept(value)
+        return MomentField().accept(value) if is_condition(node) else Scalar(self.measure).accept(value)
 
     def tree(self, value: Node | Moment) -> Any:
         return text(value) if isinstance(value, Node) else MomentField().tree(value)

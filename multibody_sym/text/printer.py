@@ -107,6 +107,7 @@ _OWN: Final[dict[str, Callable[[tuple[str, ...]], str]]] = {
     "span": lambda _: "distance",
     "span_rate": lambda _: "distance_rate",
     "place": lambda names: names[1],
+    "arc": lambda _: "s",
     "parameter of a curve": lambda names: names[0],
     "distance from the axis": lambda _: "s",
 }

@@ -24,7 +24,7 @@ def test_no_kind_of_element_is_forgotten() -> None:
     assert set(SHAPES) == set(bodies._SHAPES)
     seen = {*forces._STRANDS, *machines._CONSTRAINTS, *machines._IN_JOINTS}
     assert set(CONSTRAINTS.table.values()) <= seen
-    by_arrows = {Force, Torque, mbs.Drag}
+    by_arrows = {Force, Torque, mbs.Drag, mbs.Distributed}
     assert set(FORCES.table.values()) <= seen | by_arrows
     assert {PointForce, BodyTorque, JointForce} <= set(forces._LAWS)
     kinds = {"sphere", "disc", "plane", "segment", "point", "revolution", "curve", "outline"}

@@ -5,6 +5,7 @@
     working                    notes on an answer, and the lines by which a book gets there
     number_questions           time, speed, path, value, period: one number each
     extremes                   `max`, `min`: largest and least values
+    sections                   axial force, shear force and bending moment of beams
     find                       `find` .. `so`: the value for which an equation holds
     from_runs                  numbers of a motion from simulations
     uniform_motion             closed forms where no acceleration changes

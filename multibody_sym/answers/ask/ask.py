@@ -15,6 +15,7 @@ from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.sections import SectionQuestion
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
 from multibody_sym.answers.instant.reactions import is_lettered
@@ -94,7 +95,7 @@ def _held_until(motion: Simulated) -> str:
 # Answers to `ask`: the kinds of questions, and their answers in the order in which they name each other.
 
 
-QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion)
+QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion, SectionQuestion)
 
 
 class Answers(NamedTuple):

@@ -5,6 +5,7 @@
     law_programs       the problem of contact laws: all rows, gaps and rates
     reactions          forces of joints, ropes and contacts; switching functions, which end a mode
     quantities         positions, reactions, momenta that outputs name; events: `stop`, kinks of inputs (`min`, `where`)
+    sections           axial force, shear force and bending moment, by equilibrium of the part that is cut off
     state_functions    the Programs of `function`: one entry a name
     function_derivatives    derivatives of functions, alone or together with their values
     tree_functions     mass matrix, inverse and hybrid dynamics, equations in momenta

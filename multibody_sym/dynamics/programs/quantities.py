@@ -142,7 +142,8 @@ class Exertion:
     """The effect of an element declared at `path`: wrenches `of_body` (body axes, about its origin), and its `power`.
 
     `from_outside`: it is the weight, a load or a row, or a joint on ground; wrenches of inner joints cancel. `contact`:
-    the name of a row's contact, which is not that of `path` where contacts repeat.
+    the name of a row's contact, which is not that of `path` where contacts repeat. `points`: where it acts, as far as
+    it has points; `row`: the place of a row among those of the mechanism.
     """
 
     path: Path
@@ -150,6 +151,8 @@ class Exertion:
     power: S
     from_outside: bool = True
     contact: str = ""
+    points: tuple[Marker, ...] = ()
+    row: int | None = None
 
 
 def exertions(
@@ -166,7 +169,7 @@ def exertions(
             force, moment = carried_momentum(motion, load.body)
             of_body[load.body] = add(of_body[load.body][0], force), add(of_body[load.body][1], moment)
             power = power + carried_energy(motion, load.body)
-        found.append(Exertion(load.path, of_body, power))
+        found.append(Exertion(load.path, of_body, power, points=load.points))
     beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
     pushing = along_reactions([row.forces for row in rows], beside, multipliers)
     for k, (row, multiplier) in enumerate(zip(rows, multipliers, strict=True)):
@@ -178,7 +181,9 @@ def exertions(
         power = power_of(motion, of_body) + multiplier * along
         path = motion.mechanism.row_path(k)
         contact = motion.mechanism.rows[k].name.partition(".")[0] if path[0] == "contacts" else ""
-        found.append(Exertion(path, of_body, power, contact=contact))
+        found.append(
+            Exertion(path, of_body, power, contact=contact, points=motion.mechanism.rows[k].points, row=k)
+        )
     transmitted = joint_wrenches(motion, udot, wrenches_on_bodies(motion, rows, multipliers))
     for index, (body, moved) in enumerate(zip(motion.mechanism.bodies, motion.bodies, strict=True)):
         force, moment = transmitted[index]
@@ -188,7 +193,9 @@ def exertions(
             back, turning_back = to_parent(moved, transmitted[index])
             of_body[body.parent] = (negate(back), negate(turning_back))
         power = dot(moved.given_linear, force) + dot(moved.given_angular, moment)
-        found.append(Exertion(("joints", body.joint_name), of_body, power, body.parent < 0))
+        name = body.joint_name
+        points = Marker(name, index, body.frame_on_body), Marker(name, body.parent, body.frame_on_parent)
+        found.append(Exertion(("joints", name), of_body, power, body.parent < 0, points=points))
     return found
 
 

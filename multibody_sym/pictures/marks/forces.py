@@ -199,6 +199,8 @@ STRANDS: Final[Mapping[str, Look]] = {
 
 
 _FORCE: Final = 34.0
+_SHORTEST: Final = 0.2
+"""The part of the longest arrow of a row below which one is left out."""
 _TORQUE: Final = 15.0
 _GRAVITY: Final = 30.0
 _MOVING: Final = 24.0
@@ -222,7 +224,7 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
     """
     placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
     lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
-    taken = _Taken()
+    taken, rows = _Taken(), dict[str, list[Floats]]()
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         vector = now if np.any(now) else np.asarray(item.way)
         named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
@@ -240,10 +242,15 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
                 thread = _thread(sheet, item, at, vector)
                 yield Stroke(thread, ROPE, **{**named, "role": "rope", "layer": LAYER_BODY + 0.2})
                 at = thread[1]
-            at = at + taken.aside(at, sheet.projection.page(vector))
+            at = at + (taken.aside(at, sheet.projection.page(vector)) if item.share is None else 0.0)
             declared = item.role == "force" and item.path[0] == "forces"
             hold = _hold(sheet, item, at, vector, drawn) if declared else _Hold(at, at)
             yield from _force(sheet, hold, vector, item, named, pen, lines if declared else None)
+            if item.share is not None:
+                shaft = item.share * _FORCE * unit2(sheet.projection.page(vector)) if np.any(vector) else np.zeros(2)
+                rows.setdefault(item.name, []).append(hold.behind - shaft)
+    for name, tails in rows.items():
+        yield Stroke(np.array(tails), replace(THIN, colour=FORCE.colour), role="force", name=name, layer=LAYER_ARROW)
 
 
 class _Hold(NamedTuple):
@@ -382,20 +389,22 @@ def _force(
     at its tail.
     """
     way = sheet.projection.page(vector) / sheet.projection.scale
-    size = float(np.linalg.norm(vector))
-    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size:
+    size, share = float(np.linalg.norm(vector)), 1.0 if item.share is None else item.share
+    if size == 0.0 or float(np.linalg.norm(way)) < 0.05 * size or share < _SHORTEST:
         return
     at, end = hold.ahead, hold.behind
-    points = np.array([at, at + _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
+    points = np.array([at, at + share * _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
     pushes, shaft = hold.pushes, points[1] - points[0]
     if lines is not None:
         starts = at, end - (1.0 + _CLEAR) * shaft
         away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
         pressed = float(unit2(shaft) @ sheet.down) > _SAME_WAY
         pushes = pushes or into < away or (pressed and into == away > 0)  # a load lies on a beam
-    if pushes:
+    if pushes or item.share is not None:
         points = np.array([end - shaft, end])
     yield Arrow(points, pen, open=item.role == "velocity", **named)
+    if not item.label:
+        return
     side = left(unit2(points[1] - points[0]))
     prefer = (float(side[0]), float(side[1]))
     free = points[:1] if pushes else points[1:]

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.mechanics.load_records import BodyTorque, JointForce, Load, PointDrag, PointForce
+from multibody_sym.mechanics.load_records import BodyTorque, JointForce, LineLoad, Load, PointDrag, PointForce, arc_leaf
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion
 from multibody_sym.mechanics.points import position, velocity
@@ -40,8 +40,9 @@ from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same,
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO as ZERO_NODE
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.node import Node, as_node, multiply, real, symbol
 from multibody_sym.text.printer import text
 
 _GAP: Final = 0.2
@@ -363,10 +364,38 @@ def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
     yield item, law
 
 
+_ROW: Final = 9
+"""How many arrows show a distributed load."""
+
+
+def _row(stage: Stage, load: LineLoad) -> Iterator[Arrow]:
+    """Yield a row of arrows from end to end, as long as the load is there; the longest has the letter."""
+    begin, end = (np.array(vector(stage.motion.point(marker))) for marker in load.ends)
+    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
+    row = []
+    for part in np.linspace(0.0, 1.0, _ROW).tolist():
+        known = {arc_leaf(load.name): multiply(real(part), load.length)}
+        law = ArrowLaw(tuple(_put_in(node, known) for node in load.value), load.axes)
+        at = Anchor(load.ends[0].body, vector(begin + part * (end - begin)))
+        row.append(_item(stage, "force", load.name, "", load.path, at, law))
+    sizes = [float(np.linalg.norm(item.vector)) for item, _ in row]
+    longest = sizes.index(max(sizes))
+    for k, (item, law) in enumerate(row):
+        share = sizes[k] / sizes[longest] if sizes[longest] > 0.0 else 1.0
+        yield replace(item, label=label if k == longest else "", share=share), law
+
+
+def _put_in(node: Node, known: Mapping[Node, Node]) -> Node:
+    found: Node = evaluate([node], lambda leaf: known.get(leaf, leaf))[0]
+    return found
+
+
 def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
     label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
     name = stage.mechanism.bodies[load.body].name if load.body >= 0 else "ground"
     centre = Anchor(load.body, stage.centre(name) if name in stage.system.bodies else ZERO)
+    if load.at is not None:
+        centre = _marker_anchor(stage, load.at)
     yield _item(stage, "torque", load.name, label, load.path, centre, ArrowLaw(tuple(load.value), load.axes))
 
 
@@ -397,6 +426,7 @@ def _drag(stage: Stage, load: PointDrag) -> Iterator[Arrow]:
 
 _LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
     PointForce: _force,
+    LineLoad: _row,
     BodyTorque: _torque,
     JointForce: _force_in_joint,
     PointDrag: _drag,

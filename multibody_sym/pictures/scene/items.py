@@ -435,7 +435,8 @@ class ArrowItem:
     `way` is the direction in which it counts, by which it is seen while it is zero; zero where it has several. What is
     `open` is not unique: others would do as well. `lever` (m) is the couple of a force over its size, in the world: its
     line of action passes the point at that distance, as that of a thread which leaves a drum does. A force at an
-    `angle` (its letter) from an axis of a body has that axis as `beside`.
+    `angle` (its letter) from an axis of a body has that axis as `beside`. One of the row of a distributed load has its
+    `share` of the longest of the row.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -449,6 +450,7 @@ class ArrowItem:
     lever: Vector = ZERO
     angle: str = ""
     beside: Anchor | None = None
+    share: float | None = None
 
 
 @dataclass(frozen=True)

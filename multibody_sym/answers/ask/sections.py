@@ -1,0 +1,309 @@
+"""`ask: {section: beam, at: x0, component: moment}`: what a section of a beam transmits, at a place or along it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial, reduce
+from itertools import pairwise
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+
+from multibody_sym.algebra.quotients import PRECISE, Letter
+from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.working import Working, equation
+from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.records import Line, Sentence
+from multibody_sym.dynamics.programs.quantities import StateQuantities
+from multibody_sym.dynamics.programs.sections import (
+    LETTERS,
+    UNITS,
+    Beam,
+    Cut,
+    actions_on,
+    component_at,
+    place_of,
+    section_force,
+)
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.load_records import LineLoad
+from multibody_sym.model.bodies import mass_of
+from multibody_sym.model.forces import Torque
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.state_words import time_of
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, add, real, symbol
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+_WORDS: Final = {"axial": "axial force", "shear": "shear force", "moment": "bending moment"}
+_SAME: Final = 1e-9
+"""Places nearer than this part of the beam's length are one."""
+_PLACES: Final = ("x", "s", "xi")
+"""The letters of the place along a beam, in the order of preference: the first that the model does not have."""
+
+
+class Stretch(NamedTuple):
+    """A part of a beam between two places at which something acts (m, with their formulas), and what acts before it."""
+
+    begin: float
+    end: float
+    first: Node
+    last: Node
+    cut: Cut
+
+
+@dataclass(frozen=True)
+class SectionQuestion(Question):
+    """What the section of a beam transmits `at` a place; without one as a formula of the place."""
+
+    beam: str
+    component: str
+    at: Node | None
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        if ask.section is None or ask.component is None:
+            return None
+        return cls(ask.section, ask.component, time_of(ask.at))
+
+    def words(self) -> str:
+        where = "along it" if self.at is None else f"at {text(self.at)}"
+        return f"{_WORDS[self.component]} of {self.beam} {where}"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return UNITS[self.component]
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        cut = CutBeam(motion.solved, self.beam)
+        if cut.undetermined:
+            working.notes.append(f"statics alone does not determine {cut.undetermined}")
+            return Value(None, unit=UNITS[self.component])
+        working.steps.append(lambda: [Sentence((f"equilibrium of the part with smaller {cut.letter}, on which act",))])
+        if self.at is None:
+            return self._along(cut, working)
+        with at("at"):
+            stretch = cut.stretch_at(motion.solved.number(self.at))
+        place = self.at
+        found = cut.value(self.component, stretch, place)
+        if len(cut.stretches) > 1 and place.shadow is None:
+            working.notes.append(f"for {text(stretch.first)} <= {text(place)} <= {text(stretch.last)}")
+        working.steps.append(lambda: cut.lines(self.component, stretch, place))
+        return found
+
+    def _along(self, cut: CutBeam, working: Working) -> Value:
+        """Return the formula of the place, stretch by stretch."""
+        place, found = symbol(cut.letter), []
+        for stretch in cut.stretches:
+            value = cut.value(self.component, stretch, place).expression
+            if value is None:
+                working.notes.append("it has no formula; ask for it at a place")
+                return Value(None, unit=UNITS[self.component])
+            found.append((stretch, value))
+            working.steps.append(partial(self._lines, cut, stretch, place, value))
+        formula = found[-1][1]
+        for stretch, value in reversed(found[:-1]):
+            formula = value if value == formula else BUILD["where"](BUILD["less"](place, stretch.last), value, formula)
+        working.notes.append(f"{cut.letter} is the place along {self.beam}, from {_ends(cut)}")
+        return Value(None, formula, unit=UNITS[self.component])
+
+
+    def _lines(self, cut: CutBeam, stretch: Stretch, place: Node, value: Node) -> Iterator[Line]:
+        """Yield the sum on a stretch, and what it comes to."""
+        yield from cut.lines(self.component, stretch, place)
+        if len(cut.stretches) > 1:
+            yield equation(symbol(LETTERS[self.component]), value)
+
+
+def _ends(cut: CutBeam) -> str:
+    return f"{text(cut.stretches[0].first)} to {text(cut.stretches[-1].last)}"
+
+
+class CutBeam:
+    """A beam of a solved start: its stretches, between the places at which something acts on it."""
+
+    def __init__(self, solved: SolvedInstant, name: str) -> None:
+        taken = {str(node.data) for node in solved.mechanism.symbols}
+        self.letter = next(letter for letter in _PLACES if letter not in taken)
+        self._solved, self._name = solved, name
+        self._beam = _beam(solved, name)
+        self._actions = actions_on(solved.numbers, self._beam)
+        self._verify_places()
+        self.stretches = self._stretches()
+
+    @property
+    def undetermined(self) -> str:
+        """The elements on the beam whose forces are not unique; empty where there are none."""
+        others = [actions_on(other, self._beam) for other in self._solved.others]
+        names = []
+        for k, point in enumerate(self._actions.points):
+            size = max(1.0, *(abs(x) for x in point.resultant))
+            for other in others:
+                if np.abs(np.subtract(other.points[k].resultant, point.resultant)).max() > _SAME * size:
+                    names.append(point.name)
+        return ", ".join(dict.fromkeys(names))
+
+    def stretch_at(self, x: float) -> Stretch:
+        """Return the stretch of a place (m), the one behind it where something acts there. Raises ModelError."""
+        near = _SAME * (self.stretches[-1].end - self.stretches[0].begin)
+        if not self.stretches[0].begin - near <= x <= self.stretches[-1].end + near:
+            ends = f"from {self.stretches[0].begin:g} to {self.stretches[-1].end:g} m"
+            message = f"{x:g} m is beyond {self._name}, which reaches {ends} along its x axis"
+            raise ModelError(message, number="M109")
+        return next((each for each in self.stretches if x < each.end - near), self.stretches[-1])
+
+    def value(self, component: str, stretch: Stretch, place: Node) -> Value:
+        """Return N, V or M at a place on a stretch, which may be the letter of a place."""
+
+        def ask(instant: StateQuantities) -> Mapping[str, Any]:
+            x = self._at(instant, place, stretch)
+            return {"": section_force(actions_on(instant, self._beam), component, stretch.cut, x)}
+
+        found = self._with_place(place, stretch).values(ask, {"": UNITS[component]})[""]
+        if found.expression is None and found.value is not None and place == symbol(self.letter):
+            ends = [section_force(self._actions, component, stretch.cut, x) for x in (stretch.begin, stretch.end)]
+            if max(abs(float(x) - found.value) for x in ends) <= _SAME * abs(found.value):
+                return replace(found, expression=real(found.value))  # a number of many digits
+        return found
+
+    def lines(self, component: str, stretch: Stretch, place: Node) -> Iterator[Line]:
+        """Yield what acts on the part that is cut off, and the sum of its moments or forces by element."""
+
+        def ask(instant: StateQuantities) -> Mapping[str, Any]:
+            x = self._at(instant, place, stretch)
+            acting = actions_on(instant, self._beam).on(stretch.cut, x)
+            return {str(k): component_at(component, x, resultant) for k, (_, resultant) in enumerate(acting)}
+
+        terms = self._with_place(place, stretch).values(ask, {})
+        order = sorted(range(len(terms)), key=lambda k: self._begins(stretch.cut)[k])
+        known = [(self._names(stretch.cut)[k], terms[str(k)]) for k in order if terms[str(k)].value]
+        where = f"for {text(stretch.first)} < {text(place)} < {text(stretch.last)}: " if len(self.stretches) > 1 else ""
+        yield Sentence((f"{where}{', '.join(dict.fromkeys(name for name, _ in known)) or 'nothing'}",))
+        forms = [x.expression for _, x in known if x.expression is not None]
+        if len(forms) == len(known) > 1:
+            yield equation(symbol(LETTERS[component]), reduce(add, forms))
+
+    def _names(self, cut: Cut) -> list[str]:
+        """Return the elements that act on a part, in the order in which `Actions.on` has them."""
+        every = self._actions
+        return [every.points[k].name for k in cut.points] + [every.lines[k].name for k in (*cut.wholes, *cut.parts)]
+
+    def _begins(self, cut: Cut) -> list[float]:
+        """Return where they begin to act."""
+        every = self._actions
+        return [every.points[k].x for k in cut.points] + [every.lines[k].ends[0] for k in (*cut.wholes, *cut.parts)]
+
+    def _with_place(self, place: Node, stretch: Stretch) -> SolvedInstant:
+        """Return the solved start, with the letter of the place in its closed forms where it has that."""
+        if place != symbol(self.letter):
+            return self._solved
+        return _with_letter(self._solved, place, (stretch.begin + stretch.end) / 2)
+
+    def _at(self, instant: StateQuantities, place: Node, stretch: Stretch) -> Any:
+        """Return a place along the beam over the scalar of an instant."""
+        if place != symbol(self.letter):
+            return self._solved.asked(place)(instant)[""]
+        if instant is self._solved.nodes:
+            return place
+        middle = (stretch.begin + stretch.end) / 2
+        return real(middle) if instant is self._solved.slots else middle
+
+    def _verify_places(self) -> None:
+        """Raise ModelError where something acts on the beam at no known place."""
+        largest = max((abs(x) for each in self._actions.points for x in each.resultant), default=0.0)
+        for name, force, moment in self._actions.homeless:
+            if max(abs(float(x)) for x in (*force, *moment)) > _SAME * largest:
+                declared = self._solved.system.forces.get(name)
+                cure = "; give the couple one, at: a point of the body" if isinstance(declared, Torque) else ""
+                raise ModelError(f"{name} acts on {self._name} at no one place along it{cure}", number="M112")
+
+    def _stretches(self) -> list[Stretch]:
+        solved, beam = self._solved, self._beam
+        markers = [m for m in solved.mechanism.markers.values() if m.body == beam.axis.body]
+        declared = solved.system.bodies[_body(self._name, solved)].points
+
+        def ask(instant: StateQuantities) -> Mapping[str, Any]:
+            every = actions_on(instant, beam)
+            places = [point.x for point in every.points]
+            places += [x for line in every.lines for x in line.ends]
+            places += [place_of(instant, beam, m)[0] for m in markers if m.name.rpartition(".")[2] in declared]
+            return {str(k): x for k, x in enumerate(places)}
+
+        places = [(x.value or 0.0, x.expression) for x in solved.values(ask, {}).values()]
+        acting = places[: len(self._actions.points) + 2 * len(self._actions.lines)]
+        ends = [min(places, key=_first), max(places, key=_first)] if places else []
+        near = _SAME * (ends[1][0] - ends[0][0]) if ends else 0.0
+        marks: list[tuple[float, Node]] = []
+        for value, form in sorted(((x, real(x) if form is None else form) for x, form in [*acting, *ends]), key=_first):
+            if not marks or value > marks[-1][0] + near:
+                marks.append((value, form))
+        if len(marks) < 2:
+            message = f"{self._name} has no length along its x axis; give its body the points at which it ends"
+            raise ModelError(message, number="M112")
+        return [
+            Stretch(a, b, first, last, self._cut((a + b) / 2))
+            for (a, first), (b, last) in pairwise(marks)
+        ]
+
+    def _cut(self, x: float) -> Cut:
+        """Return what acts on the part that a section cuts off."""
+        lines = list(enumerate(line.ends for line in self._actions.lines))
+        return Cut(
+            tuple(k for k, point in enumerate(self._actions.points) if point.x < x),
+            tuple(k for k, (_, last) in lines if last < x),
+            tuple(k for k, (first, last) in lines if first < x <= last),
+        )
+
+
+def _first(place: tuple[float, Node | None]) -> float:
+    return place[0]
+
+
+def _body(name: str, solved: SolvedInstant) -> str:
+    """Return the body of a beam, which is named by it or by a frame of it."""
+    return name if name in solved.system.bodies else name.rpartition(".")[0]
+
+
+def _beam(solved: SolvedInstant, name: str) -> Beam:
+    """Return a beam, with its mass along it. Raises ModelError where it is not known how its mass or a load lies."""
+    mechanism, system = solved.mechanism, solved.system
+    axis, body = mechanism.markers[name], _body(name, solved)
+    declared = system.bodies[body]
+    length = None
+    if declared.shape is not None and declared.shape.kind == "rod" and name == body:
+        (length,) = evaluate(declared.shape.sizes[:1], lambda leaf: mechanism.symbols.get(leaf, leaf))
+    elif mass_of(declared).mass.shadow != 0.0:
+        raise ModelError(
+            f"how the mass of {body} lies along it is known of a rod on its x axis: shape: {{rod: l, mass: m}}; "
+            "or leave its mass out",
+            number="M112",
+        ).under("section")
+    beam = Beam(axis)
+    backwards = []
+    for load in mechanism.loads:
+        if not isinstance(load, LineLoad) or load.ends[0].body != axis.body:
+            continue
+        begin, end = (np.array(place_of(solved.numbers, beam, marker), dtype=float) for marker in load.ends)
+        way = end - begin
+        if np.abs(way[1:]).max() > _SAME * np.abs(way).max():
+            raise ModelError(
+                f"{load.name} acts along a line that is not parallel to {name}; sections need one along its x axis, or "
+                "along that of a frame of it",
+                number="M112",
+            ).under("section")
+        if way[0] < 0.0:
+            backwards.append(load.name)
+    return Beam(axis, length, frozenset(backwards))
+
+
+def _with_letter(solved: SolvedInstant, place: Node, sample: float) -> SolvedInstant:
+    """Return a solved start whose closed forms may have the letter of a place."""
+    letter = Letter(place, PRECISE.mpf(sample))
+    symbolic = replace(solved.symbolic, letters={**solved.symbolic.letters, place: letter})
+    forms = solved.forms
+    if forms is not None:
+        forms = replace(forms, known={**forms.known, place: forms.field.letter((place, sample), letter)})
+    return replace(solved, symbolic=symbolic, forms=forms)

@@ -1,0 +1,212 @@
+"""Sections of random beams and frames: equilibrium of the other part, and dM/dx = V, to 1e-12 of the largest."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import multibody_sym as mbs
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
+
+GAUSS = [np.asarray(x) for x in np.polynomial.legendre.leggauss(8)]
+"""Places and weights that integrate polynomials of the 15th degree exactly."""
+ASK = {name: {"section": "beam", "component": name} for name in ("axial", "shear", "moment")}
+Load = Callable[[float], tuple[float, float]]
+
+
+@dataclass
+class Case:
+    """A model whose beam has the `length`; what acts on it along its axes: (x, X, Y, couple), and loads per metre."""
+
+    model: dict[str, Any]
+    length: float
+    points: list[tuple[float, float, float, float]] = field(default_factory=list)
+    loads: list[tuple[float, float, Load]] = field(default_factory=list)
+    joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # its place, and the sign on the beam
+    rows: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)  # place, and direction on the beam
+    turned: float = 0.0
+
+    def beyond(self, x: float, solution: mbs.Solution) -> tuple[float, float, float]:
+        """Return N, V and M of a section by all that acts on the part with greater x."""
+        acting = list(self.points)
+        for name, (place, sign) in self.joints.items():
+            fx, fy, mz = (sign * (solution.reactions[name][c].value or 0.0) for c in ("fx", "fy", "mz"))
+            c, s = math.cos(self.turned), math.sin(self.turned)
+            acting.append((place, c * fx + s * fy, c * fy - s * fx, mz))
+        for name, (place, X, Y) in self.rows.items():
+            (value,) = solution.reactions[name].values()
+            assert value.value is not None
+            acting.append((place, X * value.value, Y * value.value, 0.0))
+        for first, last, load in self.loads:
+            low = max(first, x)
+            if last > low:
+                for place, weight in zip(*GAUSS, strict=True):
+                    at, per = (low + last) / 2 + (last - low) / 2 * place, (last - low) / 2 * weight
+                    X, Y = load(at)
+                    acting.append((at, per * X, per * Y, 0.0))
+        kept = [each for each in acting if each[0] > x]
+        return (
+            math.fsum(X for _, X, _, _ in kept),
+            -math.fsum(Y for _, _, Y, _ in kept),
+            math.fsum((at - x) * Y + couple for at, _, Y, couple in kept),
+        )
+
+
+def system(points: dict[str, float], **more: Any) -> dict[str, Any]:
+    body = {"points": {name: [x, 0, 0] for name, x in points.items()}, **more.pop("beam", {})}
+    bodies = {"beam": body, **more.pop("bodies", {})}
+    return {"multibody_sym": 1, "name": "case", "bodies": bodies, "ask": ASK, **more}
+
+
+def supports(a: float, b: float) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return ground, a pin at beam.a and a roller at beam.b."""
+    ground = {"points": {"a": [a, 0, 0], "b": [b, 0, 0]}}
+    pin = {"A": {"type": "revolute", "parent": "ground.a", "child": "beam.a", "q": "phi"}}
+    roller = {"type": "point_in_plane", "point": "beam.b", "plane": {"through": "ground.b", "normal": "y"}}
+    return ground, pin, {"B": roller}
+
+
+def force(at: str, X: float, Y: float) -> dict[str, Any]:
+    return {"type": "force", "on": "beam", "at": at, "value": [X, Y, 0]}
+
+
+def line(ends: list[str], value: list[Any]) -> dict[str, Any]:
+    return {"type": "distributed", "on": "beam", "between": ends, "value": value}
+
+
+def cantilever(r: np.random.Generator) -> Case:
+    L, a, q, F, C = r.uniform(1, 5), 0.35, *r.uniform(-9, 9, 3)
+    forces = {
+        "F": force("m", F, 2 * F),
+        "C": {"type": "torque", "on": "beam", "at": "m", "value": [0, 0, C]},
+        "w": line(["l", "e"], [q, f"{q}*s^2", 0]),
+    }
+    joints = {"A": {"type": "weld", "parent": "ground", "child": "beam"}}
+    model = system({"l": 0, "m": a * L, "e": L}, joints=joints, forces=forces)
+    return Case(model, L, [(a * L, F, 2 * F, C)], [(0.0, L, lambda x: (q, q * x * x))], {"A": (0.0, 1.0)})
+
+
+def held_at_the_right(r: np.random.Generator) -> Case:
+    L, q, F = r.uniform(1, 5), *r.uniform(-9, 9, 2)
+    joints = {"A": {"type": "weld", "parent": "ground", "child": "beam.e"}}
+    forces = {"F": force("l", F, -F), "w": line(["e", "m"], [0, f"{q}*s", 0])}
+    model = system({"l": 0, "m": L / 3, "e": L}, joints=joints, forces=forces)
+    return Case(model, L, [(0.0, F, -F, 0.0)], [(L / 3, L, lambda x: (0.0, q * (L - x)))], {"A": (L, 1.0)})
+
+
+def overhang(r: np.random.Generator) -> Case:
+    L, q, F, C = r.uniform(2, 5), *r.uniform(-9, 9, 3)
+    a, b, m = 0.1 * L, 0.7 * L, 0.4 * L
+    ground, pin, roller = supports(a, b)
+    forces = {
+        "F": force("e", F, F),
+        "C": {"type": "torque", "on": "beam", "at": "l", "value": [0, 0, C]},
+        "w": line(["m", "e"], [0, f"{q} - {q}*s/2", 0]),
+    }
+    places = {"l": 0.0, "a": a, "b": b, "m": m, "e": L}
+    model = system(places, bodies={"ground": ground}, joints=pin, constraints=roller, forces=forces)
+    loads: list[tuple[float, float, Load]] = [(m, L, lambda x: (0.0, q - q * (x - m) / 2))]
+    return Case(model, L, [(L, F, F, 0.0), (0.0, 0.0, 0.0, C)], loads, {"A": (a, 1.0)}, {"B": (b, 0.0, 1.0)})
+
+
+def heavy_and_inclined(r: np.random.Generator) -> Case:
+    L, m, g, alpha, q = r.uniform(2, 5), r.uniform(1, 9), 9.81, r.uniform(0.2, 1.2), r.uniform(-9, 9)
+    ground = {"frames": {"up": {"rotate": [{"axis": "z", "angle": alpha}]}}}
+    joints = {"A": {"type": "weld", "parent": "ground.up", "child": "beam"}}
+    beam = {"shape": {"rod": L, "mass": m}}
+    forces = {"w": line(["l", "e"], [0, -q, 0])}
+    model = system(
+        {"l": 0, "e": L}, beam=beam, bodies={"ground": ground}, joints=joints, forces=forces, gravity=[0, -g, 0]
+    )
+    down = -q - m * g / L
+    own = (down * math.sin(alpha), down * math.cos(alpha))
+    return Case(model, L, [], [(0.0, L, lambda _: own)], {"A": (0.0, 1.0)}, turned=0.0)
+
+
+def rotating(r: np.random.Generator) -> Case:
+    L, m, w, g = r.uniform(1, 3), r.uniform(1, 9), r.uniform(1, 9), 9.81
+    joints = {"A": {"type": "revolute", "parent": "ground", "child": "beam", "q": "phi", "initial": {"u": w}}}
+    model = system({}, beam={"shape": {"rod": L, "mass": m}}, joints=joints, gravity=[0, -g, 0])
+    alpha = -1.5 * g / L
+    return Case(model, L, [], [(0.0, L, lambda x: (m / L * w**2 * x, -m / L * (g + alpha * x)))], {"A": (0.0, 1.0)})
+
+
+def frame(r: np.random.Generator) -> Case:
+    """A beam welded to a column on ground, and a second beam hinged to its end that rests on a roller."""
+    h, L, b, F, q = *r.uniform(1, 4, 3), *r.uniform(-9, 9, 2)
+    bodies = {
+        "ground": {"points": {"b": [L + b, h, 0]}},
+        "column": {"points": {"top": [0, h, 0]}},
+        "arm": {"points": {"m": [b / 2, 0, 0], "e": [b, 0, 0]}},
+    }
+    joints = {
+        "foot": {"type": "weld", "parent": "ground", "child": "column"},
+        "corner": {"type": "weld", "parent": "column.top", "child": "beam"},
+        "G": {"type": "revolute", "parent": "beam.e", "child": "arm", "q": "phi"},
+    }
+    roller = {"type": "point_in_plane", "point": "arm.e", "plane": {"through": "ground.b", "normal": "y"}}
+    forces = {
+        "F": {"type": "force", "on": "arm", "at": "m", "value": [F, F, 0]},
+        "w": line(["l", "e"], [q, f"{q}*s/{L}", 0]),
+    }
+    model = system({"l": 0, "e": L}, bodies=bodies, joints=joints, constraints={"B": roller}, forces=forces)
+    own = {"corner": (0.0, 1.0), "G": (L, -1.0)}
+    return Case(model, L, [], [(0.0, L, lambda x: (q, q * x / L))], own)
+
+
+def hung(r: np.random.Generator) -> Case:
+    """A beam on a pin and a strut, a rod between points that is not square to it."""
+    L, h, F, q = *r.uniform(1, 4, 2), *r.uniform(-9, 9, 2)
+    m = 0.6 * L
+    joints = {"A": {"type": "revolute", "parent": "ground", "child": "beam.l", "q": "phi"}}
+    bodies = {"ground": {"points": {"up": [0, h, 0]}}}
+    length = math.hypot(m, h)
+    strut = {"type": "distance", "between": ["ground.up", "beam.m"], "value": length}
+    forces = {"F": force("e", F, -F), "w": line(["m", "e"], [0, q, 0])}
+    model = system({"l": 0, "m": m, "e": L}, bodies=bodies, joints=joints, constraints={"S": strut}, forces=forces)
+    loads: list[tuple[float, float, Load]] = [(m, L, lambda _: (0.0, q))]
+    return Case(model, L, [(L, F, -F, 0.0)], loads, {"A": (0.0, 1.0)}, {"S": (m, -m / length, h / length)})
+
+
+KINDS = (cantilever, held_at_the_right, overhang, heavy_and_inclined, rotating, frame, hung)
+
+
+@cache
+def solved(number: int) -> tuple[Case, mbs.Solution]:
+    case = KINDS[number % len(KINDS)](np.random.default_rng(number))
+    return case, mbs.solve(mbs.loads(json.dumps(case.model)))
+
+
+def at(solution: mbs.Solution, name: str, x: float) -> float:
+    value = solution.answers[name].expression
+    known = {symbol(q): number for q, number in solution.coordinates.items()}
+    return float(evaluate_float([value], {**known, symbol("x"): x})[0])
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_both_parts_of_a_beam_are_in_equilibrium(number: int) -> None:
+    case, solution = solved(number)
+    places = [x * case.length for x in (0.03, 0.25, 0.45, 0.65, 0.85, 0.97)]
+    found = np.array([[at(solution, name, x) for name in ASK] for x in places])
+    expected = np.array([case.beyond(x, solution) for x in places])
+    largest = np.abs(expected).max()
+    assert np.abs(found - expected).max() <= 1e-12 * largest
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_the_shear_force_is_the_slope_of_the_moment(number: int) -> None:
+    case, solution = solved(number)
+    for low, high in ((0.0, 0.1), (0.1, 1 / 3), (0.4, 0.6), (0.7, 0.95)):
+        a, b = low * case.length + 1e-9, high * case.length - 1e-9
+        places, weights = (a + b) / 2 + (b - a) / 2 * GAUSS[0], (b - a) / 2 * GAUSS[1]
+        gained = math.fsum(w * at(solution, "shear", float(x)) for x, w in zip(places, weights, strict=True))
+        ends = at(solution, "moment", a), at(solution, "moment", b)
+        assert abs(ends[1] - ends[0] - gained) <= 1e-12 * max(map(abs, (*ends, gained)), default=0.0) + 1e-12
