@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -19,6 +20,27 @@ _WHOLE: Final = ("force", "multiplier")
 """The forces of a row that is an element of its own, such as a stop."""
 
 
+_FORCE: Final = re.compile(r"(\w+)\((.+)\)")
+_MOST_NAMED: Final = 9
+"""So many forces are named one by one."""
+
+
+def forces_text(names: Sequence[str]) -> str:
+    """Return names of forces, those of many by components: `fz, mx, my of A, B, C` for fz(A), mx(A) and so on."""
+    parts = [(name, _FORCE.fullmatch(name)) for name in names]
+    if len(names) <= _MOST_NAMED:
+        return ", ".join(names)
+    components: dict[str, list[str]] = {}
+    for name, part in parts:
+        components.setdefault(name if part is None else part[2], []).extend([] if part is None else [part[1]])
+    owners: dict[tuple[str, ...], list[str]] = {}
+    for owner, own in components.items():
+        owners.setdefault(tuple(own), []).append(owner)
+    return "; ".join(
+        f"{', '.join(own)} of {', '.join(several)}" if own else ", ".join(several) for own, several in owners.items()
+    )
+
+
 def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     """Return what redundant rows mean for the model and its author; nothing where there are none.
 
@@ -30,7 +52,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
     if all(len(circuit) == 1 for circuit in found.dependencies) and found.dependencies:
         rows = "1 row" if count == 1 else f"{count} rows"
         why = f"({rows}, against which nothing could move anyway; the motion is unique)"
-        forces = ", ".join(found.ambiguous_forces)
+        forces = forces_text(found.ambiguous_forces)
         told = [f"forces that are not unique: {forces}; all others are"] if forces else []
         return [f"redundant constraints: {named} {why}", *told]
     rows = "1 row is" if count == 1 else f"{count} rows are"
@@ -43,7 +65,7 @@ def redundancy_lines(found: Redundancy | CheckReport) -> list[str]:
         lines.append(f"  each of {_forces_of(circuit, found)} follows from the others")
     if found.ambiguous_forces:
         lines += [
-            f"forces that are not unique: {', '.join(found.ambiguous_forces)}",
+            f"forces that are not unique: {forces_text(found.ambiguous_forces)}",
             "  only elasticity could tell them: to make them definite leave a row out, let a joint go in such a "
             "direction (spherical or cylindrical in place of revolute), or put a spring in place of a constraint",
         ]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solution
-from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_lines, withheld_text
+from multibody_sym.documents.notes import forces_text, redundancy_lines, shifts_text, withheld_lines, withheld_text
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
 from multibody_sym.text.values import SI, Units, Value, number_within
@@ -26,7 +26,7 @@ _ROUNDING: Final = 1e-12
 def not_unique_lines(values: Iterable[tuple[str, Value]]) -> list[str]:
     """Return the names of those values that are not unique, in a line; nothing where all are."""
     unsure = [name for name, value in values if not value.unique]
-    return [", ".join(unsure)] if unsure else []
+    return [forces_text(unsure)] if unsure else []
 
 
 def joint_lines(
