@@ -75,6 +75,8 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
         "until": 2, "find": None, "so": None, "between": None, "formula": None, "period_of": None,
         "section": None, "component": None,
+        "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
+        "decrement": None, "damping": None,
     },
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {

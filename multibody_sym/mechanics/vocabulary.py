@@ -30,7 +30,7 @@ from multibody_sym.model.fields import AXES, Element, dimension_of_unit, fields_
 from multibody_sym.model.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.joints import Foot, MovingJoint, guides
 from multibody_sym.model.parameters import Tabled, input_dimensions, unit_text
-from multibody_sym.model.settings import Ask, Equation
+from multibody_sym.model.settings import FORCED, Ask, Equation
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.steps import PARAMETER
 from multibody_sym.model.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
@@ -693,9 +693,8 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
                 word = getattr(question, key)
                 if word not in known:
                     with at(key):
-                        raise ModelError(
-                            f"no {_ASKED_KINDS[key]} is called {word!r}", number="M106", word=word, known=[*known]
-                        )
+                        kind = "input" if key == "of" and _is_forced(question) else _ASKED_KINDS[key]
+                        raise ModelError(f"no {kind} is called {word!r}", number="M106", word=word, known=[*known])
             for key in ("when", "at", "until"):
                 moment = getattr(question, key)
                 if moment is not None:
@@ -726,14 +725,30 @@ _ASKED_KINDS: Final = {
     "find": "parameter, coordinate or speed",
     "formula": "coordinate or speed",
     "period_of": "coordinate",
+    **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
 }
 """The kinds of names under the keys of questions."""
+
+
+def _is_forced(question: Ask) -> bool:
+    """Return whether a question is about the steady motion under an input."""
+    return any(getattr(question, key) is not None for key in FORCED)
 
 
 def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
     """Yield the keys under which a question names something, and the names that exist."""
     moving = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
-    if question.of is not None and question.of not in mechanism.markers:
+    coordinates = [c.name for c in mechanism.coordinates if c.rate is None]
+    for key in ("decrement", "damping"):
+        if getattr(question, key) is not None and key in coordinates:
+            message = f"{key} is a coordinate here: for the time at which it has a value write {{when: {{{key}: ..}}}}"
+            raise ModelError(message, number="M104")
+    for key in (*FORCED, "decrement"):
+        if getattr(question, key) is not None:
+            yield key, coordinates
+    if question.of is not None and _is_forced(question):
+        yield "of", [*system.inputs]
+    elif question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
         yield "of", (*mechanism.markers, *(own if question.of in own else ()))
     if question.section is not None:

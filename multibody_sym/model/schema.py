@@ -124,6 +124,11 @@ _REACHED: Final[Schema] = {
     "type": "object", "minProperties": 1, "maxProperties": 1, "additionalProperties": NUMBER
 }
 """One coordinate and its value."""
+_TRANSMISSIBILITY: Final[Schema] = {
+    "type": "object", "properties": {"transmissibility": _NAME, "from": _NAME},
+    "required": ["transmissibility", "from"], "additionalProperties": False,
+}
+"""A question with a key that Python reserves."""
 _INERTIA: Final = bodies.InertiaField()
 _DIRECTIONS: Final = [sign + axis for axis in fields.AXES for sign in ("", "-")]
 
@@ -211,6 +216,7 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
         any_of(
             NUMBER,
             reference_to(settings.Ask),
+            _TRANSMISSIBILITY,
             {**_REACHED, "propertyNames": {"not": {"enum": list(fields_of(settings.Ask))}}},
         ),
         (settings.Ask,),

@@ -38,9 +38,11 @@ from multibody_sym.text.printer import text
 _FORMS: Final = (
     "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
     "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
-    "{find: parameter, so: equation}, {formula: coordinate}, {period_of: coordinate} or "
-    "{section: body, component: moment, at: place}; c sticks (a state) and "
-    "conditions may stand for {coordinate: value}"
+    "{find: parameter, so: equation}, {formula: coordinate}, {period_of: coordinate}, "
+    "{section: body, component: moment, at: place}, "
+    "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
+    "{transmissibility: coordinate, from: input}, {decrement: coordinate} or {damping: number of a mode}; "
+    "c sticks (a state) and conditions may stand for {coordinate: value}"
 )
 _SETS: Final = (
     ("value",),
@@ -55,6 +57,13 @@ _SETS: Final = (
     ("formula",),
     ("period_of",),
     ("section", "component"),
+    ("amplitude", "of"),
+    ("phase", "of"),
+    ("resonance", "of"),
+    ("antiresonance", "of"),
+    ("transmissibility", "of"),
+    ("decrement",),
+    ("damping",),
 )
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
@@ -64,6 +73,9 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "at": ("section",),
 }
 """Keys that may stand beside the keys of a question."""
+FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissibility")
+"""Keys of questions about the steady motion under an input."""
+_MODES: Final = 1000
 
 
 SECTION_FORCES: Final = ("axial", "shear", "moment")
@@ -168,8 +180,11 @@ class Ask(Element):
     the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
     values. `formula`: a coordinate as a function of time. `period_of`: the period of a coordinate in the motion from
     the start, of any amplitude. `section` and `component`: the axial force, shear force or bending moment that a beam
-    transmits `at` a place along x of its body (or of a frame of it), or as a formula of that place. Expressions may
-    name other answers.
+    transmits `at` a place along x of its body (or of a frame of it), or as a formula of that place.
+    Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t), have
+    for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
+    `antiresonance`, and a `transmissibility` from an input of the same unit; small free motions have a `decrement` and
+    modes a `damping` ratio.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -179,7 +194,10 @@ class Ask(Element):
     value: Node | None = holds(
         Scalar(), None, says="an expression, at the start, at a moment (when) or after a time", such="fx(A)"
     )
-    of: str | None = holds(Text(), None, says="the body whose path, displacement or speed is asked for", such="block")
+    of: str | None = holds(
+        Text(), None, such="block",
+        says="the body whose path, displacement or speed is asked for, or the input that drives a steady motion",
+    )
     after: Node | None = holds(Scalar("s"), None, says="the time that has passed", such="4 s")
     when: Moment | None = holds(
         MomentField(), None, such="{x: 2 m}",
@@ -217,19 +235,56 @@ class Ask(Element):
         Choice(SECTION_FORCES), None, such="moment",
         says="what the section transmits: axial force (tension positive), shear force or bending moment",
     )
+    amplitude: str | None = holds(
+        Text(), None, says="the coordinate whose amplitude under the harmonic input `of` is asked for", such="x"
+    )
+    phase: str | None = holds(
+        Text(), None, says="the coordinate whose lag behind the harmonic input `of` is asked for", such="x"
+    )
+    resonance: str | None = holds(
+        Text(), None, such="x",
+        says="the coordinate whose amplitude under the input `of` is greatest at the frequency asked for",
+    )
+    antiresonance: str | None = holds(
+        Text(), None, says="the coordinate that rests under the input `of` at the frequency asked for", such="x"
+    )
+    transmissibility: str | None = holds(
+        Text(), None, such="x",
+        says="the coordinate whose amplitude by that of an input is asked for; the key of the input is `from`",
+    )
+    decrement: str | None = holds(
+        Text(), None, says="the coordinate whose logarithmic decrement is asked for", such="x"
+    )
+    damping: Node | None = holds(
+        Scalar(""), None, says="the number of the mode whose damping ratio is asked for", such="1"
+    )
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
         kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
         beside = given.difference(kind or ())
         if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
-            raise ModelError(f"{{{', '.join(sorted(given))}}} is no known question; ask with {_FORMS}", number="M104")
+            names = ", ".join(sorted(given))
+            other = f"; for a coordinate of this name write {{when: {{{names}: ..}}}}" if names in FORCED else ""
+            raise ModelError(f"{{{names}}} is no known question{other}; ask with {_FORMS}", number="M104")
+        if self.damping is not None and self.damping.shadow not in range(1, _MODES):
+            raise ModelError("a mode is named by its number, {damping: 1}", number="M104").under("damping")
         place = time_of(self.at)
         with at("at"):
             if place is not None and self.section is None:
                 MomentField().accept(text(place))  # which refuses it
             if self.at is not None and place is None and self.section is not None:
                 raise ModelError("a section is at a place along its beam, such as 2 m or l/2", number="M103")
+
+
+def _of_source(value: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a question in whose keys `of` stands for the `from` of a transmissibility, which Python reserves."""
+    if "from" not in value:
+        return dict(value)
+    if "transmissibility" not in value or "of" in value:
+        message = "`from` names the input of a transmissibility, {transmissibility: x, from: base}"
+        raise ModelError(message, number="M104")
+    return {"of" if key == "from" else key: x for key, x in value.items()}
 
 
 @dataclass(frozen=True)
@@ -246,8 +301,8 @@ class AskField:
             return Ask(when=question.value) if question.value is not None and is_condition(question.value) else question
         keys = fields_of(Ask)
         if any(key in keys for key in value):
-            verify_keys(value, tuple(keys), Ask.meant)
-            return Ask(**value)
+            verify_keys(value, (*keys, "from"), Ask.meant)
+            return Ask(**_of_source(value))
         if any(state_condition(given) is not None for given in value.values()):
             raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
         if len(value) != 1:
@@ -257,6 +312,8 @@ class AskField:
     def tree(self, value: Ask) -> Any:
         fields = fields_of(Ask).items()
         tree = {name: f.tree(getattr(value, name)) for name, f in fields if getattr(value, name) is not None}
+        if "transmissibility" in tree:
+            tree["from"] = tree.pop("of")
         only = next(iter(tree)) if len(tree) == 1 else None
         return tree[only] if only in ("value", "when") else tree
 

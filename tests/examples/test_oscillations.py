@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import cos, pi, radians, sin, sqrt
 
+import numpy as np
 import pytest
 from mpmath import mp, quad
 from twins import from_file
@@ -102,3 +103,20 @@ def test_nutating_top() -> None:
     B = A + m * h**2
     wanted = sqrt(W**2 - 2 * m * G * h * cos(theta) / B + (m * G * h / (B * W)) ** 2)
     assert answers("nutating_top")["omega"] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_vibration_absorber() -> None:
+    """X = F (ka - ma w^2)/((k + ka - M w^2 + i c w)(ka - ma w^2) - ka^2); the absorber moves by F/ka where X = 0."""
+    M, k, c, ma, ka, w, force = 20.0, 5e4, 100.0, 2.0, 6000.0, 50.0, 0.1 * 0.05 * 2500
+    held = ka - ma * w**2
+    X = force * held / ((k + ka - M * w**2 + 1j * c * w) * held - ka**2)
+    found = answers("vibration_absorber")
+    ratio = -np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [
+        -np.array([[(k + ka) / M, -ka / M], [-ka / ma, ka / ma]]), -np.diag([c / M, 0.0])]]))
+    slow = min((x for x in ratio if x.imag > 0), key=abs)
+    wanted = {"A": abs(X), "Aa": abs(X * ka / held), "lag": -np.angle(X), "rests": sqrt(ka / ma), "tuned": ma * w**2}
+    assert found == pytest.approx({**wanted, "z": slow.real / abs(slow)}, rel=1e-12)
+    tuned = answers("vibration_absorber", ka=5000.0)
+    assert tuned["A"] == 0.0
+    assert tuned["Aa"] == pytest.approx(force / 5000, rel=1e-12)
+    assert tuned["lag"] is None

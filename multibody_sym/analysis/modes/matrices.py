@@ -58,7 +58,8 @@ Matrix = list[list[Quotient]]
 class Matrices:
     """M, C and K (n x n) of small motions, over one field; `places` (n) of the independent deviations.
 
-    `known` holds the values of the mechanism's slots; `balanced`: nothing is accelerated whatever the parameters.
+    `tangents` (n x nu): how all deviations follow each of them. `known` holds the values of the mechanism's slots;
+    `balanced`: nothing is accelerated whatever the parameters.
     """
 
     field: Field
@@ -66,6 +67,7 @@ class Matrices:
     mass: Matrix
     rates: Matrix
     stiffness: Matrix
+    tangents: Matrix
     known: dict[Node, Quotient]
     balanced: bool
 
@@ -141,7 +143,7 @@ class _Slopes:
         # columns of C and K are the derivatives by one deviation each
         mass = _reduced(self._exact(M), X)
         rates, stiffness = (list(map(list, zip(*_reduced(self._exact(a), X), strict=True))) for a in (C, K))
-        return Matrices(self.field, tuple(places), mass, rates, stiffness, self.known, balanced)
+        return Matrices(self.field, tuple(places), mass, rates, stiffness, X, self.known, balanced)
 
     def _register(self) -> None:
         """Take in the state, the smallest parts of angles first."""
@@ -275,6 +277,7 @@ def with_momenta_held(given: Matrices) -> tuple[Matrices, tuple[int, ...]]:
             mass=[[M[i][j] - M[i][c] * M[c][j] / pivot for j in others] for i in others],
             rates=[[C[i][j] - (M[i][c] * C[c][j] + C[i][c] * M[c][j]) / pivot for j in others] for i in others],
             stiffness=[[K[i][j] - C[i][c] * C[c][j] / pivot for j in others] for i in others],
+            tangents=[found.tangents[k] for k in others],
         )
     return found, tuple(given.places[c] for c in cyclic)
 

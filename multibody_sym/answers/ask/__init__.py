@@ -4,6 +4,7 @@
     question                   what a question is; the motion that it is about; numbers of runs with their errors
     working                    notes on an answer, and the lines by which a book gets there
     number_questions           time, speed, path, value, period: one number each
+    forced_questions           amplitude, phase, resonance under a harmonic input; decrement and damping ratio
     extremes                   `max`, `min`: largest and least values
     sections                   axial force, shear force and bending moment of beams
     find                       `find` .. `so`: the value for which an equation holds

@@ -24,6 +24,7 @@ from multibody_sym.answers.ask.extremes import (
     vanishes_about,
     zeros,
 )
+from multibody_sym.answers.ask.forced_questions import FORCED_QUESTIONS
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import AskedModes
 from multibody_sym.answers.ask.named_answers import with_answers
@@ -62,7 +63,7 @@ _HOLDS: Final = 1e-6
 """The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
 
 
-NAMED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (*NUMBER_QUESTIONS, ExtremeQuestion)
+NAMED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (*NUMBER_QUESTIONS, ExtremeQuestion, *FORCED_QUESTIONS)
 """The kinds whose answers an equation may name."""
 
 

@@ -123,7 +123,7 @@ class Coupled:
         unit = [[field.constant(int(i == j)) for j in size] for i in size]
         none = [[field.constant(0) for _ in size] for _ in size]
         negative = [[-x for x in row] for row in matrix]
-        roots = spectrum(Matrices(field, tuple(size), unit, none, negative, {}, balanced=True)).roots
+        roots = spectrum(Matrices(field, tuple(size), unit, none, negative, unit, {}, balanced=True)).roots
         found = list({root.quotient: None for root in roots})
         return [-x for x in found if x is not None] if None not in found else None
 

@@ -15,6 +15,7 @@ from typing import Final, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
+from multibody_sym.analysis.modes.forced import ForcedMotion
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, course_of_energy, courses_on_curve
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
@@ -291,6 +292,7 @@ class AskedMotion:
     solved: SolvedInstant
     answers: Mapping[str, Value]
     solve: Callable[[System], tuple[SolvedInstant, Mapping[str, Value], list[str]]]
+    _forced: dict[str, ForcedMotion] = field(default_factory=dict)
 
     @cached_property
     def uniform(self) -> UniformMotion | None:
@@ -310,6 +312,12 @@ class AskedMotion:
     def modes(self) -> AskedModes:
         """The small oscillations."""
         return AskedModes(self.solved.system, self.solved.symbolic.letters)
+
+    def forced(self, name: str) -> ForcedMotion:
+        """Return the steady motion under a harmonic input. Raises NoSolutionError where there is none."""
+        if name not in self._forced:
+            self._forced[name] = ForcedMotion.of(self.solved.system, name)
+        return self._forced[name]
 
     def unit_of(self, asked: Node) -> str:
         """Return the SI unit of an expression."""

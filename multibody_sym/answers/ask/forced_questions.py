@@ -1,0 +1,581 @@
+"""Steady motions under a harmonic input, `ask: {A: {amplitude: x, of: F}}`, and how free motions fade.
+
+In: a question. Out: its number by the linear equations, and its formula where these have one with that number.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import reduce
+from typing import Final, Generic, Self, TypeVar
+
+import numpy as np
+
+from multibody_sym.algebra.inequalities import Condition, reduced, surely_positive
+from multibody_sym.algebra.quotient_functions import absolute, sqrt
+from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient, factors_of, why_none
+from multibody_sym.algebra.roots import Roots, rate
+from multibody_sym.analysis.modes.forced import ForcedMotion, at_frequency, with_mean_inputs
+from multibody_sym.analysis.modes.matrices import WORK, Matrix
+from multibody_sym.analysis.modes.small_motion import SmallMotion, state_values
+from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
+from multibody_sym.answers.ask.working import Working, equation, written
+from multibody_sym.answers.records import Line, Sentence
+from multibody_sym.errors import ExpressionError, NoSolutionError
+from multibody_sym.model.settings import Ask
+from multibody_sym.model.system import System
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, divide, multiply, negate, symbol
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+_AGREEMENT: Final = 1e-9
+_LONGEST: Final = 400
+"""Letters of a formula that tells more than its number does."""
+_ROUNDING: Final = 1e-12
+"""The part of a complex number below which its real or imaginary part is rounding."""
+_I: Final = symbol("i")
+_DRIVE: Final = symbol("omega of an input")
+
+Complex = tuple[Quotient, Quotient]
+M = TypeVar("M", ForcedMotion, SmallMotion)
+
+
+# --- numbers that follow from linear equations, and their formulas ---------------------------------------------------
+
+
+class _LinearQuestion(NumberQuestion, Generic[M]):
+    """A question about a linear motion, whose number follows from its matrices, without a run."""
+
+    @abstractmethod
+    def motion_of(self, system: System) -> M:
+        """Return the linear motion of a system. Raises NoSolutionError."""
+
+    @abstractmethod
+    def known_motion(self, motion: AskedMotion) -> M:
+        """Return the linear motion of the system that is asked. Raises NoSolutionError."""
+
+    @abstractmethod
+    def value(self, linear: M) -> float:
+        """Return the answer as a number. Raises NoSolutionError where it has none."""
+
+    @abstractmethod
+    def formula(self, linear: M, notes: list[str]) -> Node:
+        """Return the answer as a formula; `notes` take in what it rests on. Raises NoClosedFormError."""
+
+    @abstractmethod
+    def lines(self, linear: M) -> Iterator[Line]:
+        """Yield the lines that lead to the answer. Raises NoClosedFormError."""
+
+    @abstractmethod
+    def remarks(self, linear: M) -> list[str]:
+        """Return what the answer rests on, whether it has a formula or not."""
+
+    def number(self, numbers: RunNumbers) -> Value:
+        try:
+            return Value(self.value(self.motion_of(numbers.motion.system)))
+        except NoSolutionError as reason:
+            raise NeverError(reason.message) from None
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        unit = self.unit(motion)
+        try:
+            linear = self.known_motion(motion)
+            number = self.value(linear)
+        except NoSolutionError as reason:
+            working.notes.append(reason.message)
+            return Value(None, unit=unit)
+        working.notes.extend(self.remarks(linear))
+        working.steps.append(lambda: self.lines(linear))
+        if not np.isfinite(number):
+            working.notes.append("the input is at a resonance of undamped motion, whose amplitude grows without bound")
+            return Value(None, unit=unit)
+        found = motion.with_formula(Value(number), self._confirmed(motion, linear, number, working.notes))
+        return replace(found, unit=unit)
+
+    def _confirmed(self, motion: AskedMotion, linear: M, number: float, notes: list[str]) -> Node | None:
+        """Return the formula where it has the number."""
+        reasons = motion.solved.reasons
+        granted: list[str] = []
+        try:
+            found = self.formula(linear, granted)
+            again = evaluate_float([found], motion.solved.sample)[0]
+        except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+            reasons.setdefault(why_none(reason))
+            return None
+        if abs(again - number) > _AGREEMENT * abs(number):
+            reasons.setdefault("formula and number are not the same at the declared parameters")
+            return None
+        if len(text(found)) > _LONGEST:
+            reasons.setdefault("the closed form is too long")
+            return None
+        notes.extend(granted)
+        return found
+
+
+# --- steady motions under a harmonic input ---------------------------------------------------------------------------
+
+
+class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
+    """A question about a coordinate under the input `of`."""
+
+    coordinate: str
+    of: str
+
+    def motion_of(self, system: System) -> ForcedMotion:
+        return ForcedMotion.of(system, self.of)
+
+    def known_motion(self, motion: AskedMotion) -> ForcedMotion:
+        return motion.forced(self.of)
+
+    def remarks(self, linear: ForcedMotion) -> list[str]:
+        place = linear.small.place
+        found = list(linear.small.left_out)
+        if place.found or not linear.is_linear:
+            state = state_values(linear.small.mechanism, place.begin, linear.small.state)
+            where = ", ".join(f"{name} = {value}" for name, value in state.items())
+            how = "of the motion about" if linear.is_linear else "of small motions, linearised about"
+            found.append(f"{how} the {place.kind} at {where}")
+        if max(place.linear.eigenvalues.real, default=0.0) > _ROUNDING:
+            found.append("free motions grow, and this steady motion is not approached")
+        return found
+
+    def omega(self, forced: ForcedMotion) -> float:
+        """Return the frequency of the input."""
+        return abs(forced.value(forced.drive.frequency))
+
+    def response(self, forced: ForcedMotion, omega: Quotient | None = None) -> tuple[Complex, Complex]:
+        """Return numerator and denominator of X/F0 at a frequency, that of the input where none is given."""
+        transfer = forced.transfer(self.coordinate)
+        at = forced.exact(forced.drive.frequency) if omega is None else omega
+        return at_frequency(transfer.above, at), at_frequency(transfer.below, at)
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from _equations(linear)
+        drive = linear.drive
+        turning = BUILD["exp"](multiply(multiply(_I, drive.frequency), symbol("t")))
+        x = f"in steady motion {self.coordinate}, less its mean, is the real part of X*"
+        yield Sentence((x, turning, f", and {self.of} that of ", multiply(drive.amplitude, turning)))
+        above, below = self.response(linear)
+        yield equation(symbol("X"), multiply(drive.amplitude, divide(_complex(above), _complex(below))))
+
+
+def _equations(forced: ForcedMotion) -> Iterator[Line]:
+    """Yield M x'' + C x' + K x = f0 F + f1 F' + f2 F'' row by row."""
+    given, forces = forced.matrices, forced.forces
+    names, drive = forced.small.names, forced.drive.name
+    for k, rows in enumerate(zip(given.mass, given.rates, given.stiffness, strict=True)):
+        left = (
+            multiply(written(x), symbol(name + dots))
+            for row, dots in zip(rows, ("''", "'", ""), strict=True)
+            for x, name in zip(row, names, strict=True)
+            if not x.is_zero
+        )
+        right = (
+            multiply(written(force[k]), symbol(drive + dots))
+            for force, dots in zip(forces, ("", "'", "''"), strict=True)
+            if not force[k].is_zero
+        )
+        yield equation(reduce(add, left, ZERO), reduce(add, right, ZERO))
+
+
+def _complex(part: Complex) -> Node:
+    real, imaginary = part
+    if imaginary.is_zero:
+        return written(real)
+    turned = multiply(_I, written(imaginary))
+    return turned if real.is_zero else add(written(real), turned)
+
+
+def _modulus(part: Complex) -> tuple[Quotient, Node | None]:
+    """Return |a + i b| as a factor and a root: 1 and sqrt((k - m*w^2)^2 + c^2*w^2), or abs(k - m*w^2)."""
+    a, b = part
+    one = a.field.constant(1)
+    if a.is_zero or b.is_zero:
+        whole = a if b.is_zero else b
+        if surely_positive(whole) or surely_positive(-whole):
+            return absolute(whole), None
+        return one, BUILD["abs"](written(whole))
+    ratio = b / a
+    below = a.field.whole(ratio.below)
+    outside = a / below
+    if not surely_positive(outside):
+        outside = -outside if surely_positive(-outside) else one
+    squares = (written(x * x) if len(x.above) == 1 else multiply(*[written(x)] * 2) for x in (a / outside, b / outside))
+    return absolute(outside), BUILD["sqrt"](reduce(add, squares))
+
+
+def _size(factor: Quotient, above: Complex, below: Complex) -> Node:
+    """Return factor*|above|/|below|, the factor taken as positive."""
+    (p, root), (q, other) = _modulus(above), _modulus(below)
+    outside = absolute(factor) * p / q
+    field = outside.field
+    top, bottom = (written(field.whole(x)) for x in (outside.above, outside.below))
+    return divide(top if root is None else multiply(top, root), bottom if other is None else multiply(bottom, other))
+
+
+def _granted(conditions: Sequence[Condition]) -> list[str]:
+    return [str(each) for each in reduced(conditions)]
+
+
+@dataclass(frozen=True)
+class AmplitudeQuestion(_ForcedQuestion):
+    """The amplitude of a coordinate in steady motion."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.amplitude is None or ask.of is None else cls(ask.amplitude, ask.of)
+
+    def words(self) -> str:
+        return f"amplitude of {self.coordinate} in steady motion under {self.of}"
+
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(symbol(self.coordinate))
+
+    def value(self, linear: ForcedMotion) -> float:
+        return abs(linear.number(self.coordinate, self.omega(linear)) * linear.value(linear.drive.amplitude))
+
+    def formula(self, linear: ForcedMotion, _notes: list[str]) -> Node:
+        return _size(linear.exact(linear.drive.amplitude), *self.response(linear))
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        yield Sentence(("the amplitude is the modulus of X",))
+
+
+@dataclass(frozen=True)
+class TransmissibilityQuestion(_ForcedQuestion):
+    """The amplitude of a coordinate by that of an input of the same unit."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.transmissibility is None or ask.of is None else cls(ask.transmissibility, ask.of)
+
+    def words(self) -> str:
+        return f"transmissibility from {self.of} to {self.coordinate}"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return ""
+
+    def value(self, linear: ForcedMotion) -> float:
+        return abs(linear.number(self.coordinate, self.omega(linear)))
+
+    def formula(self, linear: ForcedMotion, _notes: list[str]) -> Node:
+        above, below = self.response(linear)
+        return _size(above[0].field.constant(1), above, below)
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        yield Sentence(("the transmissibility is the modulus of X by ", linear.drive.amplitude))
+
+
+@dataclass(frozen=True)
+class PhaseQuestion(_ForcedQuestion):
+    """The angle (rad) by which a coordinate lags behind an input, from -pi to pi."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.phase is None or ask.of is None else cls(ask.phase, ask.of)
+
+    def words(self) -> str:
+        return f"phase by which {self.coordinate} lags behind {self.of} in steady motion"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "rad"
+
+    def value(self, linear: ForcedMotion) -> float:
+        x = linear.number(self.coordinate, self.omega(linear))
+        if x == 0.0:
+            raise NoSolutionError(f"{self.coordinate} rests, and has no phase", number="N111")
+        if not np.isfinite(x):
+            return float("inf")
+        return float(-np.angle(x)) if abs(x.imag) > _ROUNDING * abs(x) else float(np.pi * (x.real < 0.0))
+
+    def formula(self, linear: ForcedMotion, notes: list[str]) -> Node:
+        (a, b), (c, d) = self.response(linear)
+        lag, along = d * a - c * b, c * a + d * b
+        if lag.is_zero:
+            notes.extend(f"while {each}" for each in _granted([Condition(absolute(along), strict=True)]))
+            return ZERO if along.sample > 0 else PI
+        if along.is_zero:
+            return divide(PI if lag.sample > 0 else negate(PI), TWO)
+        ratio = lag / along
+        below = ratio.field.whole(ratio.below)
+        outside = along / below
+        if surely_positive(-outside):
+            outside, below = -outside, -below
+        if surely_positive(outside):
+            lag, along = lag / outside, below
+        return BUILD["atan2"](written(lag), written(along))
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        yield Sentence((f"{self.coordinate} lags behind {self.of} by the argument of 1/X",))
+
+
+class _FrequencyQuestion(_ForcedQuestion):
+    """A frequency of the input (rad/s) at which the steady motion of a coordinate is a special one."""
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "rad/s"
+
+    def unknown(self, forced: ForcedMotion) -> Node:
+        """Return the letter of the frequency: a parameter where the input names one."""
+        pace = forced.drive.frequency
+        return pace if pace.op == "symbol" else _DRIVE
+
+    def at_unknown(self, forced: ForcedMotion) -> tuple[Complex, Complex]:
+        """Return numerator and denominator of X/F0 at the frequency that is looked for."""
+        pace = forced.exact(forced.drive.frequency)
+        if self.unknown(forced) is _DRIVE:
+            field = forced.matrices.field
+            pace = field.letter(_DRIVE, Letter(_DRIVE, PRECISE.mpf(self.value(forced)), True))
+        return self.response(forced, pace)
+
+    @abstractmethod
+    def vanishing(self, forced: ForcedMotion) -> Quotient:
+        """Return what vanishes at the frequency."""
+
+    def formula(self, linear: ForcedMotion, notes: list[str]) -> Node:
+        number, unknown, equation = self.value(linear), self.unknown(linear), self.vanishing(linear)
+        field = equation.field
+        field.work = max(field.work, WORK)
+        place, solver = field.position(unknown), Roots(field, unknown)
+        if place is None:
+            raise NoClosedFormError("the equation does not name the frequency")
+        for factor, _ in factors_of(field.in_ring(equation.above))[1]:
+            powers = solver.coefficients(field.in_ring(factor), place)
+            for root in solver.polynomial_roots(powers):
+                if abs(float(root.sample) - number) <= _AGREEMENT * number:
+                    notes.extend(f"while {each}" for each in _granted([Condition(root * root, strict=True)]))
+                    return written(root)
+        raise NoClosedFormError("the equation of the frequency has no known roots")
+
+
+@dataclass(frozen=True)
+class ResonanceQuestion(_FrequencyQuestion):
+    """The frequency of the greatest amplitude of a coordinate."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.resonance is None or ask.of is None else cls(ask.resonance, ask.of)
+
+    def words(self) -> str:
+        return f"frequency of {self.of} with the greatest amplitude of {self.coordinate}"
+
+    def value(self, linear: ForcedMotion) -> float:
+        return linear.resonance(self.coordinate)
+
+    def formula(self, linear: ForcedMotion, notes: list[str]) -> Node:
+        number = self.value(linear)
+        if linear.matrices.is_damped:
+            return super().formula(linear, notes)
+        modes = linear.small.as_modes()
+        forms = (x.expression for x in modes.frequencies if abs((x.value or 0.0) - number) <= _AGREEMENT * number)
+        return next((form for form in forms if form is not None), None) or super().formula(linear, notes)
+
+    def vanishing(self, forced: ForcedMotion) -> Quotient:
+        (a, b), (c, d) = self.at_unknown(forced)
+        if d.is_zero:
+            return c
+        force = forced.exact(forced.drive.amplitude)
+        unknown = self.unknown(forced)
+        above, below = force * force * (a * a + b * b), c * c + d * d
+        return rate(above, unknown) * below - above * rate(below, unknown)
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        (a, b), (c, d) = self.at_unknown(linear)
+        if d.is_zero:
+            yield Sentence(("without damping the amplitude is infinite where the denominator vanishes",))
+            return
+        force = written(linear.exact(linear.drive.amplitude))
+        yield Sentence(("the amplitude is greatest where the derivative of its square by the frequency vanishes: of ",
+                        multiply(multiply(force, force), divide(written(a * a + b * b), written(c * c + d * d)))))
+        if len(linear.small.names) == 1:
+            yield Sentence(("such a frequency exists for a damping ratio below 1/sqrt(2)",))
+
+
+@dataclass(frozen=True)
+class AntiresonanceQuestion(_FrequencyQuestion):
+    """The frequency at which a coordinate rests: that of an absorber."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.antiresonance is None or ask.of is None else cls(ask.antiresonance, ask.of)
+
+    def words(self) -> str:
+        return f"frequency of {self.of} at which {self.coordinate} rests"
+
+    def value(self, linear: ForcedMotion) -> float:
+        return linear.antiresonance(self.coordinate)
+
+    def vanishing(self, forced: ForcedMotion) -> Quotient:
+        a, b = self.at_unknown(forced)[0]
+        return b if a.is_zero else a
+
+    def lines(self, linear: ForcedMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        yield Sentence((f"{self.coordinate} rests where the numerator vanishes",))
+
+
+# --- how free motions fade -------------------------------------------------------------------------------------------
+
+
+class _FadingQuestion(_LinearQuestion[SmallMotion]):
+    """A question about the damping of a mode."""
+
+    def motion_of(self, system: System) -> SmallMotion:
+        return SmallMotion.of(with_mean_inputs(system))
+
+    def known_motion(self, motion: AskedMotion) -> SmallMotion:
+        return self.motion_of(motion.solved.system)
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return ""
+
+    def remarks(self, linear: SmallMotion) -> list[str]:
+        return list(linear.left_out)
+
+    def damping_ratio(self, small: SmallMotion, mode: int) -> float:
+        """Return the damping ratio of a mode. Raises NoSolutionError without such a mode."""
+        values = np.linalg.eigvals(small.place.linear.A)
+        if len(values) == 2:
+            square = (values[0] * values[1]).real
+            if square > 0.0 and mode == 1:
+                return float(-(values[0] + values[1]).real / (2.0 * np.sqrt(square)))
+        swinging = sorted((x for x in values if x.imag > 0.0), key=abs)
+        if not 1 <= mode <= len(swinging):
+            raise NoSolutionError(f"mode {mode}: {len(swinging)} modes oscillate", number="N111")
+        return float(-swinging[mode - 1].real / abs(swinging[mode - 1]))
+
+    def ratio(self, small: SmallMotion, mode: int) -> Quotient:
+        """Return the damping ratio of a mode over its field: C = alpha M + beta K fades each mode alone."""
+        given = small.matrices
+        if given is None:
+            raise NoClosedFormError(next(iter(small.reasons), "the equations have no closed form"))
+        if len(given.places) == 1:
+            return given.rates[0][0] / (2 * sqrt(given.mass[0][0] * given.stiffness[0][0]))
+        alpha, beta = _rayleigh(given.mass, given.rates, given.stiffness)
+        found = small.spectrum
+        swinging = [] if found is None else [root for root in found.roots if float(PRECISE.re(root.value)) > 0.0]
+        squares = [root.quotient for root in swinging]
+        square = squares[mode - 1] if mode <= len(squares) else None
+        if square is None:
+            raise NoClosedFormError("the frequency has no closed form")
+        return (alpha + beta * square) / (2 * sqrt(square))
+
+    def lines(self, linear: SmallMotion) -> Iterator[Line]:
+        given = linear.matrices
+        if given is not None and len(given.places) == 1:
+            (name,) = linear.names
+            terms = [
+                multiply(written(x[0][0]), symbol(name + dots))
+                for x, dots in ((given.mass, "''"), (given.rates, "'"), (given.stiffness, ""))
+            ]
+            yield equation(reduce(add, terms), ZERO)
+            yield Sentence(("its damping ratio is the damping by twice the root of mass times stiffness",))
+        else:
+            yield Sentence(("a mode that swings as exp((-z*w0 + i*w)*t) has the damping ratio z",))
+
+
+def _rayleigh(M: Matrix, C: Matrix, K: Matrix) -> tuple[Quotient, Quotient]:
+    """Return alpha and beta of C = alpha M + beta K. Raises NoClosedFormError where C is no such sum."""
+    triples = [t for rows in zip(M, C, K, strict=True) for t in zip(*rows, strict=True)]
+    first, *others = triples
+    for other in others:
+        area = first[0] * other[2] - other[0] * first[2]
+        if area.vanishes:
+            continue
+        alpha = (first[1] * other[2] - other[1] * first[2]) / area
+        beta = (first[0] * other[1] - other[0] * first[1]) / area
+        if all((c - alpha * m - beta * k).is_zero for m, c, k in triples):
+            return alpha, beta
+        break
+    raise NoClosedFormError("damping couples the modes, and a damping ratio has no closed form")
+
+
+@dataclass(frozen=True)
+class DampingQuestion(_FadingQuestion):
+    """The damping ratio of a mode, by its number."""
+
+    mode: int
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.damping is None else cls(int(ask.damping.shadow or 0))
+
+    def words(self) -> str:
+        return f"damping ratio of mode {self.mode}"
+
+    def value(self, linear: SmallMotion) -> float:
+        return self.damping_ratio(linear, self.mode)
+
+    def formula(self, linear: SmallMotion, _notes: list[str]) -> Node:
+        return written(self.ratio(linear, self.mode))
+
+
+@dataclass(frozen=True)
+class DecrementQuestion(_FadingQuestion):
+    """The logarithmic decrement of a coordinate that swings in one mode."""
+
+    coordinate: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.decrement is None else cls(ask.decrement)
+
+    def words(self) -> str:
+        return f"logarithmic decrement of {self.coordinate}"
+
+    def value(self, linear: SmallMotion) -> float:
+        swinging = [x for x in np.linalg.eigvals(linear.place.linear.A) if x.imag > 0.0]
+        if len(swinging) != 1:
+            several = f"{self.coordinate} swings in {len(swinging)} modes; ask for the damping of one: {{damping: 1}}"
+            raise NoSolutionError(several if swinging else f"{self.coordinate} does not oscillate", number="N111")
+        return float(-2.0 * np.pi * swinging[0].real / swinging[0].imag)
+
+    def formula(self, linear: SmallMotion, notes: list[str]) -> Node:
+        given = linear.matrices
+        if given is None or len(given.places) != 1:
+            raise NoClosedFormError("a decrement has a formula where one freedom is left")
+        M, C, K = (x[0][0] for x in (given.mass, given.rates, given.stiffness))
+        swings = 4 * M * K - C * C
+        notes.extend(f"while {each}" for each in _granted([Condition(swings, strict=True)]))
+        return divide(multiply(multiply(TWO, PI), written(C)), BUILD["sqrt"](written(swings)))
+
+    def lines(self, linear: SmallMotion) -> Iterator[Line]:
+        yield from super().lines(linear)
+        yield Sentence(("the decrement is the logarithm of the ratio of maxima a period apart: 2*pi*z/sqrt(1 - z^2)",))
+
+
+FORCED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
+    AmplitudeQuestion,
+    PhaseQuestion,
+    ResonanceQuestion,
+    AntiresonanceQuestion,
+    TransmissibilityQuestion,
+    DecrementQuestion,
+    DampingQuestion,
+)
+"""The kinds of this file."""

@@ -1,0 +1,87 @@
+"""Amplitudes and lags of steady motions against runs of 20 periods begun on them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import multibody_sym as mbs
+
+DRIVEN = """
+multibody_sym: 1
+name: driven
+gravity: [0, 0, 0]
+parameters:
+  M: {value: 20 kg, positive: true}
+  m: {value: 2 kg, positive: true}
+  k: {value: 2000 N/m, positive: true}
+  ka: {value: 150 N/m, positive: true}
+  c: {value: 30 N*s/m, positive: true}
+  F0: {value: 10 N, positive: true}
+  Y: {value: 1 cm, positive: true}
+  w: {value: 7 rad/s, positive: true}
+bodies: {table: {mass: 1}, machine: {mass: M}, small: {mass: m}}
+joints:
+  shaker: {type: prismatic, parent: ground, child: table, axis: x, motion: base}
+  rail: {type: prismatic, parent: table, child: machine, axis: x, q: x}
+  track: {type: prismatic, parent: machine, child: small, axis: x, q: s}
+inputs: {F: F0*sin(w*t), base: Y*cos(w*t)}
+forces:
+  spring: {type: spring_damper, joint: rail, stiffness: k, damping: c}
+  own: {type: spring_damper, joint: track, stiffness: ka}
+  drive: {type: force, on: machine, value: [F, 0, 0]}
+"""
+CHAIN = """
+multibody_sym: 1
+name: chain
+gravity: [0, 0, 0]
+bodies: {a: {mass: 1}, b: {mass: 2}, c: {mass: 0.5}, d: {mass: 3}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: x}
+  B: {type: prismatic, parent: a, child: b, axis: x, q: y}
+  C: {type: prismatic, parent: b, child: c, axis: x, q: z}
+  D: {type: prismatic, parent: c, child: d, axis: x, q: v}
+forces:
+  sa: {type: spring_damper, joint: A, stiffness: 100, damping: 0.4}
+  sb: {type: spring_damper, joint: B, stiffness: 50, damping: 0.2}
+  sc: {type: spring_damper, joint: C, stiffness: 20, damping: 0.1}
+  sd: {type: spring_damper, joint: D, stiffness: 90, damping: 0.3}
+  push: {type: force, on: b, value: [F, 0, 0]}
+inputs: {F: 3*sin(4*t)}
+"""
+
+
+@lru_cache
+def answered(model: str, asked: str) -> dict[str, mbs.Value]:
+    return dict(mbs.solve(mbs.loads(f"{model}ask: {{{asked}}}\n")).answers)
+
+
+def steady(names: str, of: str) -> str:
+    both = ("A_{0}: {{amplitude: {0}, of: {1}}}", "p_{0}: {{phase: {0}, of: {1}}}")
+    return ", ".join(each.format(name, of) for name in names.split() for each in both)
+
+
+@pytest.mark.parametrize(
+    ("model", "names", "of", "other", "omega", "ahead"),
+    [
+        pytest.param(DRIVEN, "x s", "F", "Y*cos(w*t)", 7.0, -np.pi / 2, id="pushed"),
+        pytest.param(DRIVEN, "x s", "base", "F0*sin(w*t)", 7.0, 0.0, id="shaken"),
+        pytest.param(CHAIN, "x y z v", "F", "none", 4.0, -np.pi / 2, id="numbers beyond three freedoms"),
+    ],
+)
+def test_twenty_periods_begun_on_the_steady_motion_stay_on_it(
+    model: str, names: str, of: str, other: str, omega: float, ahead: float
+) -> None:
+    """x = A cos(w t + ahead - lag); the input is its cosine, or its sine a quarter later."""
+    found = answered(model, steady(names, of))
+    A, lag = (np.array([found[f"{kind}_{name}"].value for name in names.split()]) for kind in "Ap")
+    rhs = mbs.compile(mbs.state_derivative(mbs.loads(model.replace(other, "0"))), backend="python")
+    start = np.concatenate([A * np.cos(ahead - lag), -A * omega * np.sin(ahead - lag)])
+    t = np.linspace(0.0, 40 * np.pi / omega, 101)
+    run = solve_ivp(rhs, (0.0, t[-1]), start, method="DOP853", t_eval=t, rtol=1e-11, atol=1e-13 * A.max())
+    wanted = A[:, None] * np.cos(omega * t + ahead - lag[:, None])
+    assert np.abs(run.y[: len(A)] - wanted).max() <= 1e-8 * A.max()
+    assert all((found[f"A_{name}"].expression is not None) == (model == DRIVEN) for name in names.split())
