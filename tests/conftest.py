@@ -17,6 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from quick_compiler import compile_soon
 
+from multibody_sym.program import cache
+
 SHORT = frozenset({"scalars", "text"})
 """Folders whose tests take milliseconds each."""
 
@@ -47,7 +49,11 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def models_compiled_soon() -> Iterator[None]:
-    """Compile models of this process soon; commands in processes of their own optimise them."""
+    """Compile models of this process soon, and keep them: no time goes into which of thousands of files to delete.
+
+    Commands in processes of their own optimise them.
+    """
     with pytest.MonkeyPatch.context() as patch:
         compile_soon(patch)
+        patch.setattr(cache, "_MOST_FILES", 1_000_000)
         yield

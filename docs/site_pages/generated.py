@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 
 from site_pages import commands, errors, gallery, json_objects, python_api
 
@@ -19,11 +20,12 @@ def generated() -> Mapping[str, Callable[[], str]]:
 
 
 def of_examples() -> Iterator[tuple[str, str]]:
-    """Yield address and text of each example's page and of the files beside it."""
-    for address, path in gallery.pages().items():
-        made = gallery.example_page(path)
-        yield address, made.markdown
-        if made.figure:
-            yield address.replace(".md", ".svg"), made.figure
-        if made.film:
-            yield address.replace(".md", "_motion.html"), made.film
+    """Yield address and text of each example's page and of the files beside it; all cores make them."""
+    pages = gallery.pages()
+    with ProcessPoolExecutor() as processes:
+        for address, made in zip(pages, processes.map(gallery.example_page, pages.values()), strict=True):
+            yield address, made.markdown
+            if made.figure:
+                yield address.replace(".md", ".svg"), made.figure
+            if made.film:
+                yield address.replace(".md", "_motion.html"), made.film

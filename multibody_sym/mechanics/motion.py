@@ -57,9 +57,17 @@ class State:
         return evaluate(nodes, {**self.slots, **known} if known else self.slots, self.scalar)
 
     def vector(self, nodes: Sequence[Node]) -> Vec:
-        """Return three expressions in slots as a vector over this state's scalar."""
-        x, y, z = self.values(nodes)
-        return x, y, z
+        """Return three expressions in slots as a vector over this state's scalar, computed once."""
+        key = nodes[0], nodes[1], nodes[2]
+        found = self._vectors.get(key)
+        if found is None:
+            x, y, z = self.values(nodes)
+            found = self._vectors[key] = x, y, z
+        return found
+
+    @cached_property
+    def _vectors(self) -> dict[tuple[Node, Node, Node], Vec]:
+        return {}
 
 
 def state_of(
@@ -490,6 +498,16 @@ class Motion:
     def point(self, marker: Marker) -> Vec:
         """Return a marker's position in its body's axes."""
         return self.state.vector(marker.pose.position)
+
+    @cached_property
+    def places(self) -> dict[tuple[int, Point], Vec]:
+        """Positions in world axes (m) of points on bodies, by body and position there, once computed."""
+        return {}
+
+    @cached_property
+    def directions(self) -> dict[tuple[int, tuple[Point, Point, Point], Point], Vec]:
+        """Vectors in world axes fixed on bodies, by body, the axes there and components along these, once computed."""
+        return {}
 
 
 @dataclass(frozen=True)

@@ -34,12 +34,15 @@ def as_point(vector: Sequence[object]) -> Point:
 
 
 def position(motion: Motion, marker: Marker) -> Vec:
-    """Return a marker's position in world axes."""
-    point = motion.point(marker)
+    """Return a marker's position in world axes, computed once."""
     if marker.body < 0:
-        return point
-    R_WB, p_WB = motion.poses[marker.body]
-    return add(p_WB, apply(R_WB, point))
+        return motion.point(marker)
+    key = marker.body, marker.pose.position
+    found = motion.places.get(key)
+    if found is None:
+        R_WB, p_WB = motion.poses[marker.body]
+        found = motion.places[key] = add(p_WB, apply(R_WB, motion.point(marker)))
+    return found
 
 
 def velocity(motion: Motion, marker: Marker) -> Vec:
@@ -74,9 +77,14 @@ Slower slip turns faster, at mu g over its speed: a load that turns as it grows 
 
 
 def direction(motion: Motion, frame: Marker, components: Point) -> Vec:
-    """Return the vector with these components along a frame's axes, in world axes."""
-    rotation, _ = pose(motion.state, frame.pose)
-    return apply(motion.rotation(frame.body), apply(rotation, motion.state.vector(components)))
+    """Return the vector with these components along a frame's axes, in world axes, computed once."""
+    key = frame.body, frame.pose.rotation, components
+    found = motion.directions.get(key)
+    if found is None:
+        rotation, _ = pose(motion.state, frame.pose)
+        along = apply(motion.rotation(frame.body), apply(rotation, motion.state.vector(components)))
+        found = motion.directions[key] = along
+    return found
 
 
 def angular_velocity(motion: Motion, body: int) -> Vec:
