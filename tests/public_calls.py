@@ -73,7 +73,9 @@ _ENDS = {"between": ["a", "b"]}
 _ELEMENTS: dict[str, dict[str, Any]] = {
     "Ask": {
         "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
-        "until": 2, "find": None, "so": None, "between": None, "formula": None, "period_of": None,
+        "until": 2, "find": None, "so": None, "between": None, "least": None, "greatest": None,
+        "limit": None, "let": None, "series": None, "in_": None, "about": None, "through": None, "formula": None,
+        "period_of": None,
         "section": None, "component": None,
         "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
         "decrement": None, "damping": None,

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from multibody_sym.model.fields import Element, fields_of, unit_of
+from multibody_sym.model.fields import Element, fields_of, key_of, unit_of
 from multibody_sym.model.schema import REPEAT_SAYS, TYPED, VERSION_SAYS, default_of, kind_of, words_of
 from multibody_sym.model.system import REPEAT_KEY, VERSION_KEY, Repeat, System
 from site_pages.markdown import anchor, cell, code, paragraphs, table
@@ -55,7 +55,7 @@ def _row(f: dataclasses.Field[Any]) -> list[str]:
     takes = _linked(cell(kind_of(field).words), kind_of(field).elements)
     unit = unit_of(field)
     takes += f", in {code(unit)}" if unit else ", without a unit" if unit == "" else ""
-    return [code(f.name), cell(f.metadata["says"]), takes, left_out, code(such)]
+    return [code(key_of(f.name)), cell(f.metadata["says"]), takes, left_out, code(such)]
 
 
 def _linked(words: str, elements: Sequence[type[Element]]) -> str:

@@ -14,6 +14,9 @@ from functools import reduce
 from math import comb, pi
 from typing import Final
 
+import sympy
+from sympy.simplify.fu import TR8
+
 from multibody_sym.algebra.book_form import book_form, exact_root, with_doubles
 from multibody_sym.algebra.inequalities import surely_positive
 from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
@@ -35,6 +38,7 @@ from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ONE, PI, TWO, Node, add, divide, multiply, negate, number
+from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -479,3 +483,25 @@ def _positive_root(a: Quotient) -> Quotient | None:
                 return None
             root = root * whole.power(side * exponent // 2)
     return root
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Angles at which a product of sines and cosines vanishes that is one sine or cosine: cos(a) cos(b) - sin(a) sin(b).
+
+
+def angles_of_one_wave(equation: Node, unknown: Node) -> Iterator[Node]:
+    """Yield angles at which an expression vanishes whose sines and cosines add up to one, of a linear argument.
+
+    Half turns apart; there are none where no such sum is known.
+    """
+    x = sympy.Symbol("unknown angle", real=True)
+    above = sympy.numer(sympy.together(to_sympy(equation, {unknown: x})))
+    summed = sympy.factor_terms(TR8(sympy.expand(above)))
+    for factor in sympy.Mul.make_args(summed):
+        argument = factor.args[0] if factor.func in (sympy.sin, sympy.cos) else sympy.S.Zero
+        slope = argument.diff(x)
+        if slope.is_Integer and slope != 0:
+            rest = sympy.expand(argument - slope * x)
+            first = sympy.pi / 2 if factor.func is sympy.cos else sympy.S.Zero
+            for turns in range(-int(abs(slope)), int(abs(slope)) + 1):
+                yield from_sympy(sympy.expand((first + turns * sympy.pi - rest) / slope))

@@ -689,8 +689,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
     dimensions = Dimensions(system)
     for name, question in system.ask.items():
         with at("ask", name):
-            for key, known in _names_by_key(system, mechanism, question):
-                word = getattr(question, key)
+            for key, word, known in _names_by_key(system, mechanism, question):
                 if word not in known:
                     with at(key):
                         kind = "input" if key == "of" and _is_forced(question) else _ASKED_KINDS[key]
@@ -714,7 +713,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
     for name in in_order(system.ask, taken):
         named = named_by(system.ask[name], system.ask, taken)
         needed[name] = named.union(*(needed[x] for x in named))
-        if system.ask[name].find is not None and any(system.ask[x].find is not None for x in needed[name]):
+        if system.ask[name].so is not None and any(system.ask[x].find is not None for x in needed[name]):
             with at("ask", name), at("so"):
                 raise ModelError("it hangs on what is found itself; find one value after the other", number="M112")
 
@@ -723,6 +722,8 @@ _ASKED_KINDS: Final = {
     "of": "body",
     "section": "body or frame",
     "find": "parameter, coordinate or speed",
+    "in": "parameter, coordinate or speed",
+    "let": "parameter, coordinate or speed",
     "formula": "coordinate or speed",
     "period_of": "coordinate",
     **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
@@ -735,8 +736,8 @@ def _is_forced(question: Ask) -> bool:
     return any(getattr(question, key) is not None for key in FORCED)
 
 
-def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, Collection[str]]]:
-    """Yield the keys under which a question names something, and the names that exist."""
+def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterator[tuple[str, str, Collection[str]]]:
+    """Yield the keys under which a question names something, the names there, and those that exist."""
     moving = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
     coordinates = [c.name for c in mechanism.coordinates if c.rate is None]
     for key in ("decrement", "damping"):
@@ -745,21 +746,24 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
             raise ModelError(message, number="M104")
     for key in (*FORCED, "decrement"):
         if getattr(question, key) is not None:
-            yield key, coordinates
+            yield key, getattr(question, key), coordinates
     if question.of is not None and _is_forced(question):
-        yield "of", [*system.inputs]
+        yield "of", question.of, [*system.inputs]
     elif question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
-        yield "of", (*mechanism.markers, *(own if question.of in own else ()))
+        yield "of", question.of, (*mechanism.markers, *(own if question.of in own else ()))
     if question.section is not None:
         frames = [f"{name}.{frame}" for name, body in system.bodies.items() for frame in body.frames]
-        yield "section", [*(name for name in system.bodies if name != GROUND), *frames]
-    if question.find is not None:
-        yield "find", (*system.parameters, *moving)
+        yield "section", question.section, [*(name for name in system.bodies if name != GROUND), *frames]
+    varied = {"find": question.find, "in": question.in_, "let": None if question.let is None else question.let.name}
+    for key, name in varied.items():
+        if name is not None:
+            yield key, name, (*system.parameters, *moving)
     if question.formula is not None:
-        yield "formula", moving
+        yield "formula", question.formula, moving
     if question.period_of is not None:
-        yield "period_of", [mechanism.coordinates[q].name for body in mechanism.bodies for q, _ in body.rate_pairs]
+        rates = [pair for body in mechanism.bodies for pair in body.rate_pairs]
+        yield "period_of", question.period_of, [mechanism.coordinates[q].name for q, _ in rates]
 
 
 def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:

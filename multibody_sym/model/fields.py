@@ -530,7 +530,7 @@ class Element:
         texts: dict[str, Any] = {}
         for f in fields(self):
             value = getattr(self, f.name)
-            with at(f.name):
+            with at(key_of(f.name)):
                 if value is None and f.default is MISSING:
                     raise ModelError("it is missing", number="M102")
                 value = f.default if value is None else value
@@ -608,6 +608,11 @@ def fields_of(cls: type[Element]) -> dict[str, Field]:
 def _contents(cls: Any) -> tuple[tuple[str, Field, str | None], ...]:
     """Return names and fields of an element class with their units (kept: large models ask for every element)."""
     return tuple((name, field, unit_of(field)) for name, field in fields_of(cls).items())
+
+
+def key_of(name: str) -> str:
+    """Return the key of a field in files; the field of a key that Python reserves ends with `_`."""
+    return name.removesuffix("_")
 
 
 def holds_vectors(cls: type[Element]) -> bool:

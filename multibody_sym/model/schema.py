@@ -71,7 +71,7 @@ def element_schema(cls: type[Element], more: Mapping[str, Schema] = MappingProxy
             one["default"] = with_types(default)
         if such:
             one["examples"] = [with_types(read_text(f"{f.name}: {such}\n", "example").data[f.name])]
-        properties[f.name] = one
+        properties[fields.key_of(f.name)] = one
     return {
         "type": "object",
         "title": cls.__name__,
@@ -158,6 +158,7 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
     settings.SamplesField: FieldKind(
         f"{_NUMBER_WORDS}, or list of times", any_of(NUMBER, array_schema(NUMBER, 1))
     ),
+    settings.ApproachField: FieldKind("`{name: limit}`, a number, `oo` or `-oo`", _REACHED),
     settings.EquationField: FieldKind("equation, with `==`", {"type": "string", "pattern": "=="}),
     fields.Vector: FieldKind("list of three numbers or expressions", _VECTOR),
     bodies.EndField: FieldKind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR)),
@@ -217,7 +218,7 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
             NUMBER,
             reference_to(settings.Ask),
             _TRANSMISSIBILITY,
-            {**_REACHED, "propertyNames": {"not": {"enum": list(fields_of(settings.Ask))}}},
+            {**_REACHED, "propertyNames": {"not": {"enum": [*map(fields.key_of, fields_of(settings.Ask))]}}},
         ),
         (settings.Ask,),
     ),

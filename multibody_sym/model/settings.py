@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.model.fields import (
     Choice,
+    Count,
     Direction,
     Element,
     Flag,
@@ -23,6 +24,7 @@ from multibody_sym.model.fields import (
     describe,
     fields_of,
     holds,
+    key_of,
     list_items,
     scalar,
     verify_keys,
@@ -38,7 +40,8 @@ from multibody_sym.text.printer import text
 _FORMS: Final = (
     "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
     "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
-    "{find: parameter, so: equation}, {formula: coordinate}, {period_of: coordinate}, "
+    "{find: parameter, so: equation}, {find: parameter, least: expression}, {limit: expression, let: {parameter: oo}}, "
+    "{series: expression, in: parameter, through: power}, {formula: coordinate}, {period_of: coordinate}, "
     "{section: body, component: moment, at: place}, "
     "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
     "{transmissibility: coordinate, from: input}, {decrement: coordinate} or {damping: number of a mode}; "
@@ -54,6 +57,10 @@ _SETS: Final = (
     ("max",),
     ("min",),
     ("find", "so"),
+    ("find", "least"),
+    ("find", "greatest"),
+    ("limit", "let"),
+    ("series", "in_", "through"),
     ("formula",),
     ("period_of",),
     ("section", "component"),
@@ -71,6 +78,7 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "until": ("max", "min"),
     "between": ("find",),
     "at": ("section",),
+    "about": ("series",),
 }
 """Keys that may stand beside the keys of a question."""
 FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissibility")
@@ -114,6 +122,38 @@ class Equation(Element):
         for name, extreme in self.extremes.items():
             found = found.replace(name, str(extreme))
         return found
+
+
+INFINITE: Final = ("oo", "-oo")
+
+
+@dataclass(frozen=True)
+class Approach(Element):
+    """A parameter or start value that tends to a value, or beyond all bounds."""
+
+    name: str = holds(Text(), says="the parameter or start value", such="M")
+    to: Node | None = holds(Scalar(), None, says="the value to which it tends", such="0")
+    bound: str | None = holds(Choice(INFINITE), None, says="the infinity to which it tends", such="oo")
+
+    def __str__(self) -> str:
+        return f"{self.name} -> {self.bound if self.to is None else text(self.to)}"
+
+
+@dataclass(frozen=True)
+class ApproachField:
+    """One name and the value to which it tends: `{M: oo}`."""
+
+    def accept(self, value: Any) -> Approach:
+        if isinstance(value, Approach):
+            return value
+        if not isinstance(value, Mapping) or len(value) != 1:
+            raise ModelError(f"expected a name and its limit such as {{M: oo}}, got {describe(value)}", number="M103")
+        ((name, end),) = value.items()
+        with at(str(name)):
+            return Approach(name, bound=end) if end in INFINITE else Approach(name, Scalar().accept(end))
+
+    def tree(self, value: Approach) -> dict[str, str]:
+        return {value.name: (value.bound or "") if value.to is None else text(value.to)}
 
 
 _EXTREME: Final = re.compile(r"\b(max|min)\s*\(")
@@ -178,10 +218,12 @@ class Ask(Element):
     holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction. `max`, `min`:
     the largest or least value of an expression over the motion, `after` a time and `until` another or a moment. `find`:
     the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
-    values. `formula`: a coordinate as a function of time. `period_of`: the period of a coordinate in the motion from
-    the start, of any amplitude. `section` and `component`: the axial force, shear force or bending moment that a beam
-    transmits `at` a place along x of its body (or of a frame of it), or as a formula of that place.
-    Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t), have
+    values, or `least` or `greatest` instead of `so`: that for which an expression is so. `limit`: the value to which an
+    expression tends; `let` says what tends where, {M: oo}. `series`: the expansion of an expression `in` a parameter or
+    start value `about` a place (0), `through` a power. `formula`: a coordinate as a function of time. `period_of`: the
+    period of a coordinate in the motion from the start, of any amplitude. `section` and `component`: the axial force,
+    shear force or bending moment that a beam transmits `at` a place along x of its body (or of a frame of it), or as a
+    formula of that place. Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t), have
     for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
     `antiresonance`, and a `transmissibility` from an input of the same unit; small free motions have a `decrement` and
     modes a `damping` ratio.
@@ -226,6 +268,20 @@ class Ask(Element):
     between: tuple[Node, ...] | None = holds(
         ListOf(Scalar(), 2, 2), None, says="two values between which it is looked for", such="[0, 10]"
     )
+    least: Node | None = holds(
+        Scalar(), None, says="the expression that is least for the value found, over answers", such="T"
+    )
+    greatest: Node | None = holds(
+        Scalar(), None, says="the expression that is greatest for the value found, over answers", such="range"
+    )
+    limit: Node | None = holds(Scalar(), None, says="the expression whose limit is asked for, over answers", such="a")
+    let: Approach | None = holds(
+        ApproachField(), None, says="the parameter or start value that tends to a value, oo or -oo", such="{M: oo}"
+    )
+    series: Node | None = holds(Scalar(), None, says="the expression that is expanded, over answers", such="T")
+    in_: str | None = holds(Text(), None, says="the parameter or start value of the expansion", such="theta0")
+    about: Node | None = holds(Scalar(), None, says="the value about which it is expanded; 0 if left out", such="0")
+    through: int | None = holds(Count(0), None, says="the highest power that is kept", such="2")
     formula: str | None = holds(Text(), None, says="the coordinate that is asked for as a function of time", such="x")
     period_of: str | None = holds(Text(), None, says="the coordinate whose period is asked for", such="phi")
     section: str | None = holds(
@@ -259,12 +315,17 @@ class Ask(Element):
         Scalar(""), None, says="the number of the mode whose damping ratio is asked for", such="1"
     )
 
+    @property
+    def varied(self) -> str | None:
+        """The parameter or start value whose values the question compares."""
+        return self.in_ or self.find or (None if self.let is None else self.let.name)
+
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
         kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
         beside = given.difference(kind or ())
         if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):
-            names = ", ".join(sorted(given))
+            names = ", ".join(sorted(map(key_of, given)))
             other = f"; for a coordinate of this name write {{when: {{{names}: ..}}}}" if names in FORCED else ""
             raise ModelError(f"{{{names}}} is no known question{other}; ask with {_FORMS}", number="M104")
         if self.damping is not None and self.damping.shadow not in range(1, _MODES):
@@ -299,10 +360,10 @@ class AskField:
         if not isinstance(value, Mapping):
             question = Ask(value=value)
             return Ask(when=question.value) if question.value is not None and is_condition(question.value) else question
-        keys = fields_of(Ask)
-        if any(key in keys for key in value):
-            verify_keys(value, (*keys, "from"), Ask.meant)
-            return Ask(**_of_source(value))
+        names = {key_of(name): name for name in fields_of(Ask)}
+        if any(key in names for key in value):
+            verify_keys(value, (*names, "from"), Ask.meant)
+            return Ask(**{names[key]: content for key, content in _of_source(value).items()})
         if any(state_condition(given) is not None for given in value.values()):
             raise ModelError(f"{{{', '.join(map(str, value))}}} is no known question; ask with {_FORMS}", number="M104")
         if len(value) != 1:
@@ -311,7 +372,7 @@ class AskField:
 
     def tree(self, value: Ask) -> Any:
         fields = fields_of(Ask).items()
-        tree = {name: f.tree(getattr(value, name)) for name, f in fields if getattr(value, name) is not None}
+        tree = {key_of(name): f.tree(getattr(value, name)) for name, f in fields if getattr(value, name) is not None}
         if "transmissibility" in tree:
             tree["from"] = tree.pop("of")
         only = next(iter(tree)) if len(tree) == 1 else None

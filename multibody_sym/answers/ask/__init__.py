@@ -1,4 +1,4 @@
-"""What is asked under `ask`: values now and later, extremes, for which value something happens.
+"""What is asked under `ask`: values now and later, extremes, for which value something happens or is best.
 
     ask                        kinds of questions; answers in the order in which they name each other
     question                   what a question is; the motion that it is about; numbers of runs with their errors
@@ -7,7 +7,10 @@
     forced_questions           amplitude, phase, resonance under a harmonic input; decrement and damping ratio
     extremes                   `max`, `min`: largest and least values
     sections                   axial force, shear force and bending moment of beams
+    varied                     answers as functions of a parameter or start value
     find                       `find` .. `so`: the value for which an equation holds
+    best                       `find` .. `least`, `greatest`: the value for which an answer is so
+    expansions                 `limit`, `series`: formulas near a place
     from_runs                  numbers of a motion from simulations
     uniform_motion             closed forms where no acceleration changes
     courses, linear_systems    coordinates as formulas of time: alone, and coupled

@@ -10,12 +10,15 @@ from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple, Self
 
-from multibody_sym.answers.ask.find import NAMED_QUESTIONS, FindQuestion
+from multibody_sym.answers.ask.best import BestQuestion
+from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
+from multibody_sym.answers.ask.find import FindQuestion
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.ask.sections import SectionQuestion
+from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
 from multibody_sym.answers.instant.reactions import is_lettered
@@ -95,7 +98,15 @@ def _held_until(motion: Simulated) -> str:
 # Answers to `ask`: the kinds of questions, and their answers in the order in which they name each other.
 
 
-QUESTIONS: Final[tuple[type[Question], ...]] = (*NAMED_QUESTIONS, FormulaQuestion, FindQuestion, SectionQuestion)
+QUESTIONS: Final[tuple[type[Question], ...]] = (
+    *NAMED_QUESTIONS,
+    FormulaQuestion,
+    FindQuestion,
+    BestQuestion,
+    LimitQuestion,
+    SeriesQuestion,
+    SectionQuestion,
+)
 
 
 class Answers(NamedTuple):
@@ -156,7 +167,7 @@ def _answer(motion: AskedMotion, name: str, ask: Ask, working: Working, remarks:
     """Return the answer to a question, and add what it rests on, or why it has no value, to the remarks."""
     about_modes: list[str] = []
     try:
-        if ask.find is None and modes_named(ask):
+        if ask.varied is None and modes_named(ask):
             found, about_modes = _answer_with_modes(motion, ask, working)
         else:
             found = question_of(ask).answer(motion, working)

@@ -547,20 +547,22 @@ def zeros(
     cheap: bool = False,
     size: float = 0.0,
     limits: Point = ANYWHERE,
+    looked: Callable[[float], float] | None = None,
 ) -> list[Zero]:
     """Return where a function vanishes: all that a scan between bounds shows, the nearest to the sample first.
 
     Without bounds the one that is met first on ways out from the sample, to both sides up to `limits`; of a function
     that is `cheap` a few. Where the function is nan, it has no value. Of a range in which it vanishes everywhere, the
     end is returned, of two ends the upper one; of a range in which it has values, an end to which it tends to zero.
-    `size`: how large the terms are that cancel where it vanishes.
+    `size`: how large the terms are that cancel where it vanishes. `looked`: the function as the way outwards asks it,
+    which may raise where that takes too long.
     """
     if bounds is not None:
         points = [(x, function(x)) for x in map(float, np.linspace(*bounds, _PARTS + 1))]
         brackets = (_with_values(function, a, b) for a, b in pairwise(points))
         walk: Iterator[_Seen] = (_Seen(*bracket, points, size) for bracket in brackets)
     else:
-        walk = _outwards(function, sample, size, limits)
+        walk = _outwards(looked or function, sample, size, limits)
     fine = _ACCURACY if cheap else _FINE
     looks = (_edge, partial(_zero, fine=fine), partial(_end, fine=fine))
     shown = (next(filter(None, (look(function, seen) for look in looks)), None) for seen in walk)

@@ -31,7 +31,7 @@ def with_answers(
     no value.
     """
     named = named_by(question, dict.fromkeys(answers, question), taken)
-    if question.so is not None or not named:
+    if question.varied is not None or not named:
         return question, True
     if any(answers[name].value is None for name in named):
         return None

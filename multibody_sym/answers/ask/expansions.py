@@ -1,0 +1,299 @@
+"""`ask: {a0: {limit: a, let: {M: oo}}}`: limits and series of formulas that other questions give.
+
+Sympy finds them, and the formula's own numbers with many digits, close by, confirm them.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any, Final, Self
+
+import sympy
+
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import Field, NoClosedFormError
+from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.varied import VariedAnswer
+from multibody_sym.answers.ask.working import Working, equation, written
+from multibody_sym.answers.records import Sentence
+from multibody_sym.derivation.symbolic_start import WORK
+from multibody_sym.errors import ExpressionError
+from multibody_sym.mechanics.vocabulary import named_by
+from multibody_sym.model.settings import Approach, Ask
+from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.node import Node, number, symbol
+from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+_MOST: Final = 400
+"""Operations of a formula whose limits and derivatives are looked for."""
+_DIGITS: Final = 60
+_BESIDE: Final = 1e-3
+"""How far from the place of an expansion, relative to the declared value, the model must have the formula."""
+_HOLDS: Final = 1e-6
+"""How near the model must come to it there."""
+_FAR: Final = sympy.Integer(10) ** 16
+"""How many times the declared value stands for infinity, or its reciprocal beside a finite place, in a test."""
+_REACHED: Final = 1e-5
+"""How near a formula must come to its limit there."""
+_STEP: Final = sympy.Rational(1, 10**4)
+"""The larger step at which a series is tested, relative to the declared value; half of it is the smaller one."""
+_X: Final = sympy.Symbol("what varies", real=True)
+_STEPPED: Final = sympy.Symbol("from the place", real=True)
+_INFINITIES: Final = {"oo": sympy.oo, "-oo": -sympy.oo}
+
+
+class NoExpansionError(Exception):
+    """A limit or series is not known; the text says why."""
+
+
+@dataclass(frozen=True)
+class _FormulaQuestion(Question):
+    """What a formula becomes as `name`, a parameter or start value, comes to a place; `written` as it is."""
+
+    name: str
+    expression: Node
+    written: Ask
+
+    def unit(self, motion: AskedMotion) -> str:
+        return self.varied(motion).unit
+
+    def varied(self, motion: AskedMotion) -> VariedAnswer:
+        """Return the expression as a function of what varies."""
+        names = named_by(self.written, motion.solved.system.ask, motion.solved.mechanism.symbols)
+        known = {name: motion.answers[name] for name in names}
+        return VariedAnswer(motion, self.name, self.expression, known, {})
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        varied = self.varied(motion)
+        node = varied.closed
+        if node is None:
+            working.notes.append(f"{text(self.expression)} has no formula")
+            return Value(None, unit=varied.unit)
+        try:
+            formula = _Formula(varied, node)
+            near = formula.at_place(self.beside(varied))
+            working.notes.extend(near.notes)
+            found = self.expanded(near, working)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no expansion of {text(self.expression)} is known")
+            return Value(None, unit=varied.unit)
+        working.steps.insert(0, lambda: [equation(self.expression, near.node, "with the formulas put in")])
+        return found
+
+    @abstractmethod
+    def beside(self, varied: VariedAnswer) -> float:
+        """Return a value of what varies near its place."""
+
+    @abstractmethod
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        """Return the limit or series of a formula. Raises NoExpansionError."""
+
+
+class _Formula:
+    """A formula (`node`) of what varies, which the model has near the place where it is expanded."""
+
+    def __init__(self, varied: VariedAnswer, node: Node, notes: tuple[str, ...] = ()) -> None:
+        self.varied, self.node, self.notes = varied, node, notes
+        letters = varied.solved.symbolic.letters
+        signs = {x: {"positive": True} if letter.positive else {"real": True} for x, letter in letters.items()}
+        self._leaves = {x: sympy.Symbol(str(x.data), **sign) for x, sign in signs.items()}
+        self._leaves[symbol(varied.name)] = _X
+        self.sympy: Any = to_sympy(node, self._leaves)
+        if sympy.count_ops(self.sympy) > _MOST:
+            raise NoExpansionError(f"the formula of {text(varied.expression)} is too long")
+
+    def at_place(self, beside: float) -> _Formula:
+        """Return the formula that the model has near the place: another one where it is in another state there."""
+        varied = self.varied
+        here, there = varied.of_formula(self.node, beside), varied.value(beside)
+        if not abs(there - here) > _HOLDS * max(abs(there), abs(here)):
+            unsure = "" if there == there else f"at {varied.name} = {beside:.6g} no run confirms the formula"
+            return _Formula(varied, self.node, (unsure,) if unsure else ())
+        again = varied.solved_at(beside).expression
+        if again is None:
+            raise NoExpansionError(f"{text(varied.expression)} has another value at {varied.name} = {beside:.6g}")
+        return _Formula(varied, again, (f"the formula is that of the state at {varied.name} = {beside:.6g}",))
+
+    @cached_property
+    def sample(self) -> dict[Any, Any]:
+        """The declared values of letters, exact."""
+        known = self.varied.solved.sample
+        return {s: sympy.Rational(known[x]) for x, s in self._leaves.items() if x in known}
+
+    @property
+    def scale(self) -> Any:
+        """The size of the declared value of what varies, 1 where it is zero."""
+        return abs(sympy.Rational(self.varied.sample)) or sympy.S.One
+
+    def in_sympy(self, node: Node) -> Any:
+        """Return an expression of letters."""
+        return to_sympy(node, self._leaves)
+
+    def evaluated(self, expression: Any, at: Any) -> Any:
+        """Return an expression at a value of what varies, with many digits."""
+        return expression.subs(_X, at).subs(self.sample).evalf(_DIGITS)
+
+    def in_book_form(self, expression: Any) -> Node:
+        """Return an expression of sympy as a book writes it."""
+        letters, field = self.varied.solved.symbolic.letters, Field(WORK)
+        node = from_sympy(expression, {s: x for x, s in self._leaves.items()})
+        return written(exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
+
+    def value(self, node: Node) -> Value:
+        """Return an expression with its value at the declared letters."""
+        return Value(self.varied.of_formula(node, self.varied.sample), node, self.varied.unit)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LimitQuestion(_FormulaQuestion):
+    """The value to which a formula tends."""
+
+    to: Approach
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.limit is None or ask.let is None else cls(ask.let.name, ask.limit, ask, ask.let)
+
+    def words(self) -> str:
+        return f"the limit of {text(self.expression)} as {self.to}"
+
+    def beside(self, varied: VariedAnswer) -> float:
+        scale = abs(varied.sample) or 1.0
+        if self.to.to is None:
+            return scale / _BESIDE * (1.0 if self.to.bound == "oo" else -1.0)
+        end = varied.solved.number(self.to.to)
+        return end + _BESIDE * scale * (-1.0 if end > varied.sample else 1.0)
+
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        places = list(self._sides(formula))
+        found = [sympy.limit(formula.sympy, _X, end, side) for end, side, _ in places]
+        name = text(self.expression)
+        if len({*found}) > 1:
+            raise NoExpansionError(f"{name} tends to {found[0]} from above and to {found[1]} from below")
+        limit = found[0]
+        if limit.has(sympy.oo, -sympy.oo, sympy.zoo):
+            raise NoExpansionError(f"{name} grows beyond all bounds as {self.to}")
+        if limit.has(sympy.AccumBounds, sympy.Limit, sympy.nan):
+            raise NoExpansionError(f"{name} has no limit as {self.to}")
+        for _, _, near in places:
+            left = formula.evaluated(formula.sympy - limit, near)
+            size = max(abs(formula.evaluated(limit, near)), abs(formula.evaluated(formula.sympy, formula.scale)))
+            if not abs(left) <= _REACHED * size:
+                raise NoExpansionError(f"numbers do not confirm the limit of {name} as {self.to}")
+        return formula.value(formula.in_book_form(limit))
+
+    def _sides(self, formula: _Formula) -> Iterator[tuple[Any, str, Any]]:
+        """Yield the place, a side of it, and a value close by on that side."""
+        if self.to.to is None:
+            yield _INFINITIES[self.to.bound or "oo"], "-", formula.scale * _FAR * (1 if self.to.bound == "oo" else -1)
+            return
+        end, little = formula.in_sympy(self.to.to), formula.scale / _FAR
+        at, (least, most) = formula.varied.solved.number(self.to.to), formula.varied.limits
+        for side, way in (("+", 1), ("-", -1)):
+            if (at < most) if way > 0 else (at > least):
+                yield end, side, end + way * little
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SeriesQuestion(_FormulaQuestion):
+    """The expansion of a formula about a place, through a power."""
+
+    about: Node
+    through: int
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        if ask.series is None or ask.in_ is None or ask.through is None:
+            return None
+        return cls(ask.in_, ask.series, ask, number(0) if ask.about is None else ask.about, ask.through)
+
+    def words(self) -> str:
+        return f"{text(self.expression)} in powers of {text(self._step)} through {self.through}"
+
+    @property
+    def _step(self) -> Node:
+        return symbol(self.name) - self.about
+
+    def beside(self, varied: VariedAnswer) -> float:
+        return varied.solved.number(self.about) + _BESIDE * (abs(varied.sample) or 1.0)
+
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        powers = self._powers(formula)
+        whole = sum((factor * _STEPPED**power for power, factor in powers.items()), sympy.S.Zero)
+        about = formula.in_sympy(self.about)
+        self._verify(formula, whole.subs(_STEPPED, _X - about), about)
+        found = formula.value(self._form(formula, powers))
+        exact = formula.varied.value(formula.varied.sample)
+        if found.value is not None and exact == exact:
+            at = f"{self.name} = {formula.varied.sample:.6g}"
+            off = Value(abs(found.value - exact), unit=formula.varied.unit, error=0.0)
+            working.notes.append(f"at {at} it differs from {text(self.expression)} by {off}")
+        working.steps.append(lambda: [Sentence((f"derivatives by {self.name} at the place give the coefficients",))])
+        return found
+
+    def _powers(self, formula: _Formula) -> dict[Any, Any]:
+        """Return the factors of powers of the step."""
+        rest = formula.sympy.subs(_X, formula.in_sympy(self.about) + _STEPPED)
+        found, derived = {}, rest
+        for k in range(self.through + 1):
+            factor = derived.subs(_STEPPED, 0) / sympy.factorial(k)
+            if factor.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+                return self._by_series(rest)
+            found[sympy.Integer(k)] = factor
+            derived = derived.diff(_STEPPED)
+        return found
+
+    def _by_series(self, rest: Any) -> dict[Any, Any]:
+        """Return the same where derivatives have no value: of reciprocals, roots and quotients of zeros."""
+        expanded = sympy.expand(sympy.series(rest, _STEPPED, 0, self.through + 1).removeO())
+        found: dict[Any, Any] = {}
+        for term in sympy.Add.make_args(expanded):
+            factor, power = term.as_coeff_exponent(_STEPPED)
+            if factor.has(_STEPPED):
+                raise NoExpansionError(f"{text(self.expression)} has no series of powers of {text(self._step)}")
+            found[power] = found.get(power, sympy.S.Zero) + factor
+        return {power: found[power] for power in sorted(found) if power <= self.through}
+
+    def _verify(self, formula: _Formula, series: Any, about: Any) -> None:
+        """Raise NoExpansionError where the remainder does not fade as the power after the last one."""
+        step = formula.scale * _STEP
+        left = [abs(formula.evaluated(formula.sympy - series, about + x)) for x in (step, step / 2)]
+        size = abs(formula.evaluated(formula.sympy, about + step))
+        if left[1] > left[0] * sympy.Rational(3, 4) / 2**self.through and left[0] > size * sympy.Float(10) ** -40:
+            raise NoExpansionError(f"numbers do not confirm the series of {text(self.expression)}")
+
+    def _form(self, formula: _Formula, powers: dict[Any, Any]) -> Node:
+        """Return the series, its first coefficient in front of all where that is shorter."""
+        step = self._step
+        forms = {power: formula.in_book_form(factor) for power, factor in powers.items()}
+        forms = {power: form for power, form in forms.items() if form != number(0)}
+        if not forms:
+            return number(0)
+        apart = _sum((form, step, power) for power, form in forms.items())
+        first = next(iter(forms))
+        ratios = [(formula.in_book_form(powers[p] / powers[first]), step, p - first) for p in forms]
+        together = _sum([(forms[first], step, first)]) * _sum(ratios)
+        return min(apart, together, key=lambda node: len(text(node)))
+
+
+def _sum(terms: Any) -> Node:
+    """Return the sum of factors times powers of steps."""
+    found: Node | None = None
+    for factor, step, power in terms:
+        exponent = from_sympy(power)
+        powers = number(1) if power == 0 else step if power == 1 else step**exponent
+        term = powers if factor == number(1) and power != 0 else factor if power == 0 else factor * powers
+        found = term if found is None else found + term
+    assert found is not None
+    return found
