@@ -174,6 +174,13 @@ class OutputError(MultibodyError):
     number = "O100"
 
 
+class MissingPackageError(OutputError):
+    """A method, or a target of functions, needs a package that is not installed."""
+
+    code = "package"
+    number = "O104"
+
+
 class at:  # noqa: N801  # read as a word: with at("bodies", name); a class, since large models enter it for each value
     """Name the place in the model to which errors raised inside belong."""
 

@@ -18,7 +18,6 @@ from multibody_sym.dynamics.programs.function_derivatives import (
     Variable,
     derived,
     independent_parameters,
-    state_jacobian,
 )
 from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
@@ -46,6 +45,8 @@ from multibody_sym.motion.function_results import (
     described,
     result_type,
 )
+from multibody_sym.motion.ordinary_equations import OrdinaryEquations
+from multibody_sym.motion.other_tools import pinocchio_order, tool_function
 from multibody_sym.motion.prepare.arguments import (
     Arguments,
     Values,
@@ -55,14 +56,17 @@ from multibody_sym.motion.prepare.arguments import (
     state_count,
 )
 from multibody_sym.program.backend import Backend, Native
+from multibody_sym.program.casadi_target import casadi_function
+from multibody_sym.program.jax_target import jax_function
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import Door, NativeFunction, run_many
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
+from multibody_sym.program.replay import ToolFunction
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO
-from multibody_sym.scalars.numbers import floats, number
+from multibody_sym.scalars.numbers import floats
 
 _FLOAT: Final = np.dtype(np.float64)
 _MOST_THREADS: Final = 1024
@@ -350,22 +354,37 @@ class Function(Generic[ResultT_co]):
         base are along the base's axes, ours along the world's: v = R^T u[:3]. `pin.JointModelFreeFlyer` is a free
         joint, and a continuous joint of a URDF has cos and sin there, which are no coordinates here.
         """
-        bodies = self._question.mechanism.bodies
-        carried: dict[int, list[int]] = {}
-        for k, body in enumerate(bodies):
-            carried.setdefault(body.parent, []).append(k)
-        places_q, places_u, waiting = list[int](), list[int](), [-1]
-        while waiting:
-            k = waiting.pop()
-            waiting += sorted(carried.get(k, ()), key=lambda child: bodies[child].joint_name, reverse=True)
-            if k >= 0:
-                own = list(bodies[k].q)
-                for ball in bodies[k].quaternions:
-                    first = own.index(ball[0])
-                    own[first : first + 4] = [*ball[1:], ball[0]]
-                places_q += own
-                places_u += bodies[k].u
-        return np.array(places_q, dtype=np.intp), np.array(places_u, dtype=np.intp)
+        return pinocchio_order(self._question.mechanism)
+
+    @door
+    def to_casadi(self, *, inputs: Free | None = None, parameters: Free | None = None) -> Any:
+        """Return a `casadi.Function` of scalar symbols (SX) with these arguments and results, vectors as columns.
+
+        Declared inputs and parameters are part of it; "free" ones are arguments `inputs` and `parameters` behind the
+        others. Its derivatives by q are by the elements of q, not along the tangent. Raises MissingPackageError without
+        CasADi, InputError for results with three axes, ModelError for constraints that depend on each other.
+        """
+        return casadi_function(self._for_tools(inputs, parameters))
+
+    @door
+    def to_jax(self, *, inputs: Free | None = None, parameters: Free | None = None) -> Callable[..., Any]:
+        """Return a pure function of one state for `jax.jit`, `vmap` and `grad`; arguments as of `to_casadi`.
+
+        Raises MissingPackageError without JAX, InputError unless its 64 bits are on, ModelError for constraints that
+        depend on each other.
+        """
+        return jax_function(self._for_tools(inputs, parameters), self._tuple)
+
+    def _for_tools(self, inputs: Any, parameters: Any) -> ToolFunction:
+        question = self._question
+        free = {"inputs": _free("inputs", inputs), "parameters": _free("parameters", parameters)}
+        if free["inputs"] and not self.inputs:
+            self._arguments._verify_free(question.mechanism.inputs)
+        every = list(question.mechanism.inputs)
+        places = {"inputs": [every.index(name) for name in self.inputs], "parameters": self._declared_places}
+        taken = {name: places[name] for name, is_free in free.items() if is_free}
+        program = self._program if free["inputs"] else self._declared
+        return tool_function(self.name, program, self.arguments, taken, question.parameters)
 
     @property
     def sparsity(self) -> dict[str, tuple[np.ndarray[Any, np.dtype[np.intp]], ...]]:
@@ -736,8 +755,7 @@ class Function(Generic[ResultT_co]):
         return self._differentiated(_Step(by, inputs, names))
 
     def _differentiated(self, step: _Step) -> Function[Any]:
-        if step.inputs is not None and not (isinstance(step.inputs, str) and step.inputs == "free"):
-            raise InputError(f'inputs is "free" or left out, not {short_repr(step.inputs)}')
+        _free("inputs", step.inputs)
         for by in step.by:
             if not isinstance(by, str) or by not in self._variables:
                 known = ", ".join(self._variables)
@@ -813,61 +831,8 @@ class Function(Generic[ResultT_co]):
         """Return the state derivative as x' = f(t, x) with x = (q, u), and its Jacobian `jac`, as solvers take them."""
         if self.name != "state_derivative":
             raise InputError(f"{self.name} is no state derivative; function(system, 'state_derivative').ode()")
-        return OrdinaryEquations(self)
-
-
-@dataclass(frozen=True, eq=False)
-class OrdinaryEquations:
-    """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`.
-
-    Quaternions count by their directions: x' is that of the state in which they have length one, so that what rounding
-    does to their lengths does not grow. x may be (n, nq + nu). Inputs and parameters are as declared.
-    """
-
-    _function: Function[Any]
-
-    @door
-    def __call__(self, t: float, x: ArrayLike) -> Floats:
-        """Return x' (nx,) at time t (s) and x (nx,), or (n, nx) of n states. Raises InputError for other shapes."""
-        q, u = self._parts(x)
-        for places in self._balls:
-            q[..., places] /= np.linalg.norm(q[..., places], axis=-1, keepdims=True)
-        found = self._function(number("t", t), q, u)
-        return np.concatenate([found.qdot, found.udot], axis=-1)
-
-    @door
-    def jac(self, t: float, x: ArrayLike) -> Floats:
-        """Return d x'/dx (nx, nx) at time t (s) and one state x (nx,). Raises InputError for other shapes."""
-        q, u = self._parts(x)
-        if q.ndim != 1:
-            raise InputError(f"x has the shape {np.shape(x)}, not (nx,): jac takes one state")
-        sizes = [float(np.linalg.norm(q[places])) for places in self._balls]
-        for places, size in zip(self._balls, sizes, strict=True):
-            q[places] /= size
-        question = self._function._question
-        given = number("t", t), q, u, question.parameters, np.zeros(len(question.mechanism.inputs)), np.empty(0)
-        found: Floats = self._jacobian["jacobian"](*given)[0]
-        for places, size in zip(self._balls, sizes, strict=True):
-            way = q[places]
-            found[:, places] = (found[:, places] - np.outer(found[:, places] @ way, way)) / size
-        return found
-
-    @property
-    def _balls(self) -> list[list[int]]:
-        bodies = self._function._question.mechanism.bodies
-        return [list(places) for body in bodies for places in body.quaternions]
-
-    def _parts(self, x: ArrayLike) -> tuple[Floats, Floats]:
-        """Return copies of q and u."""
-        nq, nu = (shape[0] for shape in self._function._sizes)
-        values = array_of("x", x, nq + nu)
-        return values[..., :nq].copy(), values[..., nq:].copy()
-
-    @cached_property
-    def _jacobian(self) -> Compiled:
-        function, mechanism = self._function, self._function._question.mechanism
-        program = with_declared_inputs(mechanism, state_jacobian(mechanism, function.program))
-        return load({"jacobian": program}, function._code)
+        question, rates = self._question, cast(Callable[[Any, Floats, Floats], Rates], self)
+        return OrdinaryEquations(rates, self.program, question.mechanism, question.parameters, self._code)
 
 
 def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function[Any]:
@@ -880,6 +845,13 @@ def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Arguments as arrays.
+
+
+def _free(name: str, value: Any) -> bool:
+    """Return whether a value is "free"; raises InputError for any other word."""
+    if value is not None and not (isinstance(value, str) and value == "free"):
+        raise InputError(f'{name} is "free" or left out, not {short_repr(value)}')
+    return value is not None
 
 
 def _whole_results(options: Mapping[str, Any]) -> Mapping[str, Any]:

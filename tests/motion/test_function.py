@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from rolling_and_loops import FOUR_BAR
 
 import multibody_sym as mbs
+from multibody_sym.errors import MissingPackageError
 
 ARM = """
 multibody_sym: 1
@@ -599,3 +601,11 @@ def test_operational_space_inertia_is_that_of_the_jacobian() -> None:
     found = f(*given)
     np.testing.assert_allclose(found.mobility, mobility, rtol=1e-11, atol=1e-12)
     np.testing.assert_allclose(found.inertia @ mobility, np.eye(6), atol=1e-10)
+
+
+@pytest.mark.parametrize("tool", ["casadi", "jax"])
+def test_a_tool_that_is_not_installed_is_an_error_with_its_extra(tool: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, tool, None)
+    f = mbs.function(mbs.loads(ARM), "energies")
+    with pytest.raises(MissingPackageError, match=rf"pip install 'multibody-sym\[{tool}\]'"):
+        getattr(f, f"to_{tool}")()

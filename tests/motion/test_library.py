@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from test_loop import AMPLITUDE, pendulum, pendulum_angle
 
+from multibody_sym.errors import MissingPackageError
 from multibody_sym.motion.integrator.flow import Events, Flow, StepError, ordinary
 from multibody_sym.motion.integrator.loop import steps
-from multibody_sym.motion.methods.table import LIBRARY, METHODS, SUNDIALS, MissingPackageError
+from multibody_sym.motion.methods.table import LIBRARY, METHODS, SUNDIALS
 from multibody_sym.program.runtime_constants import Status
 
 

@@ -18,6 +18,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from multibody_sym.errors import MissingPackageError
 from multibody_sym.motion.integrator.events import Ends
 from multibody_sym.motion.integrator.flow import (
     Events,
@@ -29,7 +30,7 @@ from multibody_sym.motion.integrator.flow import (
     require_finite,
     scaled_norm,
 )
-from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, METHODS, SCIPY, Method, MissingPackageError
+from multibody_sym.motion.methods.table import BY_JACOBIAN, IDA, METHODS, SCIPY, Method
 from multibody_sym.program.runtime_constants import REPEATS, Status
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.sign_changes import PROBE, first_seen

@@ -7,7 +7,6 @@ from functools import partial
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from multibody_sym.errors import OutputError
 from multibody_sym.records import dataclass
 
 SUMMARIES: Final[Mapping[str, str]] = {
@@ -132,13 +131,6 @@ IDA: Final = "ida"
 """The one method that takes rows as part of its equations."""
 BY_JACOBIAN: Final = ("Radau", "BDF", "LSODA", "cvode_bdf", IDA)
 """The implicit ones, which take the Jacobian."""
-
-
-class MissingPackageError(OutputError):
-    """A method needs a package that is not installed."""
-
-    code = "package"
-    number = "O104"
 
 
 @dataclass(frozen=True)
