@@ -15,7 +15,7 @@ import numpy as np
 
 from multibody_sym.dynamics.start.parameters import known_values, value_or_none
 from multibody_sym.mechanics.references import moves_in_plane
-from multibody_sym.mechanics.spanning_tree import body_part
+from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, letters_of
 from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import Gear, Pulley, Rope
 from multibody_sym.model.contacts_and_impacts import copies
@@ -25,7 +25,7 @@ from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import System, expressions, states_gravity
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.node import ZERO, Node, nodes_among, symbol
-from multibody_sym.text.printer import text
+from multibody_sym.text.printer import read_parts, text
 from multibody_sym.text.tokens import plain_number
 from multibody_sym.text.units import Turning
 
@@ -85,6 +85,7 @@ def declared_hints(system: System) -> list[Hint]:
     return [
         *hints,
         *_unused_names(system),
+        *_like_letters(system),
         *_gravity(system, known),
         *_angles(system, known),
         *_degrees(system, known),
@@ -368,6 +369,18 @@ def _unused_names(system: System) -> Iterator[Hint]:
         if not any(parent == name or parent.startswith(f"{name}.") for parent in carriers):
             told = f"body {name} has no mass; give it one (mass: 1 kg), or a shape with a mass"
             yield Hint(told, "bodies", name)
+
+
+def _like_letters(system: System) -> Iterator[Hint]:
+    """Yield parameters and coordinates that formulas and figures write alike, such as th and theta."""
+    letters, seen = letters_of(system), dict[tuple[str, ...], str]()
+    places = {name: ("parameters", name) for name in system.parameters}
+    places |= {x: ("joints", name) for name, joint in system.joints.items() for x in coordinate_names(name, joint)}
+    for name, path in places.items():
+        other = seen.setdefault(tuple(read_parts(letters.get(name, name))), name)
+        if other != name:
+            key = "label" if path[0] == "parameters" else "q_label"
+            yield Hint(f"formulas and figures write {other} and {name} alike; give {name} a {key}", *path)
 
 
 def _without_effect(system: System) -> Iterator[Hint]:

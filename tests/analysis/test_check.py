@@ -72,6 +72,7 @@ def test_text_tells_what_matters() -> None:
         ({"outputs": {}}, "no outputs are declared"),
         ({"parameters": {"spare": 1}}, "parameter spare is not used"),
         ({"parameters": {"spare": 1, "more": 2}}, "parameters spare, more are not used"),
+        ({"parameters": {"th": 1, "theta": 2}}, "formulas and figures write th and theta alike; give theta a label"),
         ({"inputs": {"tau": "sin(t)"}}, "input tau is not used"),
         ({"pulleys": {"P": Pulley("ground")}}, "no rope runs over pulley P"),
         ({"bodies": {"rod": Body(com=[0.5, 0, 0], inertia={"Izz": 1})}}, "body rod has no mass"),
