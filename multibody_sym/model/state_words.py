@@ -219,7 +219,8 @@ class TimeOrMoment:
     of_any_unit: ClassVar[bool] = True
 
     def accept(self, value: Any) -> Node | Moment:
-        if isinstance(value, Mapping) or state_condition(value) is not None:
+        equation = isinstance(value, str) and "==" in value
+        if equation or isinstance(value, Mapping) or state_condition(value) is not None:
             return MomentField().accept(value)
         node = Scalar().accept(value)
         return MomentField().accept(value) if is_condition(node) else Scalar(self.measure).accept(value)
