@@ -70,6 +70,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "speeds": "value of each speed",
         "assembled": "coordinates and speeds that follow from the constraints: `value` and `expression`",
         "shifts": "by how much given start values were changed",
+        "at_rest": "whether constraints leave no freedom, as those of a structure do",
         "accelerations": "by coordinate: `value` and `expression`",
         "rates": "by declared state: `value` and `expression` of its rate",
         "reactions": "by element and component: `value` and `expression`",

@@ -267,7 +267,7 @@ class Solution:
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
     the reasons. `rates` of declared states. `units`: the unit of each coordinate and speed. `steps`: how a book gets
-    there, where asked for.
+    there, where asked for. It is `at_rest` where constraints leave no freedom, as those of a structure do.
 
     What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
     `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
@@ -314,6 +314,7 @@ class Solution:
     sums: Mapping[str, Value] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     where: Mapping[str, Definition] = field(default_factory=dict)
+    at_rest: bool = False
 
     def __repr__(self) -> str:
         values = self.accelerations if self.impact is None else self.impact.after
@@ -335,6 +336,7 @@ class Solution:
             "speeds": dict(self.speeds),
             "assembled": _json(self.assembled),
             "shifts": dict(self.shifts),
+            "at_rest": self.at_rest,
             "accelerations": _json(self.accelerations),
             "rates": _json(self.rates),
             "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},

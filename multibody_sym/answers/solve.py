@@ -178,6 +178,7 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
             )
             for mode, udot in solved.decided.others
         ),
+        at_rest=solved.is_structure,
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
         labels=letters_of(solved.system),

@@ -214,6 +214,8 @@ def row_letter(row: Row, mechanism: Mechanism) -> str:
             return MOMENT if force_unit(row, mechanism) == "N*m" else FRICTION
         if any(row.name == normal.name for normal in element.normals):
             return TENSION if element.kind == "rope" else NORMAL
+    if isinstance(row, PositionRow) and "." not in row.name:  # a point in a plane: others are one of several rows
+        return NORMAL
     kinds: dict[type[Row], str] = {RopeRow: TENSION, DistanceRow: ROD, GearRow: TOOTH}
     return next((letter for kind, letter in kinds.items() if isinstance(row, kind)), "")
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solution
 from multibody_sym.documents.notes import forces_text, redundancy_lines, shifts_text, withheld_lines, withheld_text
+from multibody_sym.scalars.node import negate
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import AT
 from multibody_sym.text.values import SI, Units, Value, number_within
@@ -137,8 +139,10 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
         **({} if solution.impact is None else impact_lines(solution.impact, units)),
+        "at rest": ["constraints leave no freedom"] if solution.at_rest else [],
         "accelerations": [
-            f"{name + primes[name]} = {value.told(units)}" for name, value in solution.accelerations.items()
+            f"{name + primes[name]} = {value.told(units)}"
+            for name, value in ({} if solution.at_rest else solution.accelerations).items()
         ],
         "rates of the states": [f"{name}' = {value.told(units)}" for name, value in solution.rates.items()],
         "tensions": _constraint_lines(solution, units, "rope"),
@@ -187,11 +191,24 @@ def _force_name(solution: Solution, name: str, component: str) -> str:
 
 def _constraint_lines(solution: Solution, units: Units, *kinds: RowKind) -> list[str]:
     return [
-        f"{_force_name(solution, name, part)} = {value.told(units)}"
+        _member_line(name, value, units)
+        if kind == "rod" and solution.at_rest and value.value is not None
+        else f"{_force_name(solution, name, part)} = {value.told(units)}"
         for name, kind in solution.kinds.items()
         if kind in kinds
         for part, value in solution.reactions[name].items()
     ]
+
+
+def _member_line(name: str, value: Value, units: Units) -> str:
+    """Return the force of a rod of a structure: a positive number, of tension or compression."""
+    if not value.value:
+        return f"{name} = 0 N, a zero-force member"
+    word = "tension" if value.value > 0.0 else "compression"
+    if value.value < 0.0:
+        expression = None if value.expression is None else negate(value.expression)
+        value = replace(value, value=-value.value, expression=expression)
+    return f"{word}({name}) = {value.told(units)}"
 
 
 def _other_motion(other: OtherState) -> str:

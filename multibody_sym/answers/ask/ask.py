@@ -147,7 +147,9 @@ def answers_of(solved: SolvedInstant) -> Answers:
             ask, closed = named
             verify_asked(ask, solved.sample)
             reasons.set_aside()
-            worked[name] = worked[name]._replace(at_start=question_of(ask).at_start())
+            worked[name] = worked[name]._replace(
+                at_start=question_of(ask).at_start(), is_later=question_of(ask).is_later()
+            )
             found = _answer(motion, name, ask, worked[name].working, remarks)
             given[name] = answers[name] = found if closed else replace(found, expression=None)
             if is_lettered(solved, given[name]) and ask.value is not None:

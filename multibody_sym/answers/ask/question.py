@@ -63,6 +63,10 @@ class Question(ABC):
         """Return the expression whose value at the start is the answer, None where it is about later."""
         return None
 
+    def is_later(self) -> bool:
+        """Return whether it is about what happens after the start."""
+        return self.at_start() is None
+
     @abstractmethod
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         """Return the answer; `working` collects its conditions, or why it has no value, and how it is found.

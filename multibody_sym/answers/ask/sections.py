@@ -77,6 +77,9 @@ class SectionQuestion(Question):
     def unit(self, _motion: AskedMotion) -> str:
         return UNITS[self.component]
 
+    def is_later(self) -> bool:
+        return False
+
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         cut = CutBeam(motion.solved, self.beam)
         if cut.undetermined:

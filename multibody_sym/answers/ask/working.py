@@ -44,11 +44,15 @@ class Working:
 
 
 class WorkedAnswer(NamedTuple):
-    """The working of a question, `asked` in words; `at_start`: an expression whose value at the start is the answer."""
+    """The working of a question, `asked` in words; `at_start`: an expression whose value at the start is the answer.
+
+    `is_later`: it is about what happens after the start.
+    """
 
     asked: str
     working: Working
     at_start: Node | None = None
+    is_later: bool = True
 
 
 def acceleration(mechanism: Mechanism, k: int) -> Node:

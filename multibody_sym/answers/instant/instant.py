@@ -46,7 +46,7 @@ from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.rank import least_squares
+from multibody_sym.scalars.rank import CLOSED, least_squares, rank
 from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
@@ -187,6 +187,15 @@ class SolvedInstant:
         timed = leaves([as_node(x) for x in (*(x for row in matrix for x in row), *right)], "slot")
         moved = any(leaf.data[0] in ("t", "inputs") for leaf in timed) or bool(self.mechanism.drives)
         return not (moved or any(self.begin.u) or any(value.value for value in found.values()))
+
+    @cached_property
+    def is_structure(self) -> bool:
+        """Whether constraints leave no freedom, and nothing is driven: a structure, which rests under any load."""
+        mechanism, rows = self.mechanism, [row.jacobian for row in self.numbers.rows if row.kinematic]
+        if mechanism.drives or mechanism.one_way or any(self.begin.u) or not mechanism.bodies:
+            return False
+        count = len(mechanism.speeds)
+        return count == 0 or (len(rows) >= count and rank(np.array(rows, dtype=float), CLOSED) == count)
 
     @cached_property
     def _leaves(self) -> dict[Node, Bounded]:

@@ -59,14 +59,19 @@ class FreeBody:
 class CutBodies:
     """All bodies of an instant cut free; `known`: reactions along free directions, and those that vanish."""
 
-    def __init__(self, actions: Actions, exactly: Exactly, words: Directions, laws: Sequence[NumberedEquation]) -> None:
-        self._laws = laws
+    def __init__(
+        self, actions: Actions, exactly: Exactly, words: Directions, laws: Sequence[NumberedEquation], *, rests: bool
+    ) -> None:
+        self._laws, self._rests = laws, rests
         self.actions, self.exactly, self.words, self.plane = actions, exactly, words, words.plane
         self.motion, self.symbols = actions.motion, actions.symbols
         self._partials = partial_velocities(self.motion)
         self._at_rest = accelerations(self.motion, [0] * len(self.symbols.speeds))
         self.known: dict[Any, LinearForm] = {}
         self.free: list[NumberedEquation] = []
+        if rests:
+            nothing = LinearForm({}, exactly.constant(0))
+            self.known.update(dict.fromkeys(actions.symbols.accelerations, nothing))
         idle = self._idle_feet()
         self._nothing = frozenset(self.known)
         bodies = [index for index in range(len(self.motion.bodies)) if index not in idle]
@@ -130,7 +135,7 @@ class CutBodies:
         """Return about which point (body axes) moments are taken: a hinge on ground, else the centre of mass."""
         body = self.motion.mechanism.bodies[index]
         slides = any(step.slides for step in body.steps)
-        if body.parent < 0 and body.steps and not slides and not body.speeds_in_own_axes:
+        if body.parent < 0 and (body.steps or self._rests) and not slides and not body.speeds_in_own_axes:
             return self.actions.joint_point(index), f"about {body.joint_name}"
         return self.motion.masses[index].com, "about the centre of mass"
 
@@ -243,7 +248,7 @@ class CutBodies:
                 self.free = [e.changed(lambda form, s=s: form.without(s)) for e in self.free]
         self.free = [e for e in self.free if not e.form.vanishes]
         bodies = [replace(b, equations=tuple(e for e in b.equations if not e.form.vanishes)) for b in bodies]
-        return self._without_idle_moments(bodies)
+        return bodies if self._rests and self.plane else self._without_idle_moments(bodies)
 
     def _vanishing(self, bodies: Iterable[FreeBody]) -> set[Any]:
         forms = [e.form for e in (*self.free, *(e for body in bodies for e in body.equations))]
@@ -286,10 +291,13 @@ def _still(v: Sequence[S]) -> bool:
 class Equations:
     """The equations of a mechanism (in its mode) at a state; `reason` says why elimination was left out, if it was.
 
-    In `numbers` what is given stands in them as numbers. Raises NoClosedFormError where coefficients grow too long.
+    In `numbers` what is given stands in them as numbers. Nothing accelerates where it `rests`.
+    Raises NoClosedFormError where coefficients grow too long.
     """
 
-    def __init__(self, mechanism: Mechanism, given: SymbolicState, *, plane: bool, numbers: bool = False) -> None:
+    def __init__(
+        self, mechanism: Mechanism, given: SymbolicState, *, plane: bool, numbers: bool = False, rests: bool = False
+    ) -> None:
         self.mechanism, self.given = mechanism, given
         self.symbols = symbols_of(mechanism)
         self.exactly = Exactly(mechanism, self.symbols, given, numbers=numbers)
@@ -298,8 +306,8 @@ class Equations:
         self.words = Directions(self.exactly, gravity, plane=plane)
         self._aliases: dict[Any, LinearForm] = {}
         laws = self._without_aliases(list(self._laws()))
-        self.cut = CutBodies(self.actions, self.exactly, self.words, laws)
-        self.relations = list(self._relations())
+        self.cut = CutBodies(self.actions, self.exactly, self.words, laws, rests=rests)
+        self.relations = [] if rests else list(self._relations())
         self.lengths = [length for length in self.actions.lengths if len(self.pressing(length)) > 1]
         self._signs: dict[Any, int] = {}
         self._given = [e.changed(lambda form: form.with_all(self.cut.known)) for e in laws]

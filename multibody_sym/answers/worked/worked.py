@@ -201,7 +201,7 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     exact start, such as a quotient 0/0, the steps end with the given values.
     """
     found, symbols, hides = _steps_at_start(solved, solution)
-    if hides or any(each.at_start is None for each in asked.values()):
+    if not solution.at_rest and (hides or any(each.is_later for each in asked.values())):
         found = _with_motion(solved, solution, found)
     return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found
 
@@ -281,7 +281,8 @@ class _Work:
         self.solved, self.solution = solved, solution
         self.mechanism = solved.mechanism
         plane = in_plane(solved.system)
-        self.equations = Equations(self.mechanism, given or _with_speeds(solved), plane=plane, numbers=numbers)
+        state, rests = given or _with_speeds(solved), given is None and solved.is_structure
+        self.equations = Equations(self.mechanism, state, plane=plane, numbers=numbers, rests=rests)
         self.symbols, self.exactly = self.equations.symbols, self.equations.exactly
         self.actions, self.words, self.cut = self.equations.actions, self.equations.words, self.equations.cut
         self.elimination, self.reason = self.equations.elimination, self.equations.reason
@@ -379,18 +380,42 @@ class _Work:
         self.exactly.renew()
         steps = [
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
-            WorkedStep("State", tuple(Sentence((line,)) for line in self.solution.found)),
+            WorkedStep("State", tuple(Sentence((line,)) for line in (*self._resting(), *self.solution.found))),
             *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
             WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
             WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.equations.relations)),
             WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths(), *self._grips())),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
+            WorkedStep("Members", tuple(self._members())),
             WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
             *rejected_alternatives(self.equations, self.notation, self._units),
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
         return found, self.symbols
+
+    def _resting(self) -> Iterator[str]:
+        if self.solution.at_rest:
+            yield "at rest: constraints leave no freedom, all forces are in equilibrium"
+
+    def _members(self) -> Iterator[Line]:
+        """Yield whether each rod of a structure is pulled or pressed, with the size of its force."""
+        rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
+        of_rods = {row.name: s for s, row in rows if self.solution.kinds.get(row.name) == "rod"}
+        unsolved = self._unsolved() if self.solution.at_rest and of_rods else set()
+        for name, s in of_rods.items() if self.solution.at_rest else ():
+            if s not in self.unknowns or s in unsolved:
+                continue
+            size = 0.0 if abs(self.values[s]) <= self._rounding else abs(self.values[s])
+            if size == 0.0:
+                yield Sentence((f"{name}: a zero-force member",))
+                continue
+            sign, word = (1, "tension") if self.values[s] > 0.0 else (-1, "compression")
+            form = sympy.S.Zero if self.reason else sign * self._safely(self.elimination.results[s])
+            if form.is_number:
+                yield Sentence((f"{name}: {word} ", Quantity(size, "N")))
+            else:
+                yield Formula((form,), value=Quantity(size, "N"), before=(f"{word} in {name}",))
 
     @property
     def hides_forces(self) -> bool:
