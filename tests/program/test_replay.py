@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from random_programs import SMOOTH, Maker
+from random_scans import WIDTH, Passes
 
 from multibody_sym.errors import ModelError
 from multibody_sym.program.arithmetic import OPERATIONS
 from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.replay import replay
 from multibody_sym.program.statements import TARGETS, Array, Output, Rows, Solve
+from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.node import as_node, slots
 
 FORCE = 0.3, -0.2, 2.0
@@ -44,3 +47,15 @@ def test_rows_that_depend_on_each_other_have_no_number() -> None:
     assert all(map(math.isnan, x + multipliers))
     with pytest.raises(ModelError, match="depend on each other"):
         replay(solving(1.0), [[1.0, 2.0, -1.0, 2.0, 4.0, -2.0], [1.0, 2.0]], OPERATIONS)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_passes_over_trees_have_the_bits_of_the_interpreter(seed: int) -> None:
+    maker, count = Maker(seed, SMOOTH, solves=False), 1 + seed % 7
+    trace = Trace("f", [Array("own", (WIDTH * count,)), Array("shared")])
+    passes = Passes.random(maker.random, maker.function, count, chain=seed % 3 == 0)
+    values = passes.scanned(trace, trace["own"], trace["shared"][0])
+    program = trace.finish({"rows": ((len(values),), values)})
+    given = maker.arguments(program)
+    (found,), (wanted,) = replay(program, [x.ravel().tolist() for x in given], OPERATIONS), interpret(program, *given)
+    np.testing.assert_array_equal(found, wanted)
