@@ -135,6 +135,24 @@ def test_balls_in_space_go_the_way_of_a_run_from_event_to_event() -> None:
     assert errors[1] < 0.5 * errors[0]
 
 
+@pytest.mark.parametrize("angle", [20, 45, 62.5])
+def test_an_elastic_impact_gives_all_of_the_speed_back(angle: float) -> None:
+    """A stick m = 1, I = 1/12 falls on its tip: the impulse is 2 v/(1/m + (sin(a)/2)^2/I)."""
+    arm = 0.5 * math.sin(math.radians(angle))
+    stick = mbs.Body(mass=1, inertia={"Izz": "1/12"}, points={"tip": [0, -0.5, 0]})
+    floor = mbs.Body(surfaces={"floor": mbs.Surface(plane=[0, 0, 0], normal="y")})
+    start = {"q": [0, 0.01 + 0.5 * math.cos(math.radians(angle)), f"{angle} deg"], "u": [0, -0.5, 0]}
+    system = mbs.System(
+        "stick", bodies={"ground": floor, "stick": stick},
+        joints={"free": mbs.Planar("ground", "stick", q=["x", "y", "a"], initial=start)},
+        contacts={"c": mbs.Contact(["stick.tip", "ground.floor"], restitution=1)},
+    )
+    run = mbs.simulate(system, t_end=0.03, samples=2, method="moreau", step=1e-3, backend="python")
+    impulse = 2 * 0.5 / (1 + 12 * arm**2)
+    assert run["u_y"][-1] == pytest.approx(impulse - 0.5, abs=1e-6)
+    assert run["u_a"][-1] == pytest.approx(12 * arm * impulse, abs=1e-6)
+
+
 def test_sweeps_come_to_the_impulses_that_the_search_finds() -> None:
     # Contacts in the plane without dependent rows have unique speeds.
     rng = np.random.default_rng(28)

@@ -63,8 +63,6 @@ _APART: Final = 8
 """How often what is inside another is put apart after a step."""
 _ROUNDED: Final = 1e-9
 """Part of a step that is rounding of the time between samples."""
-_GAIN: Final = 1e-12
-"""Part of the energy that impulses move by which they may make some: rounding."""
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -254,8 +252,9 @@ class ContactSteps:
         for e in (bounces, np.zeros(count)):
             added = np.concatenate([np.where(fast & (e > 0.0), e * v[:count], least), np.zeros(len(v) - count)])
             x, z = self._sweep(rows, v + added, mu, np.zeros(len(v)), speed)
-            work = z * (v + 0.5 * rows.times(x))
-            if float(work.sum()) <= _GAIN * float(np.abs(work).sum()):
+            change = rows.times(x)
+            work = z * (v + 0.5 * change)
+            if float(work.sum()) <= _SETTLED * float(np.abs(z) @ (np.abs(v) + np.abs(change))):
                 break
         self._account(near, work)
         return facts.u + facts.speeds(x)
