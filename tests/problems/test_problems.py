@@ -46,27 +46,28 @@ What is expected, where PATH leads into the object that `--json` prints (`answer
 from __future__ import annotations
 
 import json
-import math
 import random
 from collections.abc import Iterator, Mapping
-from functools import cache, lru_cache
 from pathlib import Path
-from types import CodeType
 from typing import Any
 
 import pytest
-from problem_files import COMMANDS, PROBLEMS, WITH_DIGITS, read_problem
+from problem_files import (
+    PROBLEMS,
+    at_path,
+    calculate,
+    command_of_case,
+    compared,
+    letters_of,
+    model_of_case,
+    number,
+    options_of,
+    read_problem,
+    with_results,
+    words_of_options,
+)
 
-import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, symbol
-
-FUNCTIONS = {
-    **vars(math), "abs": abs, "min": min, "max": max, "deg": math.pi / 180, "__builtins__": {}
-}
-"""What expressions may name beside the letters of a model."""
 
 OTHERS = 3
 """At how many other parameter sets a formula is compared."""
@@ -77,113 +78,21 @@ def every_case() -> list[Any]:
     found = []
     for path in sorted(PROBLEMS.glob("*/*.yaml")):
         model, cases = read_problem(path)
-        for number, case in enumerate(cases, 1):
-            name = f"{path.parent.name}/{path.stem}-{number}"
+        for place, case in enumerate(cases, 1):
+            name = f"{path.parent.name}/{path.stem}-{place}"
             marks = [pytest.mark.long] if case.get("long") else []
             found.append(pytest.param(path.name, model, case, id=name, marks=marks))
     return found
 
 
-def model_of_case(model: str, case: Mapping[str, Any]) -> str:
-    """Return the model with the replacements and additions of a case."""
-    for old, new in case.get("replace", {}).items():
-        assert old in model, f"{old!r} does not stand in the model"
-        model = model.replace(old, str(new), -1 if case.get("everywhere") else 1)
-    return model + case.get("append", "")
-
-
-def words_of_options(options: Mapping[str, Any]) -> list[str]:
-    """Return options as they are typed."""
-    words = []
-    for name, value in options.items():
-        option = "--" + name.replace("_", "-")
-        if isinstance(value, Mapping):
-            words += [word for key, x in value.items() for word in (option, f"{key}={x}")]
-        else:
-            words += [option] if value is True else [option, str(value)]
-    return words
-
-
-def at_path(found: Any, path: str) -> Any:
-    """Return what stands at a path of keys and places, in which a key may have dots of its own."""
-    if not path:
-        return found
-    if isinstance(found, list):
-        head, _, rest = path.partition(".")
-        return at_path(found[int(head)], rest)
-    fitting = [key for key in found if path == key or path.startswith(f"{key}.")]
-    assert fitting, f"{path!r} is none of {list(found)}"
-    key = max(fitting, key=len)
-    return at_path(found[key], path[len(key) + 1 :])
-
-
-@cache
-def code_of(expression: str) -> CodeType:
-    """Return an expression as Python's code."""
-    return compile(expression.replace("^", "**"), expression, "eval")
-
-
-def calculate(expression: Any, letters: Mapping[str, Any]) -> float:
-    """Return the value of a number or of an expression, by Python."""
-    if isinstance(expression, int | float):
-        return float(expression)
-    return float(eval(code_of(str(expression)), FUNCTIONS, letters))
-
-
-def number(expected: Any, letters: Mapping[str, Any], case: Mapping[str, Any]) -> Any:
-    """Return a number or an expression, `EXPRESSION +- TOLERANCE` too, as an approximate value."""
-    expression, own, tolerance = str(expected).rpartition(" +- ")
-    if own:
-        return pytest.approx(calculate(expression, letters), rel=0.0, abs=float(tolerance))
-    rel, absolute = float(case.get("rel", 1e-9)), float(case.get("abs", 1e-12))
-    return pytest.approx(calculate(expected, letters), rel=rel, abs=absolute)
-
-
-@lru_cache(maxsize=1)
-def parameters_of(model: str) -> dict[str, Node]:
-    """Return the parameters of a model, which the cases of a file share, as nodes."""
-    return {name: parameter.value for name, parameter in mbs.loads(model).parameters.items()}
-
-
-def letters_of(model: str, given: Mapping[str, Any]) -> dict[str, float]:
-    """Return the model's parameters in numbers, some of which are given."""
-    waiting = dict(parameters_of(model))
-    letters = {name: calculate(x, {}) for name, x in given.items()}
-    while waiting := {name: node for name, node in waiting.items() if name not in letters}:
-        known = {symbol(name): x for name, x in letters.items()}
-        ready = {name: node for name, node in waiting.items() if {*leaves([node], "symbol")} <= known.keys()}
-        if not ready:
-            break
-        letters |= {name: evaluate_float([node], known)[0] for name, node in ready.items()}
-    return letters
-
-
-def with_results(letters: Mapping[str, Any], case: Mapping[str, Any]) -> dict[str, Any]:
-    """Return letters with the intermediate results of a case."""
-    found = dict(letters)
-    for name, expression in case.get("where", {}).items():
-        found[name] = calculate(expression, found)
-    return found
-
-
-def options_of(case: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the options of a case's command."""
-    return next(case[key] for key in COMMANDS if key in case) or {}
-
-
 def verify_values(found: Any, case: Mapping[str, Any], letters: Mapping[str, Any]) -> None:
     """Compare numbers."""
-    known = with_results(letters, case) if case.keys() & {"value", "within"} else {}
-    pairs = [(path, at_path(found, path), expected) for path, expected in case.get("value", {}).items()]
-    for path, there, expected in pairs:
-        value = there["value"] if isinstance(there, dict) else there
-        if isinstance(expected, list):
-            assert len(value) == len(expected), (path, value)
-            pairs += [(f"{path}.{k}", *both) for k, both in enumerate(zip(value, expected, strict=True))]
-        elif expected is None:
+    for path, value, expected in compared(found, case, letters):
+        if expected is None:
             assert value is None, path
         else:
-            assert value == number(expected, known, case), path
+            assert value == expected, path
+    known = with_results(letters, case) if "within" in case else {}
     for path, bound in case.get("within", {}).items():
         ends = bound if isinstance(bound, list) else [f"-({bound})", bound]
         least, most = (calculate(end, known) for end in ends)
@@ -287,9 +196,8 @@ def test_a_command_answers_as_expected(
     monkeypatch.chdir(tmp_path)
     text = model_of_case(model, case)
     Path(name).write_text(text, encoding="utf-8")
-    command = next(key for key in COMMANDS if key in case)
-    digits = ["--digits", "10"] if command in WITH_DIGITS else []
-    code = main([command, name, "--json", *digits, *words_of_options(options_of(case))])
+    command = command_of_case(name, case)
+    code = main(command)
     printed = capsys.readouterr()
     found = json.loads(printed.out)
     verify_print(printed.err, case)
@@ -307,5 +215,5 @@ def test_a_command_answers_as_expected(
     for path, value in case.get("exactly", {}).items():
         assert at_path(found, path) == value, path
     if other := case.get("holds_for"):
-        assert main([command, name, "--json", *words_of_options({**options_of(case), "set": other})]) == 0
+        assert main([command[0], name, "--json", *words_of_options({**options_of(case), "set": other})]) == 0
         verify_elsewhere(found, json.loads(capsys.readouterr().out), letters_of(text, other))
