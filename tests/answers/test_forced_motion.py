@@ -34,6 +34,7 @@ forces:
   own: {type: spring_damper, joint: track, stiffness: ka}
   drive: {type: force, on: machine, value: [F, 0, 0]}
 """
+FAST = DRIVEN.replace("7 rad/s", "13 rad/s")
 CHAIN = """
 multibody_sym: 1
 name: chain
@@ -68,7 +69,7 @@ def steady(names: str, of: str) -> str:
     ("model", "names", "of", "other", "omega", "ahead"),
     [
         pytest.param(DRIVEN, "x s", "F", "Y*cos(w*t)", 7.0, -np.pi / 2, id="pushed"),
-        pytest.param(DRIVEN, "x s", "base", "F0*sin(w*t)", 7.0, 0.0, id="shaken"),
+        pytest.param(FAST, "x s", "base", "F0*sin(w*t)", 13.0, 0.0, id="shaken above both resonances"),
         pytest.param(CHAIN, "x y z v", "F", "none", 4.0, -np.pi / 2, id="numbers beyond three freedoms"),
     ],
 )
@@ -84,4 +85,4 @@ def test_twenty_periods_begun_on_the_steady_motion_stay_on_it(
     run = solve_ivp(rhs, (0.0, t[-1]), start, method="DOP853", t_eval=t, rtol=1e-11, atol=1e-13 * A.max())
     wanted = A[:, None] * np.cos(omega * t + ahead - lag[:, None])
     assert np.abs(run.y[: len(A)] - wanted).max() <= 1e-8 * A.max()
-    assert all((found[f"A_{name}"].expression is not None) == (model == DRIVEN) for name in names.split())
+    assert all((each.expression is None) == (model == CHAIN) for each in found.values())

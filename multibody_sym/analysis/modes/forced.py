@@ -39,6 +39,7 @@ from multibody_sym.scalars.calculus import derivative, tangents
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import apply, evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, TWO, ZERO, Node, add, as_node, divide, multiply, slot, symbol
+from multibody_sym.scalars.rank import ROUNDED, least_squares
 
 _T: Final = symbol("t")
 _WAVE: Final = symbol("wave of an input")
@@ -173,7 +174,8 @@ class ForcedMotion:
             known.update((slot(kind, k), x) for k, x in enumerate(values))
         left = np.array([evaluate_float(row, known) for row in matrix])
         right = np.array([evaluate_float(column, known) for column in columns])
-        return np.asarray(np.linalg.solve(left, right.T)[: len(begin.u)])
+        solved = [least_squares(left, column, ROUNDED) for column in right]
+        return np.array(solved).T[: len(begin.u)]
 
     def value(self, node: Node) -> float:
         """Return the value of an expression of parameters."""
@@ -228,6 +230,8 @@ class ForcedMotion:
         grid += [x.imag + abs(x.real) * np.linspace(-_WIDTH, _WIDTH, 4 * _WIDTH + 1) for x in values if x.imag > 0.0]
         tried = np.unique(np.concatenate(grid))
         tried = tried[tried > 0.0]
+        if not any(self.number(name, w) for w in tried):
+            raise NoSolutionError(f"{self.drive.name} does not move {name}", number="N111")
         slopes = np.array([self._steepness(name, w) for w in tried])
         tops = np.flatnonzero((slopes[:-1] > 0.0) & (slopes[1:] <= 0.0))
         if not len(tops):
@@ -246,6 +250,8 @@ class ForcedMotion:
     def _steepness(self, name: str, omega: float) -> float:
         """Return the derivative of log |X| by the frequency."""
         x, slope = self.number_and_slope(name, omega)
+        if x == 0.0:
+            return 0.0
         amplitude, rate = self._amplitude(omega)
         return (slope / x).real + rate / amplitude
 
@@ -280,6 +286,9 @@ class ForcedMotion:
     @property
     def is_linear(self) -> bool:
         """Whether the equations are linear, so that the motion may be of any size."""
+        matrix, columns = self._equations
+        if set(self.rates).intersection(leaves([x for row in (*matrix, *columns) for x in row], "slot")):
+            return False
         flow, begin = self.small.place.flow, self.small.place.begin
         q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
         states = [(q + a * np.cos(1.7 * np.arange(len(q))), u + a * np.sin(1 + np.arange(len(u)))) for a in (0.0, 0.37)]

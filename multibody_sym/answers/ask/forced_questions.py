@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from typing import Final, Generic, Self, TypeVar
@@ -30,13 +31,13 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, divide, multiply, negate, symbol
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, as_node, divide, multiply, negate, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 _AGREEMENT: Final = 1e-9
-_LONGEST: Final = 400
-"""Letters of a formula that tells more than its number does."""
+_LONGEST: Final = 1000
+"""Letters of a formula that is given: three damped freedoms have about 600 for an amplitude."""
 _ROUNDING: Final = 1e-12
 """The part of a complex number below which its real or imaginary part is rounding."""
 _I: Final = symbol("i")
@@ -159,8 +160,9 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
         yield from _equations(linear)
         drive = linear.drive
         turning = BUILD["exp"](multiply(multiply(_I, drive.frequency), symbol("t")))
-        x = f"in steady motion {self.coordinate}, less its mean, is the real part of X*"
-        yield Sentence((x, turning, f", and {self.of} that of ", multiply(drive.amplitude, turning)))
+        x = f"in steady motion {self.coordinate}, less its mean, is the real part of "
+        wave = multiply(drive.amplitude, turning)
+        yield Sentence((x, multiply(symbol("X"), turning), f", and {self.of} that of ", wave))
         above, below = self.response(linear)
         yield equation(symbol("X"), multiply(drive.amplitude, divide(_complex(above), _complex(below))))
 
@@ -217,6 +219,22 @@ def _size(factor: Quotient, above: Complex, below: Complex) -> Node:
     field = outside.field
     top, bottom = (written(field.whole(x)) for x in (outside.above, outside.below))
     return divide(top if root is None else multiply(top, root), bottom if other is None else multiply(bottom, other))
+
+
+def _argument(part: Complex) -> Node:
+    """Return the argument of a + i b from -pi to pi, without factors that are surely positive."""
+    a, b = part
+    if b.is_zero and surely_positive(a):
+        return ZERO
+    if not (a.is_zero or b.is_zero):
+        ratio = b / a
+        below = ratio.field.whole(ratio.below)
+        outside = a / below
+        if surely_positive(-outside):
+            outside, below = -outside, -below
+        if surely_positive(outside):
+            a, b = below, b / outside
+    return BUILD["atan2"](written(b), written(a))
 
 
 def _granted(conditions: Sequence[Condition]) -> list[str]:
@@ -306,21 +324,19 @@ class PhaseQuestion(_ForcedQuestion):
         return float(-np.angle(x)) if abs(x.imag) > _ROUNDING * abs(x) else float(np.pi * (x.real < 0.0))
 
     def formula(self, linear: ForcedMotion, notes: list[str]) -> Node:
-        (a, b), (c, d) = self.response(linear)
-        lag, along = d * a - c * b, c * a + d * b
-        if lag.is_zero:
+        above, below = self.response(linear)
+        (a, b), (c, d) = above, below
+        if b.is_zero and d.is_zero:
+            along = a * c
             notes.extend(f"while {each}" for each in _granted([Condition(absolute(along), strict=True)]))
             return ZERO if along.sample > 0 else PI
-        if along.is_zero:
-            return divide(PI if lag.sample > 0 else negate(PI), TWO)
-        ratio = lag / along
-        below = ratio.field.whole(ratio.below)
-        outside = along / below
-        if surely_positive(-outside):
-            outside, below = -outside, -below
-        if surely_positive(outside):
-            lag, along = lag / outside, below
-        return BUILD["atan2"](written(lag), written(along))
+        forms = [add(_argument(below), negate(_argument(above)))]
+        with suppress(NoClosedFormError):  # products of two determinants
+            forms.append(_argument((c * a + d * b, d * a - c * b)))
+        form = min(forms, key=lambda form: len(text(form)))
+        sample = {x.node: float(x.sample) for x in a.field.letters if x.node is not None}
+        turns = round((self.value(linear) - evaluate_float([form], sample)[0]) / (2 * np.pi))
+        return add(form, multiply(as_node(2 * turns), PI)) if turns else form
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)
@@ -336,7 +352,7 @@ class _FrequencyQuestion(_ForcedQuestion):
     def unknown(self, forced: ForcedMotion) -> Node:
         """Return the letter of the frequency: a parameter where the input names one."""
         pace = forced.drive.frequency
-        return pace if pace.op == "symbol" else _DRIVE
+        return pace if forced.matrices.field.position(pace) is not None else _DRIVE
 
     def at_unknown(self, forced: ForcedMotion) -> tuple[Complex, Complex]:
         """Return numerator and denominator of X/F0 at the frequency that is looked for."""
@@ -466,7 +482,8 @@ class _FadingQuestion(_LinearQuestion[SmallMotion]):
                 return float(-(values[0] + values[1]).real / (2.0 * np.sqrt(square)))
         swinging = sorted((x for x in values if x.imag > 0.0), key=abs)
         if not 1 <= mode <= len(swinging):
-            raise NoSolutionError(f"mode {mode}: {len(swinging)} modes oscillate", number="N111")
+            count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(swinging))
+            raise NoSolutionError(f"mode {mode}: {count or f'{len(swinging)} modes oscillate'}", number="N111")
         return float(-swinging[mode - 1].real / abs(swinging[mode - 1]))
 
     def ratio(self, small: SmallMotion, mode: int) -> Quotient:
