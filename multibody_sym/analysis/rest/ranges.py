@@ -273,8 +273,7 @@ class RestSearch:
         return replace(low, value=within[0]), replace(high, value=within[0])
 
     def gaps(self, value: float) -> Floats | None:
-        found = self.position.ways({**self.others, self.name: value}, self.moves)
-        return None if found is None else found[0]
+        return self.position.gaps({**self.others, self.name: value}, self.moves)
 
     @property
     def touch_changes(self) -> bool:

@@ -398,16 +398,23 @@ class Position:
 
     def ways(self, values: dict[str, float], moves: bool) -> tuple[Floats, Floats] | None:
         """Return the gaps (m) of unilateral elements, and how far they are inside the ends of faces, for values."""
-        moved = self.moved(values, moves)
-        if moved is None:
+        moved, gaps = self.moved(values, moves), self.gaps(values, moves)
+        if moved is None or gaps is None:
             return None
-        motion, rows = moved
-        normals = [element.normals[0] for element in self.statics.mechanism.one_way if element.unilateral]
         try:
-            ends = [float(way) for row in normals for way in reach(row, motion)]
-            return np.array([float(rows[self.statics.place(row)].gap) for row in normals]), np.array(ends)
+            return gaps, np.array([float(way) for row in self._normals for way in reach(row, moved[0])])
         except UNDEFINED:
             return None
+
+    def gaps(self, values: dict[str, float], moves: bool) -> Floats | None:
+        """Return the gaps (m) of unilateral elements for values; None where there are no rows."""
+        moved = self.moved(values, moves)
+        return None if moved is None else np.array([float(moved[1][self.statics.place(x)].gap) for x in self._normals])
+
+    @cached_property
+    def _normals(self) -> list[Row]:
+        """The row along the normal of each unilateral element."""
+        return [element.normals[0] for element in self.statics.mechanism.one_way if element.unilateral]
 
     @cached_property
     def sides(self) -> tuple[tuple[Marker, PlaneSurface], ...]:
