@@ -170,6 +170,29 @@ def book_form(a: Quotient, apart: float = _MUCH_SHORTER) -> Node:
     return form
 
 
+def factored_form(a: Quotient) -> Node:
+    """Return a quotient as what all its terms share times a sum by roots: r*w*sin(theta)*(1 + r*cos(theta)/sqrt(c)).
+
+    Raises NoClosedFormError as book_form does.
+    """
+    if a.is_zero:
+        return ZERO
+    field = a.field
+    powers = tuple(map(min, zip(*field.in_ring(a.above), strict=True)))
+    shared = field.whole(field.ring.from_dict({powers: 1}))
+    rest = a / shared
+    roots = [k for k, letter in enumerate(field.letters) if letter.node is None]
+    groups: dict[Exponents, dict[Exponents, Any]] = {}
+    for m, c in field.in_ring(rest.above).items():
+        groups.setdefault(tuple(m[k] for k in roots), {})[m] = c
+    below = field.whole(rest.below)
+    forms = [book_form(field.whole(field.ring.from_dict(group)) / below) for group in groups.values()]
+    negative = all(form.op == "neg" or (form.shadow or 0) < 0 for form in forms)
+    terms = sorted((negate(form) if negative else form for form in forms), key=_length_and_text)
+    product = multiply(book_form(shared), reduce(add, terms))
+    return negate(product) if negative else product
+
+
 def _with_roots_below(field: Field, above: Poly, below: Poly) -> tuple[Poly, Poly] | None:
     """Return A + B r over C as A^2 - B^2 r^2 over C (A - B r), None where there is no such root r above.
 

@@ -89,7 +89,10 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         later = _solved(system_after(solved, found, answers), formalism)
         about_motion = answers_of(later)
         remarks = about_motion.remarks
-        answers = {name: {**answers, **about_motion.values}.get(name, Value(None)) for name in system.ask}
+        known, worked = {**answers, **about_motion.values}, about_motion.worked
+        parts = {name: worked[name].parts if name in worked else ("",) for name in system.ask}
+        keys = (f"{name}{end}" for name, ends in parts.items() for end in ends)
+        answers = {key: known.get(key, Value(None)) for key in keys}
     values = [*found.values, *answers.values()]
     shared = iter(values_with_shared_roots(values, solved.symbolic.letters))
     found, answers = found.with_values(islice(shared, len(found.values))), dict(zip(answers, shared, strict=True))
@@ -134,7 +137,8 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
     with stage("accelerations"):
         accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
-    reactions = reactions_of(solved)
+    reactions = {} if solved.needs_no_forces else reactions_of(solved)
+    withheld = {} if solved.needs_no_forces else resolved.withheld
     answers, remarks, asked = _answers(solved)
     valid, state = validity(solved, reactions), state_found(solved)
     places = {place_of(row)[0]: row for row in resolved.rows}
@@ -159,8 +163,8 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
         notes=tuple(notes),
         assembled=_assembled_values(solved),
         shifts=dict(begin.shifts),
-        withheld={name: each.components for name, each in resolved.withheld.items()},
-        withheld_reasons=tuple(reasons(resolved.withheld)),
+        withheld={name: each.components for name, each in withheld.items()},
+        withheld_reasons=tuple(reasons(withheld)),
         units=measures.state,
         states=state.words,
         closing=state.closing,

@@ -18,6 +18,7 @@ from multibody_sym.algebra.writers import LatexScript, TextScript, decimal
 from multibody_sym.errors import ArgumentError, short_repr
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.model.argument_checks import door
+from multibody_sym.model.fields import AXES
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, slot
@@ -289,9 +290,10 @@ def _end_of_words(latex: str) -> int:
 
 
 def latex_name(name: str) -> str:
-    r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, words upright, everything else harmless."""
+    r"""Return a name in LaTeX: theta_1 and theta1 as \theta_{1}, vB.x as v_{B,x}, words upright, all else harmless."""
+    whole, _, axis = name.rpartition(".")
     parts = []
-    for part in read_parts(name):
+    for part in (*read_parts(whole), axis) if whole and axis in AXES else read_parts(name):
         plain = part.isdigit() or (len(part) == 1 and part.isalpha() and part.isascii())
         parts.append(f"\\{part}" if part in GREEK else part if plain else upright(part))
     head, *under = parts

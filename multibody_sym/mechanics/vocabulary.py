@@ -727,6 +727,9 @@ _ASKED_KINDS: Final = {
     "formula": "coordinate or speed",
     "period_of": "coordinate",
     **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
+    "velocity": "point or body",
+    "acceleration": "point or body",
+    "instant_center": "body",
 }
 """The kinds of names under the keys of questions."""
 
@@ -752,6 +755,13 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
     elif question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
         yield "of", question.of, (*mechanism.markers, *(own if question.of in own else ()))
+    for key in ("velocity", "acceleration"):
+        point = getattr(question, key)
+        if point is not None and point not in mechanism.markers:
+            own = [f"{body}.{x}" for body in system.bodies for x in OWN_POINTS]
+            yield key, point, (*mechanism.markers, *(own if point in own else ()))
+    if question.instant_center is not None:
+        yield "instant_center", question.instant_center, [*system.bodies]
     if question.section is not None:
         frames = [f"{name}.{frame}" for name, body in system.bodies.items() for frame in body.frames]
         yield "section", question.section, [*(name for name in system.bodies if name != GROUND), *frames]

@@ -44,7 +44,8 @@ _FORMS: Final = (
     "{series: expression, in: parameter, through: power}, {formula: coordinate}, {period_of: coordinate}, "
     "{section: body, component: moment, at: place}, "
     "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
-    "{transmissibility: coordinate, from: input}, {decrement: coordinate} or {damping: number of a mode}; "
+    "{transmissibility: coordinate, from: input}, {decrement: coordinate}, {damping: number of a mode}, "
+    "{velocity: point}, {acceleration: point} or {instant_center: body}; "
     "c sticks (a state) and conditions may stand for {coordinate: value}"
 )
 _SETS: Final = (
@@ -71,6 +72,9 @@ _SETS: Final = (
     ("transmissibility", "of"),
     ("decrement",),
     ("damping",),
+    ("velocity",),
+    ("acceleration",),
+    ("instant_center",),
 )
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
@@ -226,7 +230,8 @@ class Ask(Element):
     formula of that place. Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t), have
     for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
     `antiresonance`, and a `transmissibility` from an input of the same unit; small free motions have a `decrement` and
-    modes a `damping` ratio.
+    modes a `damping` ratio. `velocity`, `acceleration`: those of a point at the start, by components and size.
+    `instant_center`: the point about which a body turns at the start, in the plane.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -319,6 +324,16 @@ class Ask(Element):
     def varied(self) -> str | None:
         """The parameter or start value whose values the question compares."""
         return self.in_ or self.find or (None if self.let is None else self.let.name)
+    velocity: str | None = holds(Text(), None, says="the point whose velocity is asked for", such="rod.pin")
+    acceleration: str | None = holds(Text(), None, says="the point whose acceleration is asked for", such="rod.pin")
+    instant_center: str | None = holds(
+        Text(), None, says="the body whose instantaneous centre is asked for", such="rod"
+    )
+
+    @property
+    def is_kinematic(self) -> bool:
+        """Whether it is about a velocity, an acceleration or an instantaneous centre, which need no forces."""
+        return not (self.velocity is self.acceleration is self.instant_center is None)
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}

@@ -8,6 +8,7 @@
     extremes                   `max`, `min`: largest and least values
     sections                   axial force, shear force and bending moment of beams
     varied                     answers as functions of a parameter or start value
+    kinematics                 velocity and acceleration of a point, instantaneous centre of a body, from body to body
     find                       `find` .. `so`: the value for which an equation holds
     best                       `find` .. `least`, `greatest`: the value for which an answer is so
     expansions                 `limit`, `series`: formulas near a place

@@ -14,9 +14,10 @@ from multibody_sym.answers.ask.best import BestQuestion
 from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
 from multibody_sym.answers.ask.find import FindQuestion
 from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
 from multibody_sym.answers.ask.named_answers import with_answers
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
 from multibody_sym.answers.ask.sections import SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
@@ -39,7 +40,7 @@ from multibody_sym.text.values import Value
 
 
 @dataclass(frozen=True)
-class FormulaQuestion(Question):
+class FormulaQuestion(SingleQuestion):
     """A coordinate or speed as a formula of time, which has no number."""
 
     coordinate: str
@@ -106,6 +107,7 @@ QUESTIONS: Final[tuple[type[Question], ...]] = (
     LimitQuestion,
     SeriesQuestion,
     SectionQuestion,
+    *KINEMATIC_QUESTIONS,
 )
 
 
@@ -129,7 +131,7 @@ def answers_of(solved: SolvedInstant) -> Answers:
         with at("simulation", "t_end"):
             raise ModelError(f"expected a positive number, got {end:g}: questions are about the motion until then")
     answers: dict[str, Value] = {}
-    given: dict[str, Value] = {}
+    given: dict[str, dict[str, Value]] = {}
     lettered: dict[str, Node] = {}
     remarks: list[str] = []
     worked: dict[str, WorkedAnswer] = {}
@@ -147,16 +149,19 @@ def answers_of(solved: SolvedInstant) -> Answers:
             ask, closed = named
             verify_asked(ask, solved.sample)
             reasons.set_aside()
+            question = question_of(ask)
+            parts = _answers(motion, name, ask, worked[name].working, remarks)
             worked[name] = worked[name]._replace(
-                at_start=question_of(ask).at_start(), is_later=question_of(ask).is_later()
+                at_start=question.at_start(), is_later=question.is_later(), parts=tuple(parts)
             )
-            found = _answer(motion, name, ask, worked[name].working, remarks)
-            given[name] = answers[name] = found if closed else replace(found, expression=None)
-            if is_lettered(solved, given[name]) and ask.value is not None:
+            given[name] = {f"{name}{end}": x if closed else replace(x, expression=None) for end, x in parts.items()}
+            answers[name] = found = given[name].get(name, Value(None))
+            if is_lettered(solved, found) and ask.value is not None:
                 answers[name], lettered[name] = replace(found, expression=None), ask.value
-            reasons.keep(name, needed=found.expression is None)
+            reasons.keep(name, needed=any(x.expression is None for x in parts.values()))
     reasons.put_back()
-    return Answers({name: given.get(name, answers[name]) for name in solved.system.ask}, remarks, worked)
+    every = (given.get(name, {name: answers[name]}) for name in solved.system.ask)
+    return Answers({name: value for parts in every for name, value in parts.items()}, remarks, worked)
 
 
 def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Value], list[str]]:
@@ -165,16 +170,19 @@ def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Valu
     return solved, found.values, found.remarks
 
 
-def _answer(motion: AskedMotion, name: str, ask: Ask, working: Working, remarks: list[str]) -> Value:
-    """Return the answer to a question, and add what it rests on, or why it has no value, to the remarks."""
+def _answers(
+    motion: AskedMotion, name: str, ask: Ask, working: Working, remarks: list[str]
+) -> Mapping[str, Value]:
+    """Return the answers to a question, and add what they rest on, or why they have no value, to the remarks."""
     about_modes: list[str] = []
+    found: Mapping[str, Value]
     try:
         if ask.varied is None and modes_named(ask):
             found, about_modes = _answer_with_modes(motion, ask, working)
         else:
-            found = question_of(ask).answer(motion, working)
+            found = question_of(ask).answers(motion, working)
     except FailedRunError as failed:
-        found = Value(None)
+        found = {"": Value(None)}
         working.notes.append(f"it has no answer, since the simulation fails: {failed.message}")
     remarks.extend(f"{name}: {note}" for note in working.notes)
     remarks.extend(each for each in about_modes if each not in remarks)
@@ -186,7 +194,7 @@ def question_of(ask: Ask) -> Question:
     return next(found for kind in QUESTIONS if (found := kind.parse(ask)) is not None)
 
 
-def _answer_with_modes(motion: AskedMotion, ask: Ask, working: Working) -> tuple[Value, list[str]]:
+def _answer_with_modes(motion: AskedMotion, ask: Ask, working: Working) -> tuple[Mapping[str, Value], list[str]]:
     """Return the answer to a question that names frequencies or periods, and remarks on the small oscillations."""
     try:
         if ask.value is not None and modes_named(ask) == [ask.value]:
@@ -195,12 +203,13 @@ def _answer_with_modes(motion: AskedMotion, ask: Ask, working: Working) -> tuple
             working.steps.append(lambda: motion.modes.lines(leaf))
         else:
             numbered, closed = motion.modes.put_in(ask)
-            found = replace(question_of(numbered).answer(motion, working), unit=question_of(ask).unit(motion))
+            (found,) = question_of(numbered).answers(motion, working).values()
+            found = replace(found, unit=question_of(ask).unit(motion))
             found = found if closed else replace(found, expression=None)
     except NoSolutionError as reason:
         working.notes.append(reason.message)
-        return Value(None), []
-    return found, motion.modes.remarks()
+        return {"": Value(None)}, []
+    return {"": found}, motion.modes.remarks()
 
 
 class _Reasons:

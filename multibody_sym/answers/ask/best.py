@@ -14,7 +14,7 @@ from typing import Final, Self
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
 from multibody_sym.algebra.roots import angles_of_one_wave
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import OutOfTimeError, Patience, VariedAnswer, roots_near
 from multibody_sym.answers.ask.working import Working, equation, written
 from multibody_sym.answers.instant.letters import put_in
@@ -54,7 +54,7 @@ _BESIDE: Final = 1e-3
 
 
 @dataclass(frozen=True)
-class BestQuestion(Question):
+class BestQuestion(SingleQuestion):
     """The value of a parameter or start value for which an expression is least, or greatest; `written` as it is."""
 
     name: str

@@ -14,7 +14,7 @@ import sympy
 
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import VariedAnswer
 from multibody_sym.answers.ask.working import Working, equation, written
 from multibody_sym.answers.records import Sentence
@@ -52,7 +52,7 @@ class NoExpansionError(Exception):
 
 
 @dataclass(frozen=True)
-class _FormulaQuestion(Question):
+class _FormulaQuestion(SingleQuestion):
     """What a formula becomes as `name`, a parameter or start value, comes to a place; `written` as it is."""
 
     name: str

@@ -19,7 +19,7 @@ from multibody_sym.answers.ask.extremes import (
     vanishes_about,
     zeros,
 )
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import (
     VARIED,
     OutOfTimeError,
@@ -59,7 +59,7 @@ _HOLDS: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class FindQuestion(Question):
+class FindQuestion(SingleQuestion):
     """The value of a parameter, coordinate or speed at the start for which an equation holds; `written` as it is."""
 
     name: str

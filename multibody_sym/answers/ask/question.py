@@ -68,14 +68,25 @@ class Question(ABC):
         return self.at_start() is None
 
     @abstractmethod
-    def answer(self, motion: AskedMotion, working: Working) -> Value:
-        """Return the answer; `working` collects its conditions, or why it has no value, and how it is found.
+    def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
+        """Return the answers by the ends of their names: "" for one, ".x" and so on for components of a vector.
 
-        Raises FailedRunError.
+        `working` collects their conditions, or why they have no value, and how they are found. Raises FailedRunError.
         """
 
 
-class NumberQuestion(Question):
+class SingleQuestion(Question):
+    """A question with one answer."""
+
+    def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
+        return {"": self.answer(motion, working)}
+
+    @abstractmethod
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        """Return the answer, as `answers` does."""
+
+
+class NumberQuestion(SingleQuestion):
     """A question whose answer is a number, which runs have too."""
 
     @abstractmethod

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.working import Working, equation
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.records import Line, Sentence
@@ -57,7 +57,7 @@ class Stretch(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SectionQuestion(Question):
+class SectionQuestion(SingleQuestion):
     """What the section of a beam transmits `at` a place; without one as a formula of the place."""
 
     beam: str

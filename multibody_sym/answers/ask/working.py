@@ -46,13 +46,14 @@ class Working:
 class WorkedAnswer(NamedTuple):
     """The working of a question, `asked` in words; `at_start`: an expression whose value at the start is the answer.
 
-    `is_later`: it is about what happens after the start.
+    `is_later`: it is about what happens after the start. `parts` are the ends of the names of its answers.
     """
 
     asked: str
     working: Working
     at_start: Node | None = None
     is_later: bool = True
+    parts: tuple[str, ...] = ("",)
 
 
 def acceleration(mechanism: Mechanism, k: int) -> Node:

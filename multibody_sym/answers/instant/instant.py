@@ -191,10 +191,21 @@ class SolvedInstant:
     @cached_property
     def is_structure(self) -> bool:
         """Whether constraints leave no freedom, and nothing is driven: a structure, which rests under any load."""
-        mechanism, rows = self.mechanism, [row.jacobian for row in self.numbers.rows if row.kinematic]
+        mechanism = self.mechanism
         if mechanism.drives or mechanism.one_way or any(self.begin.u) or not mechanism.bodies:
             return False
-        count = len(mechanism.speeds)
+        return self._is_held
+
+    @cached_property
+    def needs_no_forces(self) -> bool:
+        """Whether drives and constraints decide the motion, and questions are about nothing else."""
+        ask = self.system.ask.values()
+        return bool(ask) and all(x.is_kinematic for x in ask) and not self.mechanism.one_way and self._is_held
+
+    @cached_property
+    def _is_held(self) -> bool:
+        """Whether constraints leave no freedom."""
+        count, rows = len(self.mechanism.speeds), [row.jacobian for row in self.numbers.rows if row.kinematic]
         return count == 0 or (len(rows) >= count and rank(np.array(rows, dtype=float), CLOSED) == count)
 
     @cached_property

@@ -389,6 +389,7 @@ class ReducedEquations:
 class InLetters:
     """What is asked for at a start, in letters; `definitions` say what they stand for, by symbol.
 
+    `turning` has the angular velocities and accelerations that loops decide, by the names of bodies.
     Raises NoClosedFormError where no loop is closed, speeds are no rates of coordinates, or formulas grow too long.
     """
 
@@ -403,6 +404,7 @@ class InLetters:
             raise NoClosedFormError("speeds are no rates of coordinates")
         self.letters, self.definitions = letters_of_start(self.coordinates, begin, numbers.udot)
         self._units = MechanismUnits(mechanism)
+        self.turning: dict[str, dict[str, Node]] = {"angular_velocity": {}, "angular_acceleration": {}}
         self.loops = Loops(self.coordinates, self.letters, begin.assembled, self._name)
         self.reduced = ReducedEquations(self.coordinates, self.letters, self.loops, self._name, self._keep)
         self._of_positions()
@@ -450,6 +452,7 @@ class InLetters:
             x = every[k]
             unit = self.coordinates.mechanism.speeds[x.u].unit
             own = (found - self.letters.of([x.before[1]])[0]) * x.sense
+            self._keep_turning("angular_velocity", x, found)
             if found.is_zero:
                 known[x.letters[1]] = found
             self._keep(x.own[1], Definition(self.letters.values[x.own[1]], self.letters.written(own), unit=unit))
@@ -465,6 +468,7 @@ class InLetters:
             x = every[k]
             unit = self._units.accelerations[self.coordinates.mechanism.speeds[x.u].name]
             form = self._form((found - self.letters.of([x.before[2]])[0]) * x.sense)
+            self._keep_turning("angular_acceleration", x, found)
             if found.is_zero:
                 known[x.letters[2]] = found
             self._keep(x.own[2], Definition(self.letters.values[x.own[2]], form, unit=unit))
@@ -476,6 +480,13 @@ class InLetters:
         with suppress(NoClosedFormError, ExpressionError):
             for k, x in self.reduced.of_freedoms().items():
                 told(k, x)
+
+    def _keep_turning(self, quantity: str, x: Absolute, found: Quotient) -> None:
+        """Keep how a body turns in the plane, where that is what a letter stands for."""
+        is_angle = self.coordinates.mechanism.coordinates[x.q].unit == "rad"
+        form = self._form(found) if is_angle and found.symbols else None
+        if form is not None:
+            self.turning[quantity][x.body] = form
 
     def _of_forces(self) -> None:
         """Define the forces of the closings; those that follow from others do not count."""

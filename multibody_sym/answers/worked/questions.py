@@ -14,7 +14,7 @@ from multibody_sym.answers.records import Formula, Line, Sentence, Worked, Worke
 from multibody_sym.derivation.notation import Label, Symbols, latex_name
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import ZERO, Node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Quantity, Value
@@ -30,9 +30,9 @@ def with_questions(
     """Return a solution's steps with one more for each question that has an answer."""
     spelt = _Spelling(mechanism, symbols)
     steps = [
-        WorkedStep(f"{name}: {each.asked}", tuple(spelt.lines(name, each, answers[name])), is_later=True)
+        WorkedStep(f"{name}: {each.asked}", tuple(spelt.lines(name, each, found)), is_later=True)
         for name, each in asked.items()
-        if name in answers
+        if (found := {part: answers[f"{name}{part}"] for part in each.parts if f"{name}{part}" in answers})
     ]
     spelling = {**worked.notation.spelling, **spelt.spelling}
     notation = replace(worked.notation, spelling=spelling)
@@ -60,18 +60,24 @@ class _Spelling:
         self.spelling[made] = Label(name, latex)
         return made
 
-    def lines(self, name: str, asked: WorkedAnswer, answer: Value) -> Iterator[Line]:
-        """Yield the lines of a question, and its answer."""
+    def lines(self, name: str, asked: WorkedAnswer, answers: Mapping[str, Value]) -> Iterator[Line]:
+        """Yield the lines of a question, and its answers by the ends of their names."""
         lines = [self._line(line) for line in asked.working.lines()]
+        for end, answer in answers.items():
+            if answer.value is None and answer.expression is None:
+                yield from lines
+                yield from (Sentence((note,)) for note in asked.working.notes)
+            else:
+                yield from self._result(f"{name}{end}", asked, answer, lines)
+            lines = []
+
+    def _result(self, name: str, asked: WorkedAnswer, answer: Value, lines: list[Line]) -> Iterator[Line]:
+        """Yield lines and the answer to which they lead."""
         value = None if answer.value is None else Quantity(answer.value, answer.unit)
-        if value is None and answer.expression is None:
-            yield from lines
-            yield from (Sentence((note,)) for note in asked.working.notes)
-            return
         sides = [self._answer(name)]
         if asked.at_start is not None and leaves([asked.at_start], "quantity"):
             sides.append(self._in_sympy(asked.at_start))
-        if answer.expression is not None:
+        if answer.expression is not None and answer.expression is not ZERO:
             sides.append(self._in_sympy(answer.expression))
         last = lines[-1] if lines else None
         if isinstance(last, Formula) and len(last.sides) > 1 and last.sides[-1] == sides[-1]:

@@ -259,6 +259,8 @@ def _wording(lines: Sequence[Line], notation: Notation) -> tuple[str, ...]:
 
 def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols, bool]:
     """Return the steps, their symbols, and whether declared forces are missing, since they vanish at the start."""
+    if solved.needs_no_forces:
+        return *_given_alone(solved), False
     try:
         try:
             work = _Work(solved, solution)
@@ -266,10 +268,16 @@ def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, 
         except NoClosedFormError:
             return *_Work(solved, solution, numbers=True).written(), False
     except ExpressionError as reason:
-        symbols = symbols_of(solved.mechanism)
         why = Sentence((f"the equations are not written out: {reason.message}",))
-        steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), WorkedStep("Equations", (why,))
-        return Worked(solved.mechanism.name, steps, notation_of(solved.mechanism, symbols)), symbols, False
+        return *_given_alone(solved, WorkedStep("Equations", (why,))), False
+
+
+def _given_alone(solved: SolvedInstant, *more: WorkedStep) -> tuple[Worked, Symbols]:
+    """Return the given values as steps, with more of them."""
+    symbols = symbols_of(solved.mechanism)
+    steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), *more
+    notation = notation_of(solved.mechanism, symbols, labels=letters_of(solved.system))
+    return Worked(solved.mechanism.name, steps, notation), symbols
 
 
 class _Work:

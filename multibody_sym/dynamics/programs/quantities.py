@@ -342,9 +342,8 @@ def _axis_component(vector: Vec, axis: str) -> S:
     return vector[AXES.index(axis)]
 
 
-def _marker(instant: StateQuantities, name: str) -> Marker:
+def point_named(mechanism: Mechanism, name: str) -> Marker:
     """Return the point that a name stands for; a body alone stands for its centre of mass."""
-    mechanism = instant.motion.mechanism
     body, _, own = name.rpartition(".") if name not in mechanism.markers else (name, "", COM)
     return (centre_marker(mechanism, body) if own == COM else None) or mechanism.markers[body]
 
@@ -358,7 +357,7 @@ def centre_marker(mechanism: Mechanism, body: str) -> Marker | None:
 
 
 def _motion_of_point(instant: StateQuantities, quantity: str, point: str, axis: str) -> S:
-    marker = _marker(instant, point)
+    marker = point_named(instant.motion.mechanism, point)
     if quantity == "acceleration":
         return _axis_component(points.acceleration(instant.motion, marker, instant.bodies), axis)
     motion_of_point = points.position if quantity == "position" else points.velocity
@@ -374,7 +373,7 @@ def _turning_of_body(instant: StateQuantities, quantity: str, body: str, axis: s
 
 
 def _distance(instant: StateQuantities, _quantity: str, a: str, b: str) -> S:
-    first, second = (points.position(instant.motion, _marker(instant, name)) for name in (a, b))
+    first, second = (points.position(instant.motion, point_named(instant.motion.mechanism, name)) for name in (a, b))
     difference = subtract(second, first)
     return sqrt(dot(difference, difference))
 
@@ -432,7 +431,7 @@ def _momentum(instant: StateQuantities, quantity: str, *asked: str) -> S:
     about = ZERO_VECTOR
     if len(asked) > 2:
         is_own_centre = asked[1] == OWN_CENTRE and OWN_CENTRE not in instant.motion.mechanism.markers
-        marker = None if is_own_centre else _marker(instant, asked[1])
+        marker = None if is_own_centre else point_named(instant.motion.mechanism, asked[1])
         about = centre_of_mass(parts) if marker is None else points.position(instant.motion, marker)
     return _axis_component(angular_momentum(parts, about), asked[-1])
 

@@ -1,0 +1,478 @@
+"""`ask: {velocity: rod.pin}`: velocity and acceleration of a point, and the instantaneous centre of a body.
+
+In: a solved start. Out: components and size, with formulas, and the lines of a book: v_B = v_A + omega x r from body to
+body, the velocities that a loop makes equal, and accelerations with their centripetal and Coriolis parts.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial, reduce
+from itertools import groupby
+from typing import Any, ClassVar, Final, Self
+
+from multibody_sym.algebra.book_form import factored_form
+from multibody_sym.algebra.quotient_functions import with_whole_angles
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.working import Working, equation
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
+from multibody_sym.answers.instant.letters import acceleration_names
+from multibody_sym.answers.instant.reactions import with_letters
+from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.dynamics.programs.quantities import StateQuantities, point_named
+from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.motion import Motion
+from multibody_sym.mechanics.points import direction, position
+from multibody_sym.mechanics.references import moves_in_plane
+from multibody_sym.mechanics.row_records import Marker, PositionRow
+from multibody_sym.mechanics.spanning_tree import free_name
+from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.fields import AXES
+from multibody_sym.model.settings import Ask
+from multibody_sym.records import dataclass
+from multibody_sym.scalars import vectors
+from multibody_sym.scalars.elementary import BUILD, leaves
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import (
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    quantity,
+    real,
+    subtract,
+    symbol,
+)
+from multibody_sym.scalars.vectors import Vec
+from multibody_sym.text.printer import text
+from multibody_sym.text.values import Value
+
+_SHORT: Final = 12
+"""Up to how many letters of text a speed stands itself in equations."""
+
+
+class _Parts:
+    """Values at the start in the form of a book, and the axes along which a system moves."""
+
+    def __init__(self, solved: SolvedInstant) -> None:
+        self.solved = solved
+        self.in_plane = moves_in_plane(solved.system)
+        self.axes = AXES[:2] if self.in_plane else AXES
+
+    def of(self, ask: Callable[[StateQuantities], Any], unit: str = "") -> Value:
+        """Return what is asked for, its formula with shared factors in front where that is shorter."""
+        found = with_letters(self.solved, lambda instant: {"": ask(instant)}, {"": unit})[""]
+        if found.expression is None or found.value is None:
+            return found
+        closed = self.solved.closed(lambda forms: forms.of([as_node(ask(self.solved.nodes))])[0])
+        form = None if closed is None else factored_form(with_whole_angles(closed))
+        if form is None or len(text(form)) >= len(text(found.expression)):
+            return found
+        near = abs(evaluate_float([form], self.solved.sample)[0] - found.value) <= AGREEMENT * abs(found.value)
+        return replace(found, expression=form) if near else found
+
+    def expression(self, node: Node, unit: str) -> Value:
+        """Return the value of an expression in the names of the model."""
+        ask = self.solved.asked(node)
+        return self.of(lambda instant: ask(instant)[""], unit)
+
+    def form(self, ask: Callable[[StateQuantities], Any]) -> Node:
+        """Return what is asked for as an expression, a number where it has no formula."""
+        found = self.of(ask)
+        return real(found.value or 0.0) if found.expression is None else found.expression
+
+
+def _size(components: Iterable[Node]) -> Node:
+    return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in components)))
+
+
+def _size_of_one(parts: Sequence[Value]) -> Value | None:
+    """Return the size of a vector with one component in letters that is not zero; None of another one."""
+    (only, *others) = [x for x in parts if x.value] or [Value(None)]
+    if others or only.value is None or only.expression is None or not leaves([only.expression], "symbol"):
+        return None
+    form = only.expression.args[0] if only.expression.op == "neg" else only.expression
+    return replace(only, value=abs(only.value), expression=BUILD["abs"](form))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Questions.
+
+
+class _StartQuestion(Question):
+    """A question about the motion at the start."""
+
+    def is_later(self) -> bool:
+        return False
+
+
+@dataclass(frozen=True)
+class _PointQuestion(_StartQuestion):
+    """The velocity or acceleration of a point."""
+
+    point: str
+
+    quantity: ClassVar[str]
+    si_unit: ClassVar[str]
+
+    def words(self) -> str:
+        return f"{self.quantity} of {self.point}"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return self.si_unit
+
+    def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
+        parts = _Parts(motion.solved)
+        components = {axis: quantity(self.quantity, (self.point, axis)) for axis in parts.axes}
+        found = {f".{axis}": parts.expression(node, self.si_unit) for axis, node in components.items()}
+        found[""] = _size_of_one([*found.values()]) or parts.expression(_size(components.values()), self.si_unit)
+        if parts.in_plane:
+            working.steps.append(lambda: self.lines(PlaneMotion(parts)))
+        return found
+
+    @abstractmethod
+    def lines(self, plane: PlaneMotion) -> Iterator[Line]:
+        """Yield the lines that lead to the components."""
+
+
+@dataclass(frozen=True)
+class VelocityQuestion(_PointQuestion):
+    """The velocity of a point at the start."""
+
+    quantity = "velocity"
+    si_unit = "m/s"
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.velocity is None else cls(ask.velocity)
+
+    def lines(self, plane: PlaneMotion) -> Iterator[Line]:
+        yield from plane.velocity_lines(self.point)
+
+
+@dataclass(frozen=True)
+class AccelerationQuestion(_PointQuestion):
+    """The acceleration of a point at the start."""
+
+    quantity = "acceleration"
+    si_unit = "m/s^2"
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.acceleration is None else cls(ask.acceleration)
+
+    def lines(self, plane: PlaneMotion) -> Iterator[Line]:
+        yield from plane.acceleration_lines(self.point)
+
+
+@dataclass(frozen=True)
+class InstantCenterQuestion(_StartQuestion):
+    """The point about which a body turns at the start."""
+
+    body: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.instant_center is None else cls(ask.instant_center)
+
+    def words(self) -> str:
+        return f"instantaneous centre of {self.body}"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return "m"
+
+    def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
+        parts = _Parts(motion.solved)
+        if not parts.in_plane:
+            with at("instant_center"):
+                raise ModelError(
+                    "a body has an instantaneous centre where all moves in the plane z = 0; ask for "
+                    f"{{velocity: {self.body}}} and angular_velocity({self.body}, x)",
+                    number="M110",
+                )
+        turning = quantity("angular_velocity", (self.body, "z"))
+        if not parts.expression(turning, "rad/s").value:
+            working.notes.append(f"{self.body} does not turn, and has no instantaneous centre")
+            return {"": Value(None, unit="m")}
+        x, y = (quantity("position", (self.body, axis)) for axis in parts.axes)
+        v_x, v_y = (quantity("velocity", (self.body, axis)) for axis in parts.axes)
+        pole = subtract(x, divide(v_y, turning)), add(y, divide(v_x, turning))
+        working.steps.append(lambda: PlaneMotion(parts).pole_lines(self.body))
+        return {f".{axis}": parts.expression(node, "m") for axis, node in zip(parts.axes, pole, strict=True)}
+
+
+KINEMATIC_QUESTIONS: Final = (VelocityQuestion, AccelerationQuestion, InstantCenterQuestion)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The steps of a book, in the plane.
+
+Pair = tuple[Node, Node]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A part of the way to a point: `along` a body that turns, to the next joint or the point."""
+
+    body: int
+    reach: Pair
+
+    def velocity(self, plane: PlaneMotion) -> Pair:
+        """Return omega x r."""
+        x, y = self.reach
+        turning = plane.turning(self.body)
+        return negate(multiply(turning, y)), multiply(turning, x)
+
+    def acceleration(self, plane: PlaneMotion) -> Pair:
+        """Return alpha x r - omega^2 r."""
+        x, y = self.reach
+        alpha, square = plane.turning_rate(self.body), multiply(plane.turning(self.body), plane.turning(self.body))
+        return (
+            negate(add(multiply(alpha, y), multiply(square, x))),
+            subtract(multiply(alpha, x), multiply(square, y)),
+        )
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A part of the way to a point: a joint slides `along` a direction of the body `on` which it slides."""
+
+    body: int
+    on: int
+    along: Pair
+    rate: Node
+    second_rate: Node
+
+    def velocity(self, _plane: PlaneMotion) -> Pair:
+        """Return the speed along the direction."""
+        x, y = self.along
+        return multiply(self.rate, x), multiply(self.rate, y)
+
+    def acceleration(self, plane: PlaneMotion) -> Pair:
+        """Return the acceleration along the direction, and Coriolis' 2 omega x v."""
+        x, y = self.along
+        coriolis = multiply(real(2.0), multiply(plane.turning(self.on), self.rate))
+        return (
+            subtract(multiply(self.second_rate, x), multiply(coriolis, y)),
+            add(multiply(self.second_rate, y), multiply(coriolis, x)),
+        )
+
+
+class PlaneMotion:
+    """How the bodies of a plane system move at its start, in the letters of a book."""
+
+    def __init__(self, parts: _Parts) -> None:
+        self.parts = parts
+        self.mechanism: Mechanism = parts.solved.mechanism
+        self._taken = {str(x.data) for x in self.mechanism.symbols}
+        self._values: dict[Node, Node] = {}
+        self._told: set[Node] = set()
+        self._decided = {symbol(x) for x in parts.solved.begin.assembled}
+
+    # --- letters ---------------------------------------------------------------------------------------------------
+
+    def turning(self, body: int) -> Node:
+        """Return the angular velocity of a body, as a letter where it is long or loops decide it."""
+        return self._of_body("omega", body, "angular_velocity")
+
+    def turning_rate(self, body: int) -> Node:
+        """Return the angular acceleration of a body, likewise."""
+        return self._of_body("alpha", body, "angular_acceleration")
+
+    def _of_body(self, letter: str, body: int, of: str) -> Node:
+        name = self.mechanism.bodies[body].name if body >= 0 else GROUND
+        ask = self.parts.solved.asked(quantity(of, (name, "z")))
+        made = symbol(free_name(f"{letter}_{name}", self._taken))
+        if made not in self._values:
+            self._values[made] = self.parts.form(lambda instant: ask(instant)[""])
+            letters = self.parts.solved.lettered.found if self._is_decided(self._values[made]) else None
+            if letters is not None:
+                self._values[made] = letters.turning[of].get(name, self._values[made])
+        return self._short(made)
+
+    def _is_decided(self, value: Node) -> bool:
+        """Return whether a value names what loops decide."""
+        return bool(self._decided.intersection(leaves([value], "symbol")))
+
+    def _short(self, letter: Node) -> Node:
+        """Return the value of a letter where it is short and given, else the letter."""
+        value = self._values[letter]
+        return value if len(text(value)) <= _SHORT and not self._is_decided(value) else letter
+
+    def _speed(self, place: int) -> Node:
+        """Return a speed of the mechanism, likewise."""
+        letter = symbol(self.mechanism.speeds[place].name)
+        self._values.setdefault(letter, self.parts.form(lambda instant: instant.motion.state.u[place]))
+        return self._short(letter)
+
+    def _speed_rate(self, place: int) -> Node:
+        """Return the rate of a speed, likewise."""
+        letter = symbol(f"{acceleration_names(self.mechanism)[place]}''")
+        self._values.setdefault(letter, self.parts.form(lambda instant: instant.udot[place]))
+        return self._short(letter)
+
+    def _given(self, node: Node) -> Node:
+        """Return what is prescribed, at the start."""
+        return self.parts.form(lambda instant: instant.motion.state.values([node])[0])
+
+    def letter_lines(self, lines: Iterable[Formula]) -> Iterator[Line]:
+        """Yield what the letters of lines are, those first that others name."""
+        waiting = [*leaves([side for line in lines for side in line.sides], "symbol")]
+        named: dict[Node, Node] = {}
+        while waiting:
+            letter = waiting.pop(0)
+            value = self._values.get(letter, letter)
+            if letter not in self._told and letter not in named and value is not letter:
+                named[letter] = value
+        self._told.update(named)
+        for letter, value in named.items():
+            yield equation(letter, value, "so")
+
+    # --- ways from ground to points --------------------------------------------------------------------------------
+
+    @cached_property
+    def _chains(self) -> dict[int, list[Arm | Slide]]:
+        """The way to each body's joint, by the number of the body."""
+        found: dict[int, list[Arm | Slide]] = {-1: []}
+        for k, body in enumerate(self.mechanism.bodies):
+            found[k] = [*found[body.parent], *self._arm(body.parent, self._joint(k)), *self._slides(k)]
+        return found
+
+    def _joint(self, k: int) -> Marker:
+        body = self.mechanism.bodies[k]
+        return Marker(body.name, k, body.frame_on_body)
+
+    def _arm(self, body: int, end: Marker) -> list[Arm]:
+        """Return the arm from the joint of a body to an end; none where it has no length or ground carries it."""
+        if body < 0 or self.turning(body) is ZERO is self.turning_rate(body):
+            return []
+        begin = self._joint(body)
+        x, y = self._components(lambda motion: vectors.subtract(position(motion, end), position(motion, begin)))
+        return [] if x is ZERO and y is ZERO else [Arm(body, (x, y))]
+
+    def _components(self, vector: Callable[[Motion], Vec]) -> Pair:
+        """Return the components of a vector in the plane."""
+        x = self.parts.form(lambda instant: vector(instant.motion)[0])
+        return x, self.parts.form(lambda instant: vector(instant.motion)[1])
+
+    def _slides(self, k: int) -> Iterator[Slide]:
+        """Yield how a body slides in its joint. Raises NoClosedFormError where the direction bends or turns in it."""
+        body = self.mechanism.bodies[k]
+        free = iter(body.free_steps)
+        frame = Marker("", body.parent, body.frame_on_parent)
+        turned = False
+        for step, given in zip(body.steps, body.given, strict=True):
+            own = None if given is not None else next(free)
+            if step.slides and (turned or step.curve is not None):
+                raise NoClosedFormError("a joint slides along a curve, or after it turns")
+            turned = turned or bool(step.turns)
+            for number, axis in enumerate(step.slides):
+                x, y = self._components(partial(direction, frame=frame, components=axis))
+                if given is not None:
+                    yield Slide(k, body.parent, (x, y), self._given(given[1]), self._given(given[2]))
+                elif own is not None:
+                    place = own.u[number]
+                    yield Slide(k, body.parent, (x, y), self._speed(place), self._speed_rate(place))
+
+    def way(self, marker: Marker, carrier: int) -> list[Arm | Slide]:
+        """Return the parts of the way to the point of a body that is where a marker is."""
+        return [*self._chains[carrier], *self._arm(carrier, marker)]
+
+    # --- lines -----------------------------------------------------------------------------------------------------
+
+    def velocity_lines(self, point: str) -> Iterator[Line]:
+        """Yield how loops decide velocities, and the velocity of a point from body to body."""
+        marker = point_named(self.mechanism, point)
+        yield from self._with_loops(VELOCITY, self._along(VELOCITY, point, self.way(marker, marker.body)))
+
+    def acceleration_lines(self, point: str) -> Iterator[Line]:
+        """Yield the same of accelerations, after the velocities in them."""
+        marker = point_named(self.mechanism, point)
+        yield from self._with_loops(VELOCITY, ())
+        yield from self._with_loops(ACCELERATION, self._along(ACCELERATION, point, self.way(marker, marker.body)))
+
+    def pole_lines(self, body: str) -> Iterator[Line]:
+        """Yield the instantaneous centre from the velocity of a body's joint."""
+        k = self.mechanism.body_index(body)
+        joint, turning = self._joint(k), self.turning(k)
+        x, y = self._components(partial(position, marker=joint))
+        v_x, v_y = _sum([VELOCITY.of(self, part) for part in self.way(joint, k)])
+        pole = subtract(x, divide(v_y, turning)), add(y, divide(v_x, turning))
+        name = self.mechanism.bodies[k].joint_name
+        lines = [equation(symbol(f"{axis}_P"), form) for axis, form in zip("xy", pole, strict=True)]
+        words = f"{body} turns about P: v = omega x r from P, so r_P = r_{name} + (-v_y, v_x)/omega with v of {name}"
+        yield from self._with_loops(VELOCITY, (Sentence((words,)), *lines), [equation(turning, turning)])
+
+    def _along(self, law: _Law, point: str, way: Sequence[Arm | Slide]) -> Iterator[Line]:
+        yield Sentence((f"{law.name} of {point}, from body to body: {law.says}",))
+        for part in way:
+            yield self._part_line(law, part)
+        total = _sum([law.of(self, part) for part in way])
+        for axis, side in zip("xy", total, strict=True):
+            yield equation(quantity(law.name, (point, axis)), side)
+
+    def _part_line(self, law: _Law, part: Arm | Slide) -> Sentence:
+        x, y = law.of(self, part)
+        body = self.mechanism.bodies[part.body].name
+        vector = (": (", x, ", ", y, ")")
+        if isinstance(part, Arm):
+            return Sentence((f"{body} turns, r = (", part.reach[0], ", ", part.reach[1], ")", *vector))
+        return Sentence((f"{body} slides along (", part.along[0], ", ", part.along[1], ")", *vector))
+
+    def _with_loops(self, law: _Law, lines: Iterable[Line], more: Iterable[Formula] = ()) -> Iterator[Line]:
+        """Yield lines after those by which loops decide the letters in them."""
+        after = [*lines]
+        loops = [*self._loop_lines(law)]
+        yield from loops
+        formulas = [x for x in (*loops, *after, *more) if isinstance(x, Formula)]
+        yield from self.letter_lines(formulas)
+        yield from after
+
+    def _loop_lines(self, law: _Law) -> Iterator[Line]:
+        """Yield which velocities or accelerations joints that close loops make equal."""
+        rows = [row for row in self.mechanism.rows if isinstance(row, PositionRow) and row.acts_in_plane]
+        for frames, group in groupby(rows, lambda row: row.frames):
+            own = [*group]
+            held, holder = frames[1], frames[0]
+            element = own[0].name.rpartition(".")[0] or own[0].name
+            left = _sum([law.of(self, x) for x in self.way(held, held.body)])
+            place = holder if len(own) > 1 else held
+            right = _sum([law.of(self, x) for x in self.way(place, holder.body)])
+            if len(own) > 1:
+                yield Sentence((f"{element} closes a loop: both sides have one {law.name} there",))
+                for axis, a, b in zip("xy", left, right, strict=True):
+                    yield equation(a, b, f"along {axis}")
+                continue
+            if law is ACCELERATION and holder.body >= 0:
+                raise NoClosedFormError("what slides along a body that moves has an acceleration relative to it")
+            n = self._components(partial(direction, frame=holder, components=own[0].axis))
+            a, b = (add(multiply(n[0], v[0]), multiply(n[1], v[1])) for v in (left, right))
+            yield equation(a, b, f"{element}: {law.name} across")
+
+
+@dataclass(frozen=True)
+class _Law:
+    """How velocities or accelerations add up from body to body; `of` gives what a part of the way adds."""
+
+    name: str
+    says: str
+    of: Callable[[PlaneMotion, Arm | Slide], Pair]
+
+
+VELOCITY: Final = _Law("velocity", "v_B = v_A + omega x r", lambda plane, part: part.velocity(plane))
+ACCELERATION: Final = _Law(
+    "acceleration",
+    "a_B = a_A + alpha x r - omega^2*r, and a_rel + 2*omega x v_rel where a joint slides",
+    lambda plane, part: part.acceleration(plane),
+)
+
+
+def _sum(pairs: Sequence[Pair]) -> Pair:
+    x, y = (reduce(add, (pair[k] for pair in pairs), ZERO) for k in (0, 1))
+    return x, y
