@@ -368,7 +368,9 @@ def _structure_hints(system: System, resolved: Mechanism, rank: Redundancy) -> I
     """Yield the degree of static indeterminacy, in the plane of a plane structure; then what is not compared."""
     if len(resolved.speeds) <= sum(rank.doubles.values()) + rank.rank:
         plane = in_plane(system)
+        across = {row.name for row in resolved.rows if not row.acts_in_plane} if plane else set()
         rows = [row for row in rank.redundant if not (plane and row.rpartition(".")[2] in _OUT_OF_PLANE)]
+        rows = [row for row in rows if row not in across]
         if rows:
             yield (
                 f"statically indeterminate by {len(rows)}{' in the plane' if plane else ''}: equilibrium alone does "
