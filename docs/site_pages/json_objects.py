@@ -106,6 +106,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "closed": "contacts, ropes and stops that press or pull in each, with their states",
         "friction_left_out": "friction that might hold other positions",
         "errors": "how far the coordinates of each position may be off",
+        "expressions": "coordinates of each position that have a formula in parameters",
         "sets": "how many sets of contacts, ropes and stops were tried closed, and how many there are",
         "units": UNITS,
     },

@@ -19,6 +19,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.analysis.deviations import DeviationFlow, coordinate_bounds, deviation_names, displaced
 from multibody_sym.analysis.equilibrium_search import find_equilibria, guesses
 from multibody_sym.analysis.kinks import verify_keeps_mode
@@ -28,8 +29,8 @@ from multibody_sym.analysis.state_asked_about import errors_at, friction_left_ou
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
-from multibody_sym.dynamics.start.start import start
-from multibody_sym.errors import InputError, NoSolutionError, Where
+from multibody_sym.dynamics.start.start import Start, start
+from multibody_sym.errors import ExpressionError, InputError, NoSolutionError, Where
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import driving_inputs
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
@@ -42,9 +43,10 @@ from multibody_sym.model.argument_checks import state_by_name
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
-from multibody_sym.scalars.elementary import postorder
+from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, rank
+from multibody_sym.text.printer import text
 
 Degree = int | None
 """None: no polynomial, or none that is seen."""
@@ -292,7 +294,8 @@ class Equilibrium:
     each position the contacts, ropes and stops that press or pull there, with their states, and those that touch
     without force, which may leave its stability open. `friction_left_out`: elements whose friction might hold other
     positions. `sets`: how many sets of contacts, ropes and stops were tried closed, and how many there are. `errors`:
-    by how much the coordinates of each position may be wrong.
+    by how much the coordinates of each position may be wrong. `expressions`: for each position the coordinates that
+    have a formula in parameters.
     """
 
     positions: tuple[Mapping[str, float], ...]
@@ -309,6 +312,7 @@ class Equilibrium:
     friction_left_out: tuple[str, ...] = ()
     sets: tuple[int, int] = (1, 1)
     errors: tuple[Mapping[str, float], ...] = ()
+    expressions: tuple[Mapping[str, str], ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `equilibrium --json` prints."""
@@ -327,7 +331,12 @@ class Equilibrium:
             "friction_left_out": list(self.friction_left_out),
             "sets": list(self.sets),
             "errors": [dict(each) for each in self.errors],
+            "expressions": [dict(each) for each in self.expressions],
         }
+
+
+_MOST_LETTERED: Final = 2
+"""Coordinates of a position that is looked for in letters."""
 
 
 def equilibrium(
@@ -357,7 +366,7 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
     without_friction = friction_left_out(resolved)
     if not resolved.speeds and not resolved.rates:  # nothing moves: the one position is at rest, whatever acts
         at_rest = Equilibrium(({},), (True,), ((),), True, ((),), one_sided=(False,), closed=({},), errors=({},))
-        return replace(at_rest, friction_left_out=without_friction)
+        return replace(at_rest, friction_left_out=without_friction, expressions=({},))
     rested = find_equilibria(resolved, begin, formalism, project=system.simulation.project)
     found, first = rested.found, rested.first
     if not found:
@@ -390,7 +399,27 @@ def _equilibrium(system: System, formalism: str | None) -> Equilibrium:
         friction_left_out=without_friction,
         sets=rested.sets,
         errors=tuple(dict(zip(names, x.search.errors(x.q), strict=True)) for x in found),
+        expressions=tuple({} if x.free.any() else _expressions(resolved, begin, x.q) for x in found),
     )
+
+
+def _expressions(resolved: Mechanism, begin: Start, q: Floats) -> dict[str, str]:
+    """Return the coordinates of a position that have a formula in parameters, of few freedoms without constraints."""
+    from multibody_sym.analysis.modes.matrices import formulas_of  # loads the algebra, which most positions do without
+    from multibody_sym.analysis.modes.small_motion import state_values
+
+    count = len(resolved.coordinates)
+    if resolved.one_way or resolved.rows or resolved.relative is not None or count != len(resolved.speeds):
+        return {}
+    if count > _MOST_LETTERED:
+        return {}
+    there = replace(begin, q=tuple(q.tolist()), u=(0.0,) * count)
+    try:
+        state = formulas_of(resolved, there, found=True, places=range(count))
+    except (NoClosedFormError, ExpressionError):
+        return {}
+    nodes = {name: value.expression for name, value in state_values(resolved, there, state).items()}
+    return {name: text(node) for name, node in nodes.items() if node is not None and leaves([node], "symbol")}
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -85,10 +85,10 @@ def equilibrium_text(found: Equilibrium, units: Units = SI) -> str:
     """Return the positions for a person to read, in chosen units."""
     lines = []
     ways = zip(found.free, found.beyond, found.one_sided, found.closed, strict=True)
-    each = zip(found.positions, found.errors, found.stable, ways, strict=True)
-    for position, errors, stable, (free, beyond, one_sided, closed) in each:
+    each = zip(found.positions, found.errors, found.expressions, found.stable, ways, strict=True)
+    for position, errors, forms, stable, (free, beyond, one_sided, closed) in each:
         known = {name: units.said(x, found.units[name], errors[name]) for name, x in position.items()}
-        values = ", ".join(f"{name} = {number}" for name, number in known.items())
+        values = ", ".join(f"{name} = {with_formula(forms.get(name, ''), number)}" for name, number in known.items())
         along = f"; and so is every position beside it along {', '.join(free)}" if free else ""
         past = f"; beyond the other end of {', '.join(beyond)}" if beyond else ""
         edge = "; a force has no real value on one side of it" if one_sided else ""
