@@ -36,10 +36,18 @@ def test_a_rope_that_holds_nothing_changes_no_step(backend: Any) -> None:
     assert both.changes == one.changes == []
 
 
+@pytest.fixture(scope="module")
+def prepared() -> list[mbs.Prepared]:
+    """One rope, and both, ready to run."""
+    return [mbs.prepare(mbs.loads(ROPES + ropes)) for ropes in (ONE, ONE + OTHER)]
+
+
 @pytest.mark.parametrize("t_end", [0.75, 0.95, 1.0, 1.01, 1.1])
-def test_a_rope_that_becomes_taut_with_another_began_no_flight_before(t_end: float) -> None:
+def test_a_rope_that_becomes_taut_with_another_began_no_flight_before(
+    t_end: float, prepared: list[mbs.Prepared]
+) -> None:
     """It closes at a rate that is rounding: half a second ago was when it would have begun to."""
-    one, both = (mbs.simulate(mbs.loads(ROPES + ropes), t_end=t_end) for ropes in (ONE, ONE + OTHER))
+    one, both = (ready.run(t_end=t_end) for ready in prepared)
     assert both.q[-1] == pytest.approx(one.q[-1], abs=1e-9)
     times = [leg.problem.start for leg in both.modes.legs]
     assert times == sorted(times)
