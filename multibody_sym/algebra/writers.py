@@ -11,10 +11,9 @@ import sympy
 
 from multibody_sym.algebra.book_form import is_long, nearest_double
 from multibody_sym.scalars.sympy_bridge import TableFunction
-from multibody_sym.text.printer import latex_width
+from multibody_sym.text.printer import is_short_fraction, latex_width
 
 SUM, PRODUCT, POWER, ATOM = 10, 20, 30, 40
-_LARGEST_IN_FRACTION: Final = 12
 _LONGEST_DECIMAL: Final = 12
 _LONGEST_DOUBLE: Final = 40
 _SPEED, _ACCELERATION, _MULTIPLIER, _FUNCTION = 5, 6, 7, 8
@@ -29,7 +28,7 @@ class Piece(NamedTuple):
     strength: int
 
 
-FactorKey = tuple[int, list[tuple[int, int]], bool, str]
+FactorKey = tuple[int, bool, list[tuple[int, int]], bool, str]
 
 
 def is_negative(term: Any) -> bool:
@@ -89,7 +88,7 @@ class Script(ABC):
         return max((place[0] for place in self._places_in(expression)), default=-1)
 
     def factors(self, product: Any) -> list[Any]:
-        """Return the factors of a product in the order of writing: parameters, coordinates, speeds, functions."""
+        """Return the factors of a product as written: parameters, coordinates, speeds, functions; then sums."""
         return sorted(sympy.Mul.make_args(product), key=self._factor_key)
 
     def _factor_key(self, factor: Any) -> FactorKey:
@@ -97,7 +96,7 @@ class Script(ABC):
             base = factor.base if factor.is_Pow else factor
             places = self._places_in(factor)
             kind = _FUNCTION if base.is_Function else max((place[0] for place in places), default=-1)
-            self._keys[factor] = kind, places, isinstance(base, sympy.cos), self.piece(base).text
+            self._keys[factor] = kind, base.is_Add, places, isinstance(base, sympy.cos), self.piece(base).text
         return self._keys[factor]
 
     def _places_in(self, expression: Any) -> list[tuple[int, int]]:
@@ -215,7 +214,7 @@ class Script(ABC):
         given = Fraction(int(number.p), int(number.q)) if number.is_Rational else Fraction(float(number))
         shown, places = nearest_double(given), _LONGEST_DOUBLE if is_long(given) else _LONGEST_DECIMAL
         number = sympy.Rational(shown.numerator, shown.denominator)
-        point = decimal(number, places) if max(number.p, number.q) > _LARGEST_IN_FRACTION else None
+        point = None if is_short_fraction(shown) else decimal(number, places)
         first, divisor = (point, 1) if point else (str(number.p), number.q)
         before = [self.number(first)] if first != "1" or not above else []
         after = [self.number(str(divisor))] if divisor != 1 else []

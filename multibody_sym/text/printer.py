@@ -218,14 +218,20 @@ def _mul(n: Node, pieces: dict[Node, _Piece]) -> _Piece:
         factor = n.args[0].data
         n = n.args[1]
         above, below = factor.numerator, factor.denominator
-        small = (below < 10 and above < 10) or (above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0)
-        small = small or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI) or is_halved(factor)
+        small = is_short_fraction(factor) or (n.op == "pi" and below <= _SMALLEST_PART_OF_PI)
         if not small and below != 1 and _decimal(Fraction(factor)):
             return _Piece(f"{_exact(factor).text}*{_behind_number(n, pieces)}", PRODUCT)
         product = f"{_exact(above).text}*{_behind_number(n, pieces)}" if above != 1 else _within(pieces[n], PRODUCT)
         return _Piece(product if below == 1 else f"{product}/{below}", PRODUCT)
     a, b = _order_operands(n, pieces)
     return _Piece(f"{_within(pieces[a], PRODUCT)}*{_within(pieces[b], PRODUCT + 1)}", PRODUCT)
+
+
+def is_short_fraction(value: int | Fraction) -> bool:
+    """Return whether a factor is written as a fraction though it may be a decimal: `m*r^2/12`, `2*x/3`; `0.1*x`."""
+    above, below = value.numerator, value.denominator
+    part = above == 1 and below < _HUNDRED and below % 10 != 0 and below % 25 != 0
+    return (below < 10 and above < 10) or part or is_halved(value)
 
 
 def is_halved(value: int | Fraction) -> bool:

@@ -22,7 +22,7 @@ from multibody_sym.analysis.modes.forced import ForcedMotion, at_frequency, with
 from multibody_sym.analysis.modes.matrices import WORK, Matrix
 from multibody_sym.analysis.modes.small_motion import SmallMotion, state_values
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
-from multibody_sym.answers.ask.working import Working, equation, written
+from multibody_sym.answers.ask.working import IMAGINARY, Working, equation, written
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.model.settings import Ask
@@ -40,7 +40,6 @@ _LONGEST: Final = 1000
 """Letters of a formula that is given: three damped freedoms have about 600 for an amplitude."""
 _ROUNDING: Final = 1e-12
 """The part of a complex number below which its real or imaginary part is rounding."""
-_I: Final = symbol("i")
 _DRIVE: Final = symbol("omega of an input")
 
 Complex = tuple[Quotient, Quotient]
@@ -159,7 +158,7 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from _equations(linear)
         drive = linear.drive
-        turning = BUILD["exp"](multiply(multiply(_I, drive.frequency), symbol("t")))
+        turning = BUILD["exp"](multiply(multiply(IMAGINARY, drive.frequency), symbol("t")))
         x = f"in steady motion {self.coordinate}, less its mean, is the real part of "
         wave = multiply(drive.amplitude, turning)
         yield Sentence((x, multiply(symbol("X"), turning), f", and {self.of} that of ", wave))
@@ -190,7 +189,7 @@ def _complex(part: Complex) -> Node:
     real, imaginary = part
     if imaginary.is_zero:
         return written(real)
-    turned = multiply(_I, written(imaginary))
+    turned = multiply(IMAGINARY, written(imaginary))
     return turned if real.is_zero else add(written(real), turned)
 
 

@@ -77,6 +77,7 @@ def direction_text(along: Point) -> str:
 
 
 OMEGA: Final = symbol("omega")
+IMAGINARY: Final = symbol("i")
 _ROOTS: Final = 2
 """Other roots that are named beside the one that a question asks for."""
 _NOW: Final = 1e-9

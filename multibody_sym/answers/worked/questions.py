@@ -8,10 +8,10 @@ from typing import Any
 
 import sympy
 
-from multibody_sym.answers.ask.working import OMEGA, WorkedAnswer
+from multibody_sym.answers.ask.working import IMAGINARY, OMEGA, WorkedAnswer
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
-from multibody_sym.derivation.notation import Label, Symbols, latex_name
+from multibody_sym.derivation.notation import COORDINATE, Label, Symbols, latex_name
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, symbol
@@ -35,7 +35,7 @@ def with_questions(
         if (found := {part: answers[f"{name}{part}"] for part in each.parts if f"{name}{part}" in answers})
     ]
     spelling = {**worked.notation.spelling, **spelt.spelling}
-    notation = replace(worked.notation, spelling=spelling)
+    notation = replace(worked.notation, spelling=spelling, places={**spelt.places, **worked.notation.places})
     return replace(worked, steps=(*worked.steps, *steps), notation=notation)
 
 
@@ -52,6 +52,12 @@ class _Spelling:
         self._leaves[TIME] = symbols.time
         self.spelling: dict[Any, Label] = {}
         self._named(OMEGA, "omega")
+        self._imaginary = self._named(IMAGINARY, "i")
+
+    @property
+    def places(self) -> dict[Any, tuple[int, int]]:
+        """The places of those symbols: i stands before all letters, the others with the coordinates."""
+        return {s: (COORDINATE, k) for k, s in enumerate(self.spelling) if s != self._imaginary}
 
     def _named(self, node: Node, name: str) -> Any:
         """Return the symbol of a leaf that steps do not have."""
