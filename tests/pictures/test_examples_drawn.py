@@ -27,7 +27,8 @@ def missing(scene: Scene, picture: Picture) -> list[str]:
     told = {each.name for each in scene.dimensions if each.name.endswith(".com") and each.component}
     told = {name for name in told if f"{shown_name(name)} (" in legend}
     written = {text.name for text in texts(picture)} | told
-    signs = [item for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") != "free"]
+    unseen = ("free", "hanger")  # the freedoms of a particle: its carriers have no mass
+    signs = [item for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") not in unseen]
     joints = {item.name for item in signs if not (scene.static and isinstance(item.form, Axes))}
     lengths = {each.name for each in scene.dimensions}
     return [*sorted(joints - drawn), *sorted(lengths - written)]

@@ -14,7 +14,7 @@ from multibody_sym.answers.records import Formula, Line, Sentence, Worked, Worke
 from multibody_sym.derivation.notation import COORDINATE, Label, Symbols, latex_name
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ZERO, Node, symbol
+from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Quantity, Value
@@ -83,8 +83,10 @@ class _Spelling:
         sides = [self._answer(name)]
         if asked.at_start is not None and leaves([asked.at_start], "quantity"):
             sides.append(self._in_sympy(asked.at_start))
-        if answer.expression is not None and answer.expression is not ZERO:
-            sides.append(self._in_sympy(answer.expression))
+        if answer.expression is not None:
+            expression = self._in_sympy(answer.expression)
+            if value is None or not expression.is_Rational:
+                sides.append(expression)
         last = lines[-1] if lines else None
         if isinstance(last, Formula) and len(last.sides) > 1 and last.sides[-1] == sides[-1]:
             lines.pop()  # the answer says the same

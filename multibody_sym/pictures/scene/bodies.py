@@ -46,8 +46,9 @@ from multibody_sym.pictures.scene.items import (
     vector,
 )
 from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, placed_joint, wire_of
-from multibody_sym.pictures.scene.letters import coefficients, law_letters, letters, mass_letter
+from multibody_sym.pictures.scene.letters import coefficients, is_titled, law_letters, letters, mass_letter
 from multibody_sym.pictures.scene.stage import (
+    FrameOnBody,
     Stage,
     curve_points,
     is_bead_on_ring,
@@ -379,9 +380,21 @@ def _bead(stage: Stage, name: str, point: str) -> Item:
 
 def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
     place = stage.place(element.plane.through)
-    face = Face(place.point, stage.axis(place, element.plane.normal))
+    axis = stage.axis(place, element.plane.normal)
+    if place.body < 0 and _carries(stage, place, element.point):
+        roller = Symbol("roller", place.point, along=vector(-np.array(axis)))
+        titled, path = is_titled(element, name, roller.kind), ("constraints", name)
+        yield Item("joint", name, name, path, place.body, roller, on_ground=True, titled=titled)
+        return
+    face = Face(place.point, axis)
     yield Item("surface", name, name, ("constraints", name), place.body, face, on_ground=place.body < 0)
     yield _bead(stage, name, element.point)
+
+
+def _carries(stage: Stage, place: FrameOnBody, point: str) -> bool:
+    """Return whether a plane of ground supports a structure at a point of it."""
+    here, there = (vector(stage.world(each.body, each.point)) for each in (place, stage.place(point)))
+    return stage.is_structure and same(here, there)
 
 
 def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:

@@ -456,6 +456,8 @@ def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Itera
         label = driven or coordinate_names(name, joint)[-1]
         if not driven and label not in own_names and stage.mechanism.relative is None:
             continue
+        if stage.is_structure and not given:
+            continue  # nothing turns
         axis: Floats = np.array(unit(stage.vector(made.turns[0])))
         there = away(stage, stage.body(joint.child), made.child.point, places)
         if there is None:

@@ -30,7 +30,8 @@ _LONGEST: Final = 9
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
 _Z: Final = (0.0, 0.0, 1.0)
 _PIN: Final = re.compile(r"[A-Z][0-9]?'?")
-"""The name of a pin in a book."""
+"""The name of a pin or of a roller in a book."""
+_PINS: Final = ("revolute", "spherical", "roller")
 _TURNED: Final = re.compile(r"-?(?:(.+)\*)?(cos|sin)\(([^()]+)\)(?:\*(.+))?")
 """A component of what is turned by an angle."""
 
@@ -80,8 +81,8 @@ def _coefficient(name: str, node: Node | str | None) -> str:
 
 
 def is_titled(element: Any, name: str, kind: str) -> bool:
-    """Return whether a figure in letters names an element: where the model has a label, and a pin such as A."""
-    return bool(getattr(element, "label", None)) or (kind in ("revolute", "spherical") and bool(_PIN.fullmatch(name)))
+    """Return whether a figure in letters names an element: one with a label, and pins or rollers such as A."""
+    return bool(getattr(element, "label", None)) or (kind in _PINS and bool(_PIN.fullmatch(name)))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

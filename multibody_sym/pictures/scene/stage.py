@@ -18,6 +18,7 @@ from multibody_sym.mechanics.load_records import PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.references import BARE, References, moves_in_plane
+from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import FROM_AXIS, GROUND, Body, Surface, mass_of
 from multibody_sym.model.constraints import (
@@ -57,6 +58,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.rank import CLOSED, rank
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,15 @@ class Stage:
     def poses(self) -> Floats:
         """The poses of the bodies at the start, and of the world (nb + 1, 3, 4)."""
         return poses_of(self.motion)
+
+    @cached_property
+    def is_structure(self) -> bool:
+        """Whether constraints leave no freedom, and nothing is driven."""
+        mechanism = self.mechanism
+        if mechanism.drives or mechanism.one_way or len(mechanism.rows) < len(mechanism.speeds):
+            return False
+        rows = [row.jacobian for row in row_motions(self.motion) if row.kinematic]
+        return bool(rows) and rank(np.array(rows, dtype=float), CLOSED) == len(mechanism.speeds)
 
     @cached_property
     def known(self) -> Mapping[Node, float]:
