@@ -77,6 +77,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "limit": None, "let": None, "series": None, "in_": None, "about": None, "through": None, "formula": None,
         "period_of": None,
         "section": None, "component": None,
+        "velocity": None, "acceleration": None, "instant_center": None,
         "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
         "decrement": None, "damping": None,
     },

@@ -28,7 +28,7 @@ class Piece(NamedTuple):
     strength: int
 
 
-FactorKey = tuple[int, bool, list[tuple[int, int]], bool, str]
+FactorKey = tuple[int, list[tuple[int, int]], bool, str]
 
 
 def is_negative(term: Any) -> bool:
@@ -89,15 +89,19 @@ class Script(ABC):
 
     def factors(self, product: Any) -> list[Any]:
         """Return the factors of a product as written: parameters, coordinates, speeds, functions; then sums."""
-        return sorted(sympy.Mul.make_args(product), key=self._factor_key)
+        return sorted(sympy.Mul.make_args(product), key=self._product_key)
 
     def _factor_key(self, factor: Any) -> FactorKey:
         if factor not in self._keys:
             base = factor.base if factor.is_Pow else factor
             places = self._places_in(factor)
             kind = _FUNCTION if base.is_Function else max((place[0] for place in places), default=-1)
-            self._keys[factor] = kind, base.is_Add, places, isinstance(base, sympy.cos), self.piece(base).text
+            self._keys[factor] = kind, places, isinstance(base, sympy.cos), self.piece(base).text
         return self._keys[factor]
+
+    def _product_key(self, factor: Any) -> tuple[int, bool, FactorKey]:
+        key = self._factor_key(factor)
+        return key[0], (factor.base if factor.is_Pow else factor).is_Add, key
 
     def _places_in(self, expression: Any) -> list[tuple[int, int]]:
         return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
@@ -203,7 +207,7 @@ class Script(ABC):
     def _taken_apart(self, number: Any, product: Any) -> tuple[Any, list[Any]]:
         """Return a number and the factors of a product in the order of writing, square roots joined."""
         number, factors = _with_one_root(number, sympy.Mul.make_args(product))
-        return number, sorted(factors, key=self._factor_key)
+        return number, sorted(factors, key=self._product_key)
 
     def _signed(self, e: Any) -> Piece:
         return Piece(self.opposite + self.within(-e, PRODUCT), SUM)

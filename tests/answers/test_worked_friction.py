@@ -231,7 +231,7 @@ def test_a_wheel_with_mass_has_two_tensions() -> None:
     text = write_document(worked_document(worked), "text")
     assert "up: 0 = R_axle_y - M*g - T1 - T2" in text
     assert "moments about axle: M*R^2*phi''/2 = R*T1 - R*T2" in text
-    assert "R_axle_y = (3*(m1 + m2)*M + 8*m1*m2 + M^2)*g/(2*m1 + 2*m2 + M) = 68 N" in text
+    assert "R_axle_y = (3*M*(m1 + m2) + 8*m1*m2 + M^2)*g/(2*m1 + 2*m2 + M) = 68 N" in text
 
 
 PUCK = (

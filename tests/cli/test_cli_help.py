@@ -55,7 +55,7 @@ def test_a_shell_completes_commands_options_and_words(tmp_path: Path) -> None:
 
     assert completed("multibody-sym", "lin") == ["linearize"]
     assert completed("multibody-sym", "simulate", "--t-") == ["--t-end"]
-    assert completed("multibody-sym", "new", "slider") == ["slider_crank"]
+    assert completed("multibody-sym", "new", "fur") == ["furuta"]
     assert completed("multibody-sym", "explain", "M10") == [f"M10{k}" for k in range(10)]
 
 

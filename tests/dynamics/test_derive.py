@@ -61,7 +61,7 @@ GOLDEN = {
     ),
     double_pendulum: (
         "((m1 + m2)*l1^2 + m2*l2^2 + 2*m2*l1*l2*cos(q2))*q1'' + (m2*l2^2 + m2*l1*l2*cos(q2))*q2''"
-        " - m2*l1*l2*(2*q1' + q2')*q2'*sin(q2) + (m1 + m2)*g*l1*sin(q1) + m2*g*l2*sin(q1 + q2) = 0\n"
+        " - m2*l1*l2*q2'*(2*q1' + q2')*sin(q2) + (m1 + m2)*g*l1*sin(q1) + m2*g*l2*sin(q1 + q2) = 0\n"
         "(m2*l2^2 + m2*l1*l2*cos(q2))*q1'' + m2*l2^2*q2'' + m2*l1*l2*q1'^2*sin(q2) + m2*g*l2*sin(q1 + q2) = 0"
     ),
     spherical_pendulum: (

@@ -17,11 +17,11 @@ from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.model.bodies import GroundMotion
 from multibody_sym.model.constraints import CONSTRAINTS, OnCurve
-from multibody_sym.model.forces import FORCES, Friction
+from multibody_sym.model.forces import FORCES, Distributed, Friction
 from multibody_sym.model.joints import JOINTS
 from multibody_sym.model.parameters import Table
 
-APART = (Friction, OnCurve)
+APART = (Friction, OnCurve, Distributed)
 DECLARED = [cls for table in (JOINTS, FORCES, CONSTRAINTS) for cls in table.table.values() if cls not in APART]
 MOST_SPEEDS = 4
 """Up to which the routes that derive closed forms take part here."""

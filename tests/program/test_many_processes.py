@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import subprocess
@@ -78,6 +79,7 @@ def raced(place: Path, processes: int, keys: int) -> tuple[dict[str, int], list[
 def test_a_cache_that_many_used_is_small_again_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(cache, "_MOST_FILES", LIMIT)
+    monkeypatch.setattr(cache, "_STORES", itertools.count(-LIMIT))
     for number in range(LIMIT):
         cache.store(f"key {number}", cache.keep(b"%d" % number, "origin", ".so"), {})
     assert len(os.listdir(cache.folder())) >= 2 * LIMIT
