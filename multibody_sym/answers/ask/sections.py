@@ -113,7 +113,6 @@ class SectionQuestion(SingleQuestion):
         working.notes.append(f"{cut.letter} is the place along {self.beam}, from {_ends(cut)}")
         return Value(None, formula, unit=UNITS[self.component])
 
-
     def _lines(self, cut: CutBeam, stretch: Stretch, place: Node, value: Node) -> Iterator[Line]:
         """Yield the sum on a stretch, and what it comes to."""
         yield from cut.lines(self.component, stretch, place)
