@@ -198,3 +198,27 @@ def test_the_range_up_a_slope() -> None:
     assert found["level"].value == pytest.approx(v**2 * sin(2 * theta) / G, rel=1e-12)
     gentle = v**2 / G * (sin(2 * theta) - 2 * alpha * cos(theta) ** 2)
     assert found["gentle"].value == pytest.approx(gentle, rel=1e-12)
+
+
+BASE = """
+multibody_sym: 1
+name: base
+gravity: [0, 0, 0]
+parameters:
+  {m: {value: 10, positive: true}, k: {value: 4000, positive: true}, c: {value: 60, positive: true},
+   w: {value: 30, positive: true}}
+inputs: {y: 0.005*sin(w*t)}
+bodies: {base: {}, mass: {mass: m}}
+joints:
+  B: {type: prismatic, parent: ground, child: base, axis: x, motion: y}
+  S: {type: prismatic, parent: ground, child: mass, axis: x, q: x, initial: {q: 0.3}}
+forces: {spring: {type: spring_damper, between: [base, mass], stiffness: k, damping: c, length: 0.3}}
+ask: {T: {transmissibility: x, from: y}, T0: {limit: T, let: {c: 0}}}
+"""
+
+
+def test_the_limit_of_a_root_of_a_square_says_for_which_sign_it_holds() -> None:
+    """Without damping T = k/abs(k - m*w^2)."""
+    found = mbs.solve(mbs.loads(BASE))
+    assert form(found.answers["T0"]) == "k/(m*w^2 - k)"
+    assert "T0: while m*w^2 - k > 0" in found.conditions

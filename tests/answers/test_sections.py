@@ -210,3 +210,25 @@ def test_the_shear_force_is_the_slope_of_the_moment(number: int) -> None:
         gained = math.fsum(w * at(solution, "shear", float(x)) for x, w in zip(places, weights, strict=True))
         ends = at(solution, "moment", a), at(solution, "moment", b)
         assert abs(ends[1] - ends[0] - gained) <= 1e-12 * max(map(abs, (*ends, gained)), default=0.0) + 1e-12
+
+
+OVERHANG = """
+multibody_sym: 1
+name: overhang
+parameters: {L: {value: 3 m, positive: true}, q: {value: 400 N/m, positive: true}}
+bodies:
+  ground: {points: {B: [2*L/3, 0, 0]}}
+  beam: {points: {left: [0, 0, 0], b: [2*L/3, 0, 0], right: [L, 0, 0]}}
+joints: {A: {type: revolute, parent: ground, child: beam, q: phi}}
+constraints: {B: {type: point_in_plane, point: beam.b, plane: {through: ground.B, normal: y}}}
+forces: {w: {type: distributed, on: beam, between: [left, right], value: [0, -q, 0]}}
+ask: {M: {section: beam, component: moment, at: 2*L/3}, V: {section: beam, component: shear, at: 2*L/3}}
+"""
+
+
+def test_a_section_at_a_support_is_just_behind_it_where_its_force_jumps() -> None:
+    """Of the part with greater x: V = q*L/3, M = -q*(L/3)^2/2."""
+    solution = mbs.solve(mbs.loads(OVERHANG))
+    assert solution.answers["V"].value == pytest.approx(400, rel=1e-12)
+    assert solution.answers["M"].value == pytest.approx(-200, rel=1e-12)
+    assert [line for line in solution.conditions if line.startswith(("M:", "V:"))] == ["V: just behind 2*L/3"]

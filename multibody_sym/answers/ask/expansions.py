@@ -144,6 +144,15 @@ class _Formula:
         node = from_sympy(expression, {s: x for x, s in self._leaves.items()})
         return written(exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
 
+    def signs(self, expression: Any) -> Iterator[str]:
+        """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""
+        roots = [x.base for x in expression.atoms(sympy.Pow) if x.exp.is_Rational and x.exp.q == 2]
+        for root in sorted(roots, key=str):
+            for factor, power in sympy.factor_list(root)[1]:
+                if power % 2 == 0 and not factor.is_positive:
+                    way = 1 if self.evaluated(factor, self.scale) > 0 else -1
+                    yield f"while {text(self.in_book_form(way * factor))} > 0"
+
     def value(self, node: Node) -> Value:
         """Return an expression with its value at the declared letters."""
         return Value(self.varied.of_formula(node, self.varied.sample), node, self.varied.unit)
@@ -188,6 +197,7 @@ class LimitQuestion(_FormulaQuestion):
             size = max(abs(formula.evaluated(limit, near)), abs(formula.evaluated(formula.sympy, formula.scale)))
             if not abs(left) <= _REACHED * size:
                 raise NoExpansionError(f"numbers do not confirm the limit of {name} as {self.to}")
+        working.notes.extend(formula.signs(limit))
         return formula.value(formula.in_book_form(limit))
 
     def _sides(self, formula: _Formula) -> Iterator[tuple[Any, str, Any]]:

@@ -88,11 +88,13 @@ class SectionQuestion(SingleQuestion):
         working.steps.append(lambda: [Sentence((f"equilibrium of the part with smaller {cut.letter}, on which act",))])
         if self.at is None:
             return self._along(cut, working)
+        x, place = motion.solved.number(self.at), self.at
         with at("at"):
-            stretch = cut.stretch_at(motion.solved.number(self.at))
-        place = self.at
+            stretch = cut.stretch_at(x)
         found = cut.value(self.component, stretch, place)
-        if len(cut.stretches) > 1 and place.shadow is None:
+        if cut.jumps_at(self.component, stretch, x):
+            working.notes.append(f"just behind {text(place)}")
+        elif len(cut.stretches) > 1 and place.shadow is None and not cut.begins(stretch, x):
             working.notes.append(f"for {text(stretch.first)} <= {text(place)} <= {text(stretch.last)}")
         working.steps.append(lambda: cut.lines(self.component, stretch, place))
         return found
@@ -150,12 +152,29 @@ class CutBeam:
 
     def stretch_at(self, x: float) -> Stretch:
         """Return the stretch of a place (m), the one behind it where something acts there. Raises ModelError."""
-        near = _SAME * (self.stretches[-1].end - self.stretches[0].begin)
+        near = self._near
         if not self.stretches[0].begin - near <= x <= self.stretches[-1].end + near:
             ends = f"from {self.stretches[0].begin:g} to {self.stretches[-1].end:g} m"
             message = f"{x:g} m is beyond {self._name}, which reaches {ends} along its x axis"
             raise ModelError(message, number="M109")
         return next((each for each in self.stretches if x < each.end - near), self.stretches[-1])
+
+    @property
+    def _near(self) -> float:
+        return _SAME * (self.stretches[-1].end - self.stretches[0].begin)
+
+    def begins(self, stretch: Stretch, x: float) -> bool:
+        """Return whether a place (m) is where a stretch begins."""
+        return abs(x - stretch.begin) <= self._near
+
+    def jumps_at(self, component: str, stretch: Stretch, x: float) -> bool:
+        """Return whether N, V or M has another value before the place where a stretch begins."""
+        number = self.stretches.index(stretch)
+        if number == 0 or not self.begins(stretch, x):
+            return False
+        cuts = (each.cut for each in self.stretches[number - 1 : number + 1])
+        before, behind = (float(section_force(self._actions, component, cut, x)) for cut in cuts)
+        return abs(behind - before) > _SAME * max(abs(before), abs(behind))
 
     def value(self, component: str, stretch: Stretch, place: Node) -> Value:
         """Return N, V or M at a place on a stretch, which may be the letter of a place."""
@@ -182,7 +201,9 @@ class CutBeam:
         terms = self._with_place(place, stretch).values(ask, {})
         order = sorted(range(len(terms)), key=lambda k: self._begins(stretch.cut)[k])
         known = [(self._names(stretch.cut)[k], terms[str(k)]) for k in order if terms[str(k)].value]
-        where = f"for {text(stretch.first)} < {text(place)} < {text(stretch.last)}: " if len(self.stretches) > 1 else ""
+        along = place == symbol(self.letter)
+        inside = len(self.stretches) > 1 and (along or not self.begins(stretch, self._solved.number(place)))
+        where = f"for {text(stretch.first)} < {text(place)} < {text(stretch.last)}: " if inside else ""
         yield Sentence((f"{where}{', '.join(dict.fromkeys(name for name, _ in known)) or 'nothing'}",))
         forms = [x.expression for _, x in known if x.expression is not None]
         if len(forms) == len(known) > 1:
