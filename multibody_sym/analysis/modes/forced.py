@@ -61,12 +61,14 @@ MOST_LETTERED: Final = 3
 
 @dataclass(frozen=True)
 class HarmonicInput:
-    """An input `mean` + `amplitude` sin(`frequency` t + phase), or cos, with expressions of parameters."""
+    """An input `mean` + `amplitude` sin(`angle`), or cos, with expressions of parameters; `angle` is linear in time."""
 
     name: str
     mean: Node
     amplitude: Node
     frequency: Node
+    angle: Node
+    is_sine: bool
 
     @classmethod
     def of(cls, system: System, name: str) -> HarmonicInput:
@@ -79,7 +81,7 @@ class HarmonicInput:
                 parts = derivative(_waves_replaced(given, wave, _WAVE), _WAVE), derivative(wave.args[0], _T)
                 mean = _waves_replaced(given, wave, ZERO)
                 if not {_WAVE, _T}.intersection(leaves([mean, *parts], "symbol")):
-                    return cls(name, mean, *parts)
+                    return cls(name, mean, *parts, wave.args[0], wave.op == "sin")
         raise NoSolutionError(
             f"{name} is no harmonic input: declare it with one wave, such as {name}: F0*sin(w*t)", number="N111"
         )

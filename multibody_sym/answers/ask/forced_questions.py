@@ -158,8 +158,8 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from _equations(linear)
         drive = linear.drive
-        turning = BUILD["exp"](multiply(multiply(IMAGINARY, drive.frequency), symbol("t")))
-        x = f"in steady motion {self.coordinate}, less its mean, is the real part of "
+        turning, part = BUILD["exp"](multiply(IMAGINARY, drive.angle)), "imaginary" if drive.is_sine else "real"
+        x = f"in steady motion {self.coordinate}, less its mean, is the {part} part of "
         wave = multiply(drive.amplitude, turning)
         yield Sentence((x, multiply(symbol("X"), turning), f", and {self.of} that of ", wave))
         above, below = self.response(linear)
