@@ -65,3 +65,20 @@ gravity: [0, -9.81, 0]
     told, of_free = (declared_hints(loads(each)) for each in (text, free))
     assert not any("has no mass" in each for each in told)
     assert any("body belt has no mass" in each for each in of_free)
+
+
+def test_structures_need_no_masses() -> None:
+    text = """\
+multibody_sym: 1
+name: two_bars
+gravity: [0, 0, 0]
+bodies: {ground: {points: {A: [0, 0, 0], B: [2, 0, 0]}}, top: {}}
+joints: {top: {type: point, parent: ground, child: top, q: [x, y], initial: {q: [1, 1]}}}
+constraints:
+  a: {type: distance, between: [ground.A, top], value: sqrt(2)}
+  b: {type: distance, between: [ground.B, top], value: sqrt(2)}
+forces: {load: {type: force, on: top, value: [1, -2, 0]}}
+"""
+    assert declared_hints(loads(text)) == []
+    pendulum = text[: text.index("constraints:")]
+    assert any("body top has no mass" in each for each in declared_hints(loads(pendulum)))
