@@ -418,7 +418,7 @@ class _Answer:
             lambda node: evaluate_float([node], samples)[0],
         )
 
-    # --- what is told ---------------------------------------------------------------------------------------------
+    # --- the answer -----------------------------------------------------------------------------------------------
 
     def told(self) -> ImpactFound:
         solved, names = self.solved, [speed.name for speed in self.posed.mechanism.speeds]

@@ -71,7 +71,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.functions import absolute, is_exactly, sqrt
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, nodes_among, slot
-from multibody_sym.scalars.rank import without_rounding
+from multibody_sym.scalars.rank import CLOSED, rank, without_rounding
 from multibody_sym.scalars.vectors import S, Vec, add, apply, apply_transposed, cross, dot, negate, scale, subtract
 
 
@@ -140,6 +140,12 @@ def acting_rows(rows: Sequence[RowMotion]) -> list[int]:
     return [
         k for k, row in enumerate(rows) if row.coupling or {*map(as_node, row.jacobian), as_node(row.gamma)} != {ZERO}
     ]
+
+
+def leave_no_freedom(rows: Sequence[RowMotion], count: int) -> bool:
+    """Return whether rows at a state (floats) decide all of `count` speeds."""
+    known = [row.jacobian for row in rows if row.kinematic]
+    return count == 0 or (len(known) >= count and rank(np.array(known, dtype=float), CLOSED) == count)
 
 
 def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]:

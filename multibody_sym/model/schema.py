@@ -158,7 +158,7 @@ _KINDS: Final[dict[type[Any], FieldKind]] = {
     settings.SamplesField: FieldKind(
         f"{_NUMBER_WORDS}, or list of times", any_of(NUMBER, array_schema(NUMBER, 1))
     ),
-    settings.ApproachField: FieldKind("`{name: limit}`, a number, `oo` or `-oo`", _REACHED),
+    settings.TendencyField: FieldKind("`{name: limit}`, a number, `oo` or `-oo`", _REACHED),
     settings.EquationField: FieldKind("equation, with `==`", {"type": "string", "pattern": "=="}),
     fields.Vector: FieldKind("list of three numbers or expressions", _VECTOR),
     bodies.EndField: FieldKind("name of a point, or three numbers or expressions", any_of(_NAME, _VECTOR)),

@@ -132,7 +132,7 @@ INFINITE: Final = ("oo", "-oo")
 
 
 @dataclass(frozen=True)
-class Approach(Element):
+class Tendency(Element):
     """A parameter or start value that tends to a value, or beyond all bounds."""
 
     name: str = holds(Text(), says="the parameter or start value", such="M")
@@ -144,19 +144,19 @@ class Approach(Element):
 
 
 @dataclass(frozen=True)
-class ApproachField:
+class TendencyField:
     """One name and the value to which it tends: `{M: oo}`."""
 
-    def accept(self, value: Any) -> Approach:
-        if isinstance(value, Approach):
+    def accept(self, value: Any) -> Tendency:
+        if isinstance(value, Tendency):
             return value
         if not isinstance(value, Mapping) or len(value) != 1:
             raise ModelError(f"expected a name and its limit such as {{M: oo}}, got {describe(value)}", number="M103")
         ((name, end),) = value.items()
         with at(str(name)):
-            return Approach(name, bound=end) if end in INFINITE else Approach(name, Scalar().accept(end))
+            return Tendency(name, bound=end) if end in INFINITE else Tendency(name, Scalar().accept(end))
 
-    def tree(self, value: Approach) -> dict[str, str]:
+    def tree(self, value: Tendency) -> dict[str, str]:
         return {value.name: (value.bound or "") if value.to is None else text(value.to)}
 
 
@@ -280,8 +280,8 @@ class Ask(Element):
         Scalar(), None, says="the expression that is greatest for the value found, over answers", such="range"
     )
     limit: Node | None = holds(Scalar(), None, says="the expression whose limit is asked for, over answers", such="a")
-    let: Approach | None = holds(
-        ApproachField(), None, says="the parameter or start value that tends to a value, oo or -oo", such="{M: oo}"
+    let: Tendency | None = holds(
+        TendencyField(), None, says="the parameter or start value that tends to a value, oo or -oo", such="{M: oo}"
     )
     series: Node | None = holds(Scalar(), None, says="the expression that is expanded, over answers", such="T")
     in_: str | None = holds(Text(), None, says="the parameter or start value of the expansion", such="theta0")

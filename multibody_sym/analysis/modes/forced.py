@@ -66,9 +66,13 @@ class HarmonicInput:
     name: str
     mean: Node
     amplitude: Node
-    frequency: Node
     angle: Node
     is_sine: bool
+
+    @property
+    def frequency(self) -> Node:
+        """The rate of the angle (rad/s)."""
+        return derivative(self.angle, _T)
 
     @classmethod
     def of(cls, system: System, name: str) -> HarmonicInput:
@@ -78,10 +82,10 @@ class HarmonicInput:
             waves = {x for x in postorder([given]) if x.op in ("sin", "cos") and _T in leaves([x], "symbol")}
             if len(waves) == 1:
                 (wave,) = waves
-                parts = derivative(_waves_replaced(given, wave, _WAVE), _WAVE), derivative(wave.args[0], _T)
-                mean = _waves_replaced(given, wave, ZERO)
-                if not {_WAVE, _T}.intersection(leaves([mean, *parts], "symbol")):
-                    return cls(name, mean, *parts, wave.args[0], wave.op == "sin")
+                mean, (angle,) = _waves_replaced(given, wave, ZERO), wave.args
+                found = cls(name, mean, derivative(_waves_replaced(given, wave, _WAVE), _WAVE), angle, wave.op == "sin")
+                if not {_WAVE, _T}.intersection(leaves([mean, found.amplitude, found.frequency], "symbol")):
+                    return found
         raise NoSolutionError(
             f"{name} is no harmonic input: declare it with one wave, such as {name}: F0*sin(w*t)", number="N111"
         )

@@ -277,7 +277,7 @@ class _Search:
         unsure = max(noise, EPSILON * abs(self.varied.value(at)))
         return way * sqrt(unsure / grown) if grown > unsure else way
 
-    # --- what is told -----------------------------------------------------------------------------------------------
+    # --- notes and steps --------------------------------------------------------------------------------------------
 
     def notes(self, best: _Best) -> list[str]:
         """Return the value at the extreme, and what is to be said of the place."""

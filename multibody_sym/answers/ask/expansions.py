@@ -21,7 +21,7 @@ from multibody_sym.answers.records import Sentence
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.vocabulary import named_by
-from multibody_sym.model.settings import Approach, Ask
+from multibody_sym.model.settings import Ask, Tendency
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.node import Node, number, symbol
@@ -165,7 +165,7 @@ class _Formula:
 class LimitQuestion(_FormulaQuestion):
     """The value to which a formula tends."""
 
-    to: Approach
+    to: Tendency
 
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:

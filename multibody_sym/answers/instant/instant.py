@@ -40,13 +40,14 @@ from multibody_sym.mechanics.declared_rows import with_named_outputs
 from multibody_sym.mechanics.law_elements import Mode
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import Motion, motion_of, slot_state, state_of
+from multibody_sym.mechanics.row_kinematics import leave_no_freedom
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, as_node, symbol
-from multibody_sym.scalars.rank import CLOSED, least_squares, rank
+from multibody_sym.scalars.rank import least_squares
 from multibody_sym.scalars.sign_changes import Bounded, bound_rounding
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
@@ -205,8 +206,7 @@ class SolvedInstant:
     @cached_property
     def _is_held(self) -> bool:
         """Whether constraints leave no freedom."""
-        count, rows = len(self.mechanism.speeds), [row.jacobian for row in self.numbers.rows if row.kinematic]
-        return count == 0 or (len(rows) >= count and rank(np.array(rows, dtype=float), CLOSED) == count)
+        return leave_no_freedom(self.numbers.rows, len(self.mechanism.speeds))
 
     @cached_property
     def _leaves(self) -> dict[Node, Bounded]:

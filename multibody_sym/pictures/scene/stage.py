@@ -18,7 +18,7 @@ from multibody_sym.mechanics.load_records import PointForce
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.references import BARE, References, moves_in_plane
-from multibody_sym.mechanics.row_kinematics import row_motions
+from multibody_sym.mechanics.row_kinematics import leave_no_freedom, row_motions
 from multibody_sym.mechanics.spanning_tree import body_part
 from multibody_sym.model.bodies import FROM_AXIS, GROUND, Body, Surface, mass_of
 from multibody_sym.model.constraints import (
@@ -58,7 +58,6 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.rank import CLOSED, rank
 
 
 @dataclass(frozen=True)
@@ -104,8 +103,7 @@ class Stage:
         mechanism = self.mechanism
         if mechanism.drives or mechanism.one_way or len(mechanism.rows) < len(mechanism.speeds):
             return False
-        rows = [row.jacobian for row in row_motions(self.motion) if row.kinematic]
-        return bool(rows) and rank(np.array(rows, dtype=float), CLOSED) == len(mechanism.speeds)
+        return leave_no_freedom(row_motions(self.motion), len(mechanism.speeds))
 
     @cached_property
     def known(self) -> Mapping[Node, float]:
