@@ -30,10 +30,11 @@ _OUTPUTS: Final = {
     "index_2_by_multipliers": ("jacobian",),
 }
 
-Form = Literal["explicit", "multistep", "implicit", "index_2"]
+Form = Literal["explicit", "multistep", "implicit", "index_2", "impulses"]
 """What a method of integration asks a system for: its derivative, also the Jacobian, or the equations of index 2.
 
-A multistep method asks for what an explicit one does, and is compiled for those that are asked for it.
+A multistep method asks for what an explicit one does, and is compiled for those that are asked for it. Time stepping
+asks for the laws of impulses, and for the motion without contacts, in no mode.
 """
 
 

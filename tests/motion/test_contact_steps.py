@@ -63,6 +63,14 @@ def test_a_heap_comes_to_rest_apart_and_all_energy_is_accounted_for(heap) -> Non
     assert heap.statistics["steps"] == 1000
 
 
+def test_a_run_by_steps_has_one_library_which_watches_no_contact_and_holds_no_row(heap) -> None:
+    compiled = heap.ready.compiled
+    assert compiled.path == heap.modes.steps.laws.compiled.path
+    assert "laws" in compiled
+    assert "events" not in compiled
+    assert compiled["state_derivative"].signature.outputs[2][1] == (0,)  # multipliers
+
+
 def test_at_rest_the_floor_carries_the_weight(heap) -> None:
     # The impulses of the last step, divided by it: floor, and walls that rub.
     steps = heap.modes.steps

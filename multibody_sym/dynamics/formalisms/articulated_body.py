@@ -317,7 +317,11 @@ class TreeFactors:
         udot = list(x)
         reached: list[tuple[Vec, Vec]] = []
         for index, body in enumerate(self.motion.mechanism.bodies):
-            above = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
+            above = reached[body.parent] if body.parent >= 0 else _NOTHING
+            if above is _NOTHING and all(x[freedom.speed] is ZERO for freedom in self.freedoms[index]):
+                reached.append(_NOTHING)
+                continue
+            above = above if above is _NOTHING else from_parent(self.motion.bodies[index], above)
             rates, here = outward(self.freedoms[index], x, above)
             for freedom, rate in zip(self.freedoms[index], rates, strict=True):
                 udot[freedom.speed] = rate

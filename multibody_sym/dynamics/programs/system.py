@@ -440,10 +440,20 @@ def _programs(
         normalize=normalize,
         energy=sources.energy,
         outputs=outputs_program(mechanism, sources),
-        events=events(mechanism, sources),
+        events=_events(mechanism, sources),
         jacobian=_jacobian(derivative, inputs) if form == "implicit" else None,
         **of_rows,
     )
+
+
+def _events(mechanism: Mechanism, sources: Sources) -> Program | None:
+    """Return `events`, rolled up where many contacts are watched."""
+    found = events(mechanism, sources)
+    if found is None:
+        return None
+    from multibody_sym.program.loops import with_loops  # which trees do without
+
+    return with_loops(found)
 
 
 def _jacobian(derivative: Program, inputs: Program) -> Program:

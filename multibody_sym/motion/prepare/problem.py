@@ -39,7 +39,7 @@ from multibody_sym.motion.loop.problem import NO_MODE, Loop, ModeNumbers, Proble
 from multibody_sym.motion.methods.table import METHODS, MOREAU, OF_SECOND_ORDER
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
 from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
-from multibody_sym.motion.prepare.time_stepping import default_step, steps_over_contacts
+from multibody_sym.motion.prepare.time_stepping import default_step, steps_over_contacts, verify_contacts
 from multibody_sym.program import loading
 from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.cache import digest
@@ -196,11 +196,13 @@ def prepare_system(
         state, made = _state_at_start(system, finding)
     state = with_numbers_as_data(state.before_a_run)
     laws = None
+    if modes and steps_over_contacts(system.simulation, state.declared):
+        verify_contacts(state.declared)
     if modes and state.declared.one_way:
         from multibody_sym.motion.switching.law_mechanism import LawMechanism  # which few runs need
 
         laws = LawMechanism.of(state.declared, system.simulation)
-    if laws is not None and laws.every is not None:
+    if laws is not None and laws.served:
         name, programs = finding.of_all_modes(laws)
     else:
         laws, (name, programs) = None, made or finding.made(state.mechanism)
@@ -225,10 +227,9 @@ class _Programs(NamedTuple):
         return name, compile_mechanism(mechanism, name, self._form(mechanism), self.code)
 
     def of_all_modes(self, laws: LawMechanism) -> Made:
-        assert laws.every is not None
-        name = formalism_name(self.formalism, laws.every)
-        form = form_of(self.system.simulation, constrained=True, varies=True)
-        found = recall_laws(laws.declared, (name, form), self.code)
+        assert laws.served is not None
+        name = formalism_name(self.formalism, laws.every or laws.declared)
+        found = recall_laws(laws.declared, (name, laws.served), self.code)
         return name, found.compiled
 
     def recalled(self, mechanism: Mechanism) -> Made | None:
@@ -332,7 +333,8 @@ def recall_laws(
     """Return the Programs `inputs` and `laws` of a mechanism in no mode, recalled likewise, ready to be called.
 
     With them are the places of the entries of each of its matrices (see `law_program`), and if all its modes are to be
-    `served`, by a formalism and for the form of a method, the Programs of these (see `every_mode_programs`).
+    `served`, by a formalism and for the form of a method, the Programs of these (see `every_mode_programs`), or those
+    of the motion without contacts.
     """
     formalism, form = served or ("", "explicit")
     key = structure_key(mechanism, f"laws {formalism}", form)
@@ -340,19 +342,21 @@ def recall_laws(
     again = partial(_compiled_laws, mechanism, served)
     if recalled is not None:
         return replace(recalled, compiled=replace(recalled.compiled, wanted=code, remake=again))
-    loading.begin(_parts(mechanism, form) | {"rows", "events", "laws"}, code)
+    modes = {"rows", "events"} if form != "impulses" else set[str]()
+    loading.begin(_parts(mechanism, form) | modes | {"laws"}, code)
     from multibody_sym.dynamics.programs.every_mode import every_mode_programs
     from multibody_sym.dynamics.programs.law_programs import law_program, row_program
-    from multibody_sym.dynamics.programs.system import inputs_program
+    from multibody_sym.dynamics.programs.system import inputs_program, programs
 
     log("derive the laws of %s%s, %s", mechanism.name, f" and its modes by {formalism}" if formalism else "", form)
     with without_collection():
         with stage("derive"):
-            if not formalism:
-                program, places = law_program(mechanism, row_program(mechanism))
-                derived = {"inputs": inputs_program(mechanism), "laws": program}
-            else:
+            if formalism and form != "impulses":
                 derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
+            else:
+                program, places = law_program(mechanism, row_program(mechanism))
+                free = programs(mechanism, FORMALISMS[formalism]).of_runs() if formalism else {}
+                derived = {"inputs": inputs_program(mechanism), **free, "laws": program}
         made = loading.load(derived, code, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)

@@ -37,7 +37,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.problem import SECONDS, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
-from multibody_sym.motion.prepare.time_stepping import refusal, verify_contacts
+from multibody_sym.motion.prepare.time_stepping import refusal
 from multibody_sym.motion.results.samples import EnergyAccount, FrictionWork
 from multibody_sym.motion.switching.law_mechanism import LawMechanism
 from multibody_sym.motion.switching.law_values import Laws, LawValues, Places
@@ -459,8 +459,8 @@ class SteppedRun:
 
 def stepped_runs(ready: PreparedSystem, problem: Problem, code: Native) -> Callable[[], SteppedRun]:
     """Return the function that begins a run by time stepping. Raises ModelError for what that does not take."""
-    verify_contacts(ready.state.declared)
-    laws_of = ready.laws or LawMechanism.of(ready.state.declared, ready.system.simulation)
+    laws_of = ready.laws
+    assert laws_of is not None  # of a run by this method (`prepare_system`)
     laws = laws_of_runs(ready, laws_of, code)
     _verify_rows(laws, laws_of)
     assert ready.state.posed is not None  # contacts pose their laws at the start

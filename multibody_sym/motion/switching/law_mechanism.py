@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -42,6 +42,9 @@ from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.node import ONE, ZERO, slot
+
+if TYPE_CHECKING:
+    from multibody_sym.program.programs import Form
 
 _BEHIND: Final = 10.0
 """The multiple of what counts as touching from which on something is behind a face."""
@@ -531,12 +534,14 @@ _FORMS: Final = ("explicit", "multistep")
 class LawMechanism:
     """A mechanism in no mode as runs take it: points meet points, and bars have one side; `bars` are those.
 
-    `every` is the same `in_every_mode` where one set of Programs serves all its modes, else None.
+    `served`: what the Programs that serve it in all its modes are made for, None where each mode has its own. Those of
+    methods that take the derivative are of the mechanism `in_every_mode`, `every`.
     """
 
     declared: Mechanism
     bars: tuple[ThinBar, ...]
-    every: Mechanism | None
+    every: Mechanism | None = None
+    served: Form | None = None
 
     @property
     def functions(self) -> int:
@@ -545,21 +550,22 @@ class LawMechanism:
 
     def numbers(self, mechanism: Mechanism, parameters: Floats) -> tuple[Floats, Floats]:
         """Return the parameters (np,) of Programs of all modes by those of a mechanism in a mode, and no mode (nm,)."""
-        assert self.every is not None
+        every = self.every or self.declared
         known = {entry.name: x for entry, x in zip(mechanism.parameters, parameters.tolist(), strict=True)}
-        values = [known.get(entry.name, 0.0) for entry in self.every.parameters]
-        return np.array(values, dtype=float), np.zeros(len(self.every.mode_numbers))
+        values = [known.get(entry.name, 0.0) for entry in every.parameters]
+        return np.array(values, dtype=float), np.zeros(len(every.mode_numbers))
 
     @staticmethod
     def of(declared: Mechanism, settings: Settings) -> LawMechanism:
         """Return the mechanism of a run of a declared one by some settings."""
         taken, bars = with_one_side(with_tips(declared))
-        by_derivative = form_of(settings, constrained=True, varies=True) in _FORMS
-        stepped = steps_over_contacts(settings, declared)
-        if stepped or not by_derivative or not _serves_all_modes(taken):
-            return LawMechanism(taken, bars, None)
+        if steps_over_contacts(settings, declared):
+            return LawMechanism(taken, bars, served="impulses")
+        form = form_of(settings, constrained=True, varies=True)
+        if form not in _FORMS or not _serves_all_modes(taken):
+            return LawMechanism(taken, bars)
         every = in_every_mode(taken)
-        return LawMechanism(replace(taken, parameters=every.parameters), bars, every)
+        return LawMechanism(replace(taken, parameters=every.parameters), bars, every, form)
 
 
 def _serves_all_modes(declared: Mechanism) -> bool:

@@ -626,9 +626,8 @@ def laws_of_runs(ready: PreparedSystem, laws_of: LawMechanism, code: Native) -> 
         ready.parameters[known[x.name]] if x.name in known else float(x.value is ONE)
         for x in laws_of.declared.parameters
     ]
-    settings = ready.system.simulation
-    form = (ready.formalism, form_of(settings, constrained=True, varies=True)) if laws_of.every else None
-    recalled = recall_laws(laws_of.declared, form, code)
+    served = (ready.formalism, laws_of.served) if laws_of.served else None
+    recalled = recall_laws(laws_of.declared, served, code)
     return Laws(laws_of.declared, recalled.compiled, recalled.metadata, np.array(values, dtype=float))
 
 
