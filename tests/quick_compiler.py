@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -17,17 +16,15 @@ def compile_soon(patch: pytest.MonkeyPatch) -> None:
     What all models share is optimised as ever. Models are linked with what they call, libm, alone: the process has the
     rest, and to look through it takes the linker longer than everything else.
     """
-    compiled, linked = loading._Build._compile, loading._Build._link
+    flags, linked = loading._Build._flags, loading._Build._link
 
-    def also(build: loading._Build, flag: str) -> loading._Build:
-        return replace(build, compiler=replace(build.compiler, flags=(*build.compiler.flags, flag)))
-
-    def compiled_soon(build: loading._Build, units: Sequence[str]) -> None:
-        quick = list(units) == ["model"] and "-ffp-contract=off" in build.compiler.flags
-        compiled(also(build, "-O0") if quick else build, units)
+    def quick_flags(build: loading._Build, unit: str) -> tuple[str, ...]:
+        quick = unit == "model" and "-ffp-contract=off" in build.compiler.flags
+        return (*flags(build, unit), "-O0") if quick else flags(build, unit)
 
     def linked_soon(build: loading._Build) -> None:
-        linked(also(build, "-nostdlib") if sys.platform == "linux" else build)
+        alone = replace(build.compiler, flags=(*build.compiler.flags, "-nostdlib"))
+        linked(replace(build, compiler=alone) if sys.platform == "linux" else build)
 
-    patch.setattr(loading._Build, "_compile", compiled_soon)
+    patch.setattr(loading._Build, "_flags", quick_flags)
     patch.setattr(loading._Build, "_link", linked_soon)
