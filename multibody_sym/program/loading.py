@@ -252,7 +252,6 @@ class _Build:
 
     def library(self) -> bytes:
         """Return the content of the shared library."""
-        self._write_sources()
         with self._compiling(["model"]):
             self._bring_runtime()
         try:
@@ -267,7 +266,6 @@ class _Build:
 
         What another process is at is left to it.
         """
-        self._write_sources()
         brought = _packaged_objects()
         with suppress(IndexError):
             while True:
@@ -277,14 +275,15 @@ class _Build:
 
     def objects(self) -> dict[str, bytes]:
         """Return the objects of the runtime, each by what it was made from."""
-        self._write_sources()
         self._compile(self._units)
         return {self._made_of(unit): self._written(f"{unit}.o") for unit in self._units}
 
-    def _write_sources(self) -> None:
-        """Write what is compiled into the folder."""
+    def _write(self, units: Sequence[str]) -> None:
+        """Write the sources of units and the headers that are not there yet, which another compiler may be reading."""
         for file, text in self.sources.items():
-            (self.place / file).write_text(text, encoding="ascii")
+            wanted = file.endswith(".h") or file.removesuffix(".c") in units
+            if wanted and not (self.place / file).exists():
+                (self.place / file).write_text(text, encoding="ascii")
 
     @cached_property
     def _units(self) -> list[str]:
@@ -348,6 +347,7 @@ class _Build:
 
     def _compiling(self, units: Sequence[str]) -> AbstractContextManager[object]:
         """Compile files at the same time, beside what a block does."""
+        self._write(units)
         return self._running([[*self._flags(unit), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
 
     def _link(self) -> None:
