@@ -31,6 +31,10 @@ class Piece(NamedTuple):
 FactorKey = tuple[int, list[tuple[int, int]], bool, str]
 
 
+def _base(factor: Any) -> Any:
+    return factor.base if factor.is_Pow else factor
+
+
 def is_negative(term: Any) -> bool:
     """Return whether a term is written with a minus sign."""
     return bool(term.as_coeff_Mul()[0] < 0)
@@ -88,12 +92,19 @@ class Script(ABC):
         return max((place[0] for place in self._places_in(expression)), default=-1)
 
     def factors(self, product: Any) -> list[Any]:
-        """Return the factors of a product as written: parameters, coordinates, speeds, functions; then sums."""
-        return sorted(sympy.Mul.make_args(product), key=self._product_key)
+        """Return the factors of a product as written: parameters, coordinates, speeds, functions; sums after each."""
+        return self._ordered(sympy.Mul.make_args(product))
+
+    def _ordered(self, factors: Sequence[Any]) -> list[Any]:
+        """Return factors as written; sums of functions stand behind single ones: r*w*sin(theta)*(1 + cos(theta))."""
+        found = sorted(factors, key=self._product_key)
+        if not any(_base(factor).is_Function for factor in found):
+            return found
+        return sorted(found, key=lambda factor: _base(factor).is_Add and factor.has(sympy.Function))
 
     def _factor_key(self, factor: Any) -> FactorKey:
         if factor not in self._keys:
-            base = factor.base if factor.is_Pow else factor
+            base = _base(factor)
             places = self._places_in(factor)
             kind = _FUNCTION if base.is_Function else max((place[0] for place in places), default=-1)
             self._keys[factor] = kind, places, isinstance(base, sympy.cos), self.piece(base).text
@@ -101,7 +112,7 @@ class Script(ABC):
 
     def _product_key(self, factor: Any) -> tuple[int, bool, FactorKey]:
         key = self._factor_key(factor)
-        return key[0], (factor.base if factor.is_Pow else factor).is_Add, key
+        return key[0], _base(factor).is_Add, key
 
     def _places_in(self, expression: Any) -> list[tuple[int, int]]:
         return sorted(self.places.get(s, (-1, 0)) for s in expression.free_symbols)
@@ -207,7 +218,7 @@ class Script(ABC):
     def _taken_apart(self, number: Any, product: Any) -> tuple[Any, list[Any]]:
         """Return a number and the factors of a product in the order of writing, square roots joined."""
         number, factors = _with_one_root(number, sympy.Mul.make_args(product))
-        return number, sorted(factors, key=self._product_key)
+        return number, self._ordered(factors)
 
     def _signed(self, e: Any) -> Piece:
         return Piece(self.opposite + self.within(-e, PRODUCT), SUM)

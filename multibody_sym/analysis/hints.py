@@ -79,7 +79,8 @@ def declared_hints(system: System) -> list[Hint]:
     if not set(system.bodies) - {GROUND}:
         told = "no body is declared, and nothing moves; write bodies: {bob: {mass: 1 kg}} or the like"
         hints.append(Hint(told, "bodies"))
-    if not states_gravity(system) and any(_has_mass(body) for body in system.bodies.values()):
+    heavy = any(_has_mass(body) for body in system.bodies.values())
+    if heavy and not states_gravity(system) and not any(ask.is_of_vibrations for ask in system.ask.values()):
         told = "no gravity is declared; write gravity: [0, -9.81, 0] or the like, [0, 0, 0] if there is none"
         hints.append(Hint(told, "gravity"))
     return [

@@ -31,10 +31,11 @@ from multibody_sym.model.fields import (
 )
 from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition, time_of
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.sign_changes import is_condition
-from multibody_sym.text.parser import parse_scalar
+from multibody_sym.text.parser import KINEMATIC, parse_scalar
 from multibody_sym.text.printer import text
 
 _FORMS: Final = (
@@ -331,9 +332,17 @@ class Ask(Element):
     )
 
     @property
+    def is_of_vibrations(self) -> bool:
+        """Whether it is about steady or fading vibrations, which a weight only shifts."""
+        return any(getattr(self, name) is not None for name in (*FORCED, "decrement", "damping"))
+
+    @property
     def is_kinematic(self) -> bool:
-        """Whether it is about a velocity, an acceleration or an instantaneous centre, which need no forces."""
-        return not (self.velocity is self.acceleration is self.instant_center is None)
+        """Whether it is about how points and bodies move at the start, which needs no forces."""
+        if self.value is None or self.when is not None or self.after is not None:
+            return not (self.velocity is self.acceleration is self.instant_center is None)
+        named = {leaf.data[0] for leaf in leaves([self.value], "quantity")}
+        return bool(named) and named <= KINEMATIC
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if getattr(self, name) is not None}

@@ -91,6 +91,8 @@ A `whole` is a body or the word `system`; `about` a point, or the word `com` for
 `exerting` a force, constraint, contact or joint, a body whose mass varies, or the word `weight`; a `store` of potential
 energy a body or force.
 """
+KINEMATIC: Final = frozenset(("position", "velocity", "acceleration", "angular_velocity", "angular_acceleration"))
+"""Quantities of points and bodies that need no forces."""
 SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 
 _ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None, "frequency": 1}

@@ -159,20 +159,45 @@ def test_motion_of_points_and_centre_of_bodies(
     assert found.reactions == {}  # no forces unless asked
 
 
+def _lines(found: mbs.Solution) -> str:
+    assert found.steps is not None
+    return " ".join(write_document(worked_document(found.steps), "text").split())
+
+
 def test_velocity_of_a_slider_is_as_short_as_in_a_book() -> None:
     found = _solved(_SLIDER_CRANK).answers["v.x"]
     assert str(found).rpartition(" = ")[0] == "-r*w*sin(theta)*(r*cos(theta)/sqrt(l^2 - r^2*sin(theta)^2) + 1)"
 
 
 def test_steps_go_from_body_to_body() -> None:
-    steps = _solved(_QUICK_RETURN, steps=True).steps
-    assert steps is not None
-    lines = " ".join(write_document(worked_document(steps), "text").split())
+    lines = _lines(_solved(_QUICK_RETURN, steps=True))
     assert "cut free" not in lines
     assert "Elimination" not in lines
     assert "along x: s'*cos(psi) - omega_arm*s*sin(psi) = -r*w*sin(phi)" in lines
     assert "so: omega_arm = r*w*cos(phi - psi)/s" in lines
     assert "- 2*omega_arm*s'*sin(psi)" in lines  # Coriolis
+
+
+def test_loops_are_closed_first_and_their_speeds_keep_letters() -> None:
+    """A Scotch yoke at 90 degrees has no cosine to divide by; a four-bar's acceleration is told in defined letters."""
+    text = _SLIDER_CRANK.partition("bodies:")[0].replace("0.7", "90 deg") + """
+bodies: {crank: {points: {pin: [r, 0, 0]}}, block: {}, yoke: {}}
+joints:
+  O: {type: revolute, parent: ground, child: crank, axis: z, motion: theta + w*t}
+  Y: {type: prismatic, parent: ground, child: yoke, axis: x, q: x}
+  S: {type: prismatic, parent: yoke, child: block, axis: y, q: y}
+  B: {type: revolute, parent: crank.pin, child: block, axis: z, cut: true}
+ask: {v: {velocity: yoke}, a: {acceleration: yoke}, turning: "angular_velocity(crank, z)"}
+"""
+    yoke = _solved(text, steps=True)
+    assert yoke.answers["v.x"].value == pytest.approx(-1.0, rel=1e-12)
+    assert yoke.reactions == {}  # an angular velocity needs no forces either
+    assert "along x: x' = -r*w*sin(theta)" in _lines(yoke)
+    assert "as for v, down to: y' = r*w*cos(theta)" in _lines(yoke)
+    bar = _lines(_solved(_FOUR_BAR, steps=True))
+    assert "along x: d + c*cos(chi) = a*cos(theta) + b*cos(theta + psi)" in bar
+    assert "with: psi' = omega_coupler - w" in bar
+    assert "a_psi" not in bar
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@
     working                    notes on an answer, and the lines by which a book gets there
     number_questions           time, speed, path, value, period: one number each
     forced_questions           amplitude, phase, resonance under a harmonic input; decrement and damping ratio
+    forced_steps               the steps of these: equations, the motion put in, its amplitude and phase
     extremes                   `max`, `min`: largest and least values
     sections                   axial force, shear force and bending moment of beams
     varied                     answers as functions of a parameter or start value

@@ -5,7 +5,7 @@ In: a solved start. Out: the answers by name, with formulas where they have some
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple, Self
@@ -25,7 +25,7 @@ from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, w
 from multibody_sym.answers.instant.reactions import is_lettered
 from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
-from multibody_sym.mechanics.vocabulary import in_order
+from multibody_sym.mechanics.vocabulary import in_order, named_by
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import VERBS, WAYS
 from multibody_sym.model.system import System
@@ -152,7 +152,12 @@ def answers_of(solved: SolvedInstant) -> Answers:
             question = question_of(ask)
             parts = _answers(motion, name, ask, worked[name].working, remarks)
             worked[name] = worked[name]._replace(
-                at_start=question.at_start(), is_later=question.is_later(), parts=tuple(parts)
+                at_start=question.at_start(),
+                is_later=question.is_later(),
+                is_of_small_motion=question.is_of_small_motion or bool(modes_named(ask)) or _rests_on(
+                    named_by(solved.system.ask[name], solved.system.ask, solved.mechanism.symbols), worked
+                ),
+                parts=tuple(parts),
             )
             given[name] = {f"{name}{end}": x if closed else replace(x, expression=None) for end, x in parts.items()}
             answers[name] = found = given[name].get(name, Value(None))
@@ -162,6 +167,11 @@ def answers_of(solved: SolvedInstant) -> Answers:
     reasons.put_back()
     every = (given.get(name, {name: answers[name]}) for name in solved.system.ask)
     return Answers({name: value for parts in every for name, value in parts.items()}, remarks, worked)
+
+
+def _rests_on(named: Collection[str], worked: Mapping[str, WorkedAnswer]) -> bool:
+    """Return whether a question is about answers alone that are of small motions."""
+    return bool(named) and all(worked[name].is_of_small_motion for name in named)
 
 
 def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Value], list[str]]:

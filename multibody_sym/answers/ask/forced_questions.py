@@ -20,9 +20,11 @@ from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, 
 from multibody_sym.algebra.roots import Roots, rate
 from multibody_sym.analysis.modes.forced import ForcedMotion, at_frequency, with_mean_inputs
 from multibody_sym.analysis.modes.matrices import WORK, Matrix
-from multibody_sym.analysis.modes.small_motion import SmallMotion, state_values
+from multibody_sym.analysis.modes.small_motion import SmallMotion
+from multibody_sym.answers.ask.forced_steps import Complex, SteadySteps, damping_lines, place_of_motion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
-from multibody_sym.answers.ask.working import IMAGINARY, Working, equation, written
+from multibody_sym.answers.ask.working import OMEGA, ZETA, Working, equation, written
+from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.model.settings import Ask
@@ -31,7 +33,20 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, as_node, divide, multiply, negate, symbol
+from multibody_sym.scalars.node import (
+    ONE,
+    PI,
+    TWO,
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    subtract,
+    symbol,
+)
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -42,7 +57,6 @@ _ROUNDING: Final = 1e-12
 """The part of a complex number below which its real or imaginary part is rounding."""
 _DRIVE: Final = symbol("omega of an input")
 
-Complex = tuple[Quotient, Quotient]
 M = TypeVar("M", ForcedMotion, SmallMotion)
 
 
@@ -71,6 +85,10 @@ class _LinearQuestion(NumberQuestion, Generic[M]):
     @abstractmethod
     def lines(self, linear: M) -> Iterator[Line]:
         """Yield the lines that lead to the answer. Raises NoClosedFormError."""
+
+    @property
+    def is_of_small_motion(self) -> bool:
+        return True
 
     @abstractmethod
     def remarks(self, linear: M) -> list[str]:
@@ -137,10 +155,8 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
         place = linear.small.place
         found = list(linear.small.left_out)
         if place.found or not linear.is_linear:
-            state = state_values(linear.small.mechanism, place.begin, linear.small.state)
-            where = ", ".join(f"{name} = {value}" for name, value in state.items())
             how = "of the motion about" if linear.is_linear else "of small motions, linearised about"
-            found.append(f"{how} the {place.kind} at {where}")
+            found.append(f"{how} {place_of_motion(linear.small)}")
         if max(place.linear.eigenvalues.real, default=0.0) > _ROUNDING:
             found.append("free motions grow, and this steady motion is not approached")
         return found
@@ -156,41 +172,7 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
         return at_frequency(transfer.above, at), at_frequency(transfer.below, at)
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
-        yield from _equations(linear)
-        drive = linear.drive
-        turning, part = BUILD["exp"](multiply(IMAGINARY, drive.angle)), "imaginary" if drive.is_sine else "real"
-        x = f"in steady motion {self.coordinate}, less its mean, is the {part} part of "
-        wave = multiply(drive.amplitude, turning)
-        yield Sentence((x, multiply(symbol("X"), turning), f", and {self.of} that of ", wave))
-        above, below = self.response(linear)
-        yield equation(symbol("X"), multiply(drive.amplitude, divide(_complex(above), _complex(below))))
-
-
-def _equations(forced: ForcedMotion) -> Iterator[Line]:
-    """Yield M x'' + C x' + K x = f0 F + f1 F' + f2 F'' row by row."""
-    given, forces = forced.matrices, forced.forces
-    names, drive = forced.small.names, forced.drive.name
-    for k, rows in enumerate(zip(given.mass, given.rates, given.stiffness, strict=True)):
-        left = (
-            multiply(written(x), symbol(name + dots))
-            for row, dots in zip(rows, ("''", "'", ""), strict=True)
-            for x, name in zip(row, names, strict=True)
-            if not x.is_zero
-        )
-        right = (
-            multiply(written(force[k]), symbol(drive + dots))
-            for force, dots in zip(forces, ("", "'", "''"), strict=True)
-            if not force[k].is_zero
-        )
-        yield equation(reduce(add, left, ZERO), reduce(add, right, ZERO))
-
-
-def _complex(part: Complex) -> Node:
-    real, imaginary = part
-    if imaginary.is_zero:
-        return written(real)
-    turned = multiply(IMAGINARY, written(imaginary))
-    return turned if real.is_zero else add(written(real), turned)
+        yield from SteadySteps(linear, self.coordinate).lines()
 
 
 def _modulus(part: Complex) -> tuple[Quotient, Node | None]:
@@ -265,7 +247,7 @@ class AmplitudeQuestion(_ForcedQuestion):
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)
-        yield Sentence(("the amplitude is the modulus of X",))
+        yield from SteadySteps(linear, self.coordinate).amplitude_lines()
 
 
 @dataclass(frozen=True)
@@ -294,7 +276,8 @@ class TransmissibilityQuestion(_ForcedQuestion):
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)
-        yield Sentence(("the transmissibility is the modulus of X by ", linear.drive.amplitude))
+        yield from SteadySteps(linear, self.coordinate).amplitude_lines()
+        yield Sentence(("the transmissibility is this amplitude by ", linear.drive.amplitude))
 
 
 @dataclass(frozen=True)
@@ -339,7 +322,7 @@ class PhaseQuestion(_ForcedQuestion):
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)
-        yield Sentence((f"{self.coordinate} lags behind {self.of} by the argument of 1/X",))
+        yield from SteadySteps(linear, self.coordinate).phase_lines()
 
 
 class _FrequencyQuestion(_ForcedQuestion):
@@ -366,19 +349,30 @@ class _FrequencyQuestion(_ForcedQuestion):
         """Return what vanishes at the frequency."""
 
     def formula(self, linear: ForcedMotion, notes: list[str]) -> Node:
-        number, unknown, equation = self.value(linear), self.unknown(linear), self.vanishing(linear)
-        field = equation.field
+        _, root = self._solved(linear)
+        notes.extend(f"while {each}" for each in _granted([Condition(root * root, strict=True)]))
+        return written(root)
+
+    def _solved(self, linear: ForcedMotion) -> tuple[Quotient, Quotient]:
+        """Return the factor that vanishes at the frequency, and the frequency. Raises NoClosedFormError."""
+        number, unknown, vanishing = self.value(linear), self.unknown(linear), self.vanishing(linear)
+        field = vanishing.field
         field.work = max(field.work, WORK)
         place, solver = field.position(unknown), Roots(field, unknown)
         if place is None:
             raise NoClosedFormError("the equation does not name the frequency")
-        for factor, _ in factors_of(field.in_ring(equation.above))[1]:
+        for factor, _ in factors_of(field.in_ring(vanishing.above))[1]:
             powers = solver.coefficients(field.in_ring(factor), place)
             for root in solver.polynomial_roots(powers):
                 if abs(float(root.sample) - number) <= _AGREEMENT * number:
-                    notes.extend(f"while {each}" for each in _granted([Condition(root * root, strict=True)]))
-                    return written(root)
+                    return field.whole(factor), root
         raise NoClosedFormError("the equation of the frequency has no known roots")
+
+    def vanishing_line(self, linear: ForcedMotion) -> Line:
+        """Return the equation of the frequency."""
+        factor, _ = self._solved(linear)
+        written_out = put_in(written(factor), {_DRIVE: OMEGA})
+        return equation(written_out, ZERO)
 
 
 @dataclass(frozen=True)
@@ -420,11 +414,12 @@ class ResonanceQuestion(_FrequencyQuestion):
         (a, b), (c, d) = self.at_unknown(linear)
         if d.is_zero:
             yield Sentence(("without damping the amplitude is infinite where the denominator vanishes",))
-            return
-        force = written(linear.exact(linear.drive.amplitude))
-        yield Sentence(("the amplitude is greatest where the derivative of its square by the frequency vanishes: of ",
-                        multiply(multiply(force, force), divide(written(a * a + b * b), written(c * c + d * d)))))
-        if len(linear.small.names) == 1:
+        else:
+            force = written(linear.exact(linear.drive.amplitude))
+            square = multiply(multiply(force, force), divide(written(a * a + b * b), written(c * c + d * d)))
+            yield Sentence(("the amplitude is greatest where the derivative of its square vanishes, of ", square))
+        yield self.vanishing_line(linear)
+        if len(linear.small.names) == 1 and not d.is_zero:
             yield Sentence(("such a frequency exists for a damping ratio below 1/sqrt(2)",))
 
 
@@ -452,6 +447,7 @@ class AntiresonanceQuestion(_FrequencyQuestion):
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)
         yield Sentence((f"{self.coordinate} rests where the numerator vanishes",))
+        yield self.vanishing_line(linear)
 
 
 # --- how free motions fade -------------------------------------------------------------------------------------------
@@ -502,17 +498,7 @@ class _FadingQuestion(_LinearQuestion[SmallMotion]):
         return (alpha + beta * square) / (2 * sqrt(square))
 
     def lines(self, linear: SmallMotion) -> Iterator[Line]:
-        given = linear.matrices
-        if given is not None and len(given.places) == 1:
-            (name,) = linear.names
-            terms = [
-                multiply(written(x[0][0]), symbol(name + dots))
-                for x, dots in ((given.mass, "''"), (given.rates, "'"), (given.stiffness, ""))
-            ]
-            yield equation(reduce(add, terms), ZERO)
-            yield Sentence(("its damping ratio is the damping by twice the root of mass times stiffness",))
-        else:
-            yield Sentence(("a mode that swings as exp((-z*w0 + i*w)*t) has the damping ratio z",))
+        yield from damping_lines(linear)
 
 
 def _rayleigh(M: Matrix, C: Matrix, K: Matrix) -> tuple[Quotient, Quotient]:
@@ -582,7 +568,8 @@ class DecrementQuestion(_FadingQuestion):
 
     def lines(self, linear: SmallMotion) -> Iterator[Line]:
         yield from super().lines(linear)
-        yield Sentence(("the decrement is the logarithm of the ratio of maxima a period apart: 2*pi*z/sqrt(1 - z^2)",))
+        yield Sentence(("maxima are a period of the damped oscillation apart, whose logarithmic ratio is ",
+                        divide(multiply(multiply(TWO, PI), ZETA), BUILD["sqrt"](subtract(ONE, multiply(ZETA, ZETA))))))
 
 
 FORCED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (

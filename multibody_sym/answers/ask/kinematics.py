@@ -22,6 +22,7 @@ from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.reactions import with_letters
 from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.derivation.symbolic_start import ClosedForms
 from multibody_sym.dynamics.programs.quantities import StateQuantities, point_named
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -71,8 +72,11 @@ class _Parts:
         found = with_letters(self.solved, lambda instant: {"": ask(instant)}, {"": unit})[""]
         if found.expression is None or found.value is None:
             return found
-        closed = self.solved.closed(lambda forms: forms.of([as_node(ask(self.solved.nodes))])[0])
-        form = None if closed is None else factored_form(with_whole_angles(closed))
+
+        def factored(forms: ClosedForms) -> Node:
+            return factored_form(with_whole_angles(forms.of([as_node(ask(self.solved.nodes))])[0]))
+
+        form = self.solved.closed(factored)
         if form is None or len(text(form)) >= len(text(found.expression)):
             return found
         near = abs(evaluate_float([form], self.solved.sample)[0] - found.value) <= AGREEMENT * abs(found.value)
@@ -294,7 +298,7 @@ class PlaneMotion:
             letters = self.parts.solved.lettered.found if self._is_decided(self._values[made]) else None
             if letters is not None:
                 self._values[made] = letters.turning[of].get(name, self._values[made])
-        return self._short(made)
+        return made if self._is_of_loops(body) else self._short(made)
 
     def _is_decided(self, value: Node) -> bool:
         """Return whether a value names what loops decide."""
@@ -309,20 +313,50 @@ class PlaneMotion:
         """Return a speed of the mechanism, likewise."""
         letter = symbol(self.mechanism.speeds[place].name)
         self._values.setdefault(letter, self.parts.form(lambda instant: instant.motion.state.u[place]))
-        return self._short(letter)
+        return letter if place in self._of_loops else self._short(letter)
 
     def _speed_rate(self, place: int) -> Node:
         """Return the rate of a speed, likewise."""
         letter = symbol(f"{acceleration_names(self.mechanism)[place]}''")
         self._values.setdefault(letter, self.parts.form(lambda instant: instant.udot[place]))
-        return self._short(letter)
+        return letter if place in self._of_loops else self._short(letter)
+
+    @cached_property
+    def _of_loops(self) -> frozenset[int]:
+        """The speeds that loops decide: they keep their letters, as those of equations."""
+        ends = {marker.body for row in self._loops for marker in row.frames}
+        bodies = {body for end in ends for body in self._up(end)}
+        free = {k for body in bodies for step in self.mechanism.bodies[body].free_steps for k in step.u}
+        driven = {
+            found[0]
+            for row in self.parts.solved.numbers.rows
+            if len(found := [k for k, x in enumerate(row.jacobian) if x]) == 1
+        }
+        return frozenset(k for k in free - driven if symbol(self.mechanism.speeds[k].name) in self._decided)
+
+    def _up(self, body: int) -> Iterator[int]:
+        """Yield a body and those that carry it."""
+        while body >= 0:
+            yield body
+            body = self.mechanism.bodies[body].parent
+
+    def _is_of_loops(self, body: int) -> bool:
+        """Return whether loops decide how a body turns."""
+        turning = (step for k in self._up(body) for step in self.mechanism.bodies[k].free_steps if step.step.turns)
+        return any(k in self._of_loops for step in turning for k in step.u)
+
+    @cached_property
+    def _loops(self) -> list[PositionRow]:
+        """The rows by which joints close loops in the plane, and by which points stay on lines."""
+        return [row for row in self.mechanism.rows if isinstance(row, PositionRow) and row.acts_in_plane]
 
     def _given(self, node: Node) -> Node:
         """Return what is prescribed, at the start."""
         return self.parts.form(lambda instant: instant.motion.state.values([node])[0])
 
-    def letter_lines(self, lines: Iterable[Formula]) -> Iterator[Line]:
+    def letter_lines(self, lines: Sequence[Formula]) -> Iterator[Line]:
         """Yield what the letters of lines are, those first that others name."""
+        given = {tuple(map(text, line.sides)) for line in lines}
         waiting = [*leaves([side for line in lines for side in line.sides], "symbol")]
         named: dict[Node, Node] = {}
         while waiting:
@@ -332,7 +366,20 @@ class PlaneMotion:
                 named[letter] = value
         self._told.update(named)
         for letter, value in named.items():
-            yield equation(letter, value, "so")
+            if (text(letter), text(value)) not in given:
+                yield equation(letter, value, "so")
+        relative = dict.fromkeys(leaves(named.values(), "symbol"))
+        yield from (equation(x, self._relative[x], "with") for x in relative if x in self._relative)
+
+    @cached_property
+    def _relative(self) -> dict[Node, Node]:
+        """The speeds of joints that loops decide, by how their bodies turn."""
+        return {
+            symbol(self.mechanism.speeds[step.u[0]].name): subtract(self.turning(k), self.turning(body.parent))
+            for k, body in enumerate(self.mechanism.bodies)
+            for step in body.free_steps
+            if len(body.steps) == len(step.u) == 1 and step.step.turns and step.u[0] in self._of_loops
+        }
 
     # --- ways from ground to points --------------------------------------------------------------------------------
 
@@ -428,19 +475,34 @@ class PlaneMotion:
     def _with_loops(self, law: _Law, lines: Iterable[Line], more: Iterable[Formula] = ()) -> Iterator[Line]:
         """Yield lines after those by which loops decide the letters in them."""
         after = [*lines]
-        loops = [*self._loop_lines(law)]
+        loops = [*(self._position_lines() if law is VELOCITY else ()), *self._loop_lines(law)]
         yield from loops
         formulas = [x for x in (*loops, *after, *more) if isinstance(x, Formula)]
         yield from self.letter_lines(formulas)
         yield from after
 
+    def _position_lines(self) -> Iterator[Line]:
+        """Yield how loops close: the coordinates that follow, or the equations of those that have no formula."""
+        solved = self.parts.solved
+        pairs = zip(self.mechanism.coordinates, solved.symbolic.state.q, strict=True)
+        letters = {symbol(c.name): as_node(q) for c, q in pairs if symbol(c.name) in self._decided}
+        for letter, value in letters.items():
+            if value is not letter:
+                yield equation(letter, value, "from how loops close")
+        for frames, group in groupby(self._loops, lambda row: row.frames):
+            left, right = (self._components(partial(position, marker=marker)) for marker in reversed(frames))
+            own = [*group]
+            if len(own) > 1 and letters.keys() & {*leaves([*left, *right], "symbol")}:
+                yield Sentence((f"{_element(own[0])} closes a loop: both sides have one place there",))
+                for axis, a, b in zip("xy", left, right, strict=True):
+                    yield equation(a, b, f"along {axis}")
+
     def _loop_lines(self, law: _Law) -> Iterator[Line]:
         """Yield which velocities or accelerations joints that close loops make equal."""
-        rows = [row for row in self.mechanism.rows if isinstance(row, PositionRow) and row.acts_in_plane]
-        for frames, group in groupby(rows, lambda row: row.frames):
+        for frames, group in groupby(self._loops, lambda row: row.frames):
             own = [*group]
             held, holder = frames[1], frames[0]
-            element = own[0].name.rpartition(".")[0] or own[0].name
+            element = _element(own[0])
             left = _sum([law.of(self, x) for x in self.way(held, held.body)])
             place = holder if len(own) > 1 else held
             right = _sum([law.of(self, x) for x in self.way(place, holder.body)])
@@ -471,6 +533,10 @@ ACCELERATION: Final = _Law(
     "a_B = a_A + alpha x r - omega^2*r, and a_rel + 2*omega x v_rel where a joint slides",
     lambda plane, part: part.acceleration(plane),
 )
+
+
+def _element(row: PositionRow) -> str:
+    return row.name.rpartition(".")[0] or row.name
 
 
 def _sum(pairs: Sequence[Pair]) -> Pair:

@@ -67,6 +67,11 @@ class Question(ABC):
         """Return whether it is about what happens after the start."""
         return self.at_start() is None
 
+    @property
+    def is_of_small_motion(self) -> bool:
+        """Whether it is about motions near a position of rest, wherever the start is."""
+        return False
+
     @abstractmethod
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         """Return the answers by the ends of their names: "" for one, ".x" and so on for components of a vector.

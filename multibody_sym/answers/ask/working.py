@@ -46,13 +46,15 @@ class Working:
 class WorkedAnswer(NamedTuple):
     """The working of a question, `asked` in words; `at_start`: an expression whose value at the start is the answer.
 
-    `is_later`: it is about what happens after the start. `parts` are the ends of the names of its answers.
+    `is_later`: it is about what happens after the start; `is_of_small_motion`: near a position of rest, wherever the
+    start is. `parts` are the ends of the names of its answers.
     """
 
     asked: str
     working: Working
     at_start: Node | None = None
     is_later: bool = True
+    is_of_small_motion: bool = False
     parts: tuple[str, ...] = ("",)
 
 
@@ -78,6 +80,9 @@ def direction_text(along: Point) -> str:
 
 OMEGA: Final = symbol("omega")
 IMAGINARY: Final = symbol("i")
+ZETA: Final = symbol("zeta")
+OMEGA_0: Final = symbol("omega_0")
+"""The damping ratio and the natural frequency of one freedom."""
 _ROOTS: Final = 2
 """Other roots that are named beside the one that a question asks for."""
 _NOW: Final = 1e-9

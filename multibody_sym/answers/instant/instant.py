@@ -199,9 +199,13 @@ class SolvedInstant:
 
     @cached_property
     def needs_no_forces(self) -> bool:
-        """Whether drives and constraints decide the motion, and questions are about nothing else."""
+        """Whether drives and constraints decide the motion, and questions are about nothing else.
+
+        One at least is of a kind of its own, not an expression alone, as these are asked beside forces too.
+        """
         ask = self.system.ask.values()
-        return bool(ask) and all(x.is_kinematic for x in ask) and not self.mechanism.one_way and self._is_held
+        kinematic = any(x.value is None for x in ask) and all(x.is_kinematic for x in ask)
+        return kinematic and not self.mechanism.one_way and self._is_held
 
     @cached_property
     def _is_held(self) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from itertools import takewhile
+from typing import Any, Final
 
 import sympy
 
-from multibody_sym.answers.ask.working import IMAGINARY, OMEGA, WorkedAnswer
+from multibody_sym.answers.ask.working import IMAGINARY, OMEGA, OMEGA_0, ZETA, WorkedAnswer
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
 from multibody_sym.derivation.notation import COORDINATE, Label, Symbols, latex_name
@@ -26,23 +27,49 @@ def with_questions(
     symbols: Symbols,
     answers: Mapping[str, Value],
     asked: Mapping[str, WorkedAnswer],
+    undefined: Collection[str] = (),
 ) -> Worked:
-    """Return a solution's steps with one more for each question that has an answer."""
-    spelt = _Spelling(mechanism, symbols)
-    steps = [
-        WorkedStep(f"{name}: {each.asked}", tuple(spelt.lines(name, each, found)), is_later=True)
-        for name, each in asked.items()
-        if (found := {part: answers[f"{name}{part}"] for part in each.parts if f"{name}{part}" in answers})
-    ]
+    """Return a solution's steps with one more for each question that has an answer.
+
+    A formula that names a letter that steps leave `undefined` is left out, as the lines before it say the same.
+    """
+    spelt, steps, before = _Spelling(mechanism, symbols, undefined), list[WorkedStep](), dict[str, list[Line]]()
+    for name, each in asked.items():
+        found = {part: answers[f"{name}{part}"] for part in each.parts if f"{name}{part}" in answers}
+        if found:
+            lines = [*spelt.lines(name, each, found)]
+            steps.append(WorkedStep(f"{name}: {each.asked}", tuple(_less_repeated(lines, before)), is_later=True))
+            before[name] = lines
     spelling = {**worked.notation.spelling, **spelt.spelling}
     notation = replace(worked.notation, spelling=spelling, places={**spelt.places, **worked.notation.places})
     return replace(worked, steps=(*worked.steps, *steps), notation=notation)
 
 
+_REPEATED: Final = 3
+"""From so many equal lines on, a step names the one before that has them."""
+
+
+def _less_repeated(lines: list[Line], before: Mapping[str, list[Line]]) -> list[Line]:
+    """Return lines, the first ones as one sentence where a step before begins with them, and the last formula there."""
+    alike = {
+        name: sum(1 for _ in takewhile(bool, (a == b for a, b in zip(lines, others, strict=False))))
+        for name, others in before.items()
+    }
+    name = max(alike, key=lambda each: alike[each], default="")
+    if not name or alike[name] < _REPEATED:
+        return lines
+    shared = lines[: alike[name]]
+    formulas = [line for line in shared if isinstance(line, Formula)]
+    words = f"as for {name}"
+    last = replace(formulas[-1], before=(f"{words}, down to",)) if formulas else Sentence((words,))
+    return [last, *lines[alike[name] :]]
+
+
 class _Spelling:
     """Lines over Nodes in sympy; `spelling`: how symbols are spelt that other steps do not have."""
 
-    def __init__(self, mechanism: Mechanism, symbols: Symbols) -> None:
+    def __init__(self, mechanism: Mechanism, symbols: Symbols, undefined: Collection[str]) -> None:
+        self._undefined = set(map(symbol, undefined))
         known = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
         made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
         self._leaves: dict[Node, Any] = {symbol(each.name): s for each, s in zip(known, made, strict=True)}
@@ -52,12 +79,12 @@ class _Spelling:
         self._leaves[TIME] = symbols.time
         self.spelling: dict[Any, Label] = {}
         self._named(OMEGA, "omega")
-        self._imaginary = self._named(IMAGINARY, "i")
+        self._constants = [self._named(node, text(node)) for node in (IMAGINARY, ZETA, OMEGA_0)]
 
     @property
     def places(self) -> dict[Any, tuple[int, int]]:
-        """The places of those symbols: i stands before all letters, the others with the coordinates."""
-        return {s: (COORDINATE, k) for k, s in enumerate(self.spelling) if s != self._imaginary}
+        """The places of those symbols: constants stand before all letters, the others with the coordinates."""
+        return {s: (COORDINATE, k) for k, s in enumerate(self.spelling) if s not in self._constants}
 
     def _named(self, node: Node, name: str) -> Any:
         """Return the symbol of a leaf that steps do not have."""
@@ -83,7 +110,7 @@ class _Spelling:
         sides = [self._answer(name)]
         if asked.at_start is not None and leaves([asked.at_start], "quantity"):
             sides.append(self._in_sympy(asked.at_start))
-        if answer.expression is not None:
+        if answer.expression is not None and not self._undefined.intersection(leaves([answer.expression], "symbol")):
             expression = self._in_sympy(answer.expression)
             if value is None or not expression.is_Rational:
                 sides.append(expression)

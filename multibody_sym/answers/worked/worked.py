@@ -200,21 +200,47 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     Where coefficients grow too long in symbols, numbers stand in their place. Where expressions have no value at the
     exact start, such as a quotient 0/0, the steps end with the given values.
     """
-    found, symbols, hides = _steps_at_start(solved, solution)
-    if not solution.at_rest and (hides or any(each.is_later for each in asked.values())):
-        found = _with_motion(solved, solution, found)
-    return with_questions(found, solved.mechanism, symbols, solution.answers, asked) if asked else found
+    found, symbols, hides = None, symbols_of(solved.mechanism), False
+    if asked and not solved.mechanism.one_way and all(each.is_of_small_motion for each in asked.values()):
+        found = _steps_of_small_motion(solved, solution)
+    if found is None:
+        found, symbols, hides = _steps_at_start(solved, solution)
+        if not solution.at_rest and (hides or any(each.is_later for each in asked.values())):
+            found = _with_motion(solved, solution, found) or found
+    if not asked:
+        return found
+    assembled = {coordinate.name for coordinate in solved.mechanism.coordinates}
+    undefined = set(solution.where) - assembled if solved.needs_no_forces else ()
+    return with_questions(found, solved.mechanism, symbols, solution.answers, asked, undefined)
 
 
 _ON_ITS_WAY: Final = 0.02
 """m, rad, and their rates: how far a moment after the start is from it, more than samples of letters are aside."""
 
 
-def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked:
-    """Return steps with the bodies cut free soon after the start, where they differ from those at the start."""
+def _steps_of_small_motion(solved: SolvedInstant, solution: Solution) -> Worked | None:
+    """Return what is given, and the bodies cut free in motion; None where these have no formulas."""
+    found = _with_motion(solved, solution, _given_alone(solved)[0])
+    if found is None or not solution.conditions:
+        return found
+    return replace(found, steps=(*found.steps, WorkedStep("Conditions", tuple(_condition_lines(solution)))))
+
+
+def _condition_lines(solution: Solution) -> Iterator[Line]:
+    """Yield the conditions, with what happens where they fail."""
+    for condition in solution.conditions:
+        broken = solution.limits.get(condition)
+        yield Sentence((f"{condition} (else {broken})" if broken else condition,))
+
+
+def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked | None:
+    """Return steps with the bodies cut free soon after the start, where they differ from those at the start.
+
+    None where these have no formulas.
+    """
     mechanism, begin = solved.mechanism, solved.begin
     if mechanism.rates or any(body.quaternions for body in mechanism.bodies):
-        return found
+        return None
     u = [x or math.copysign(_ON_ITS_WAY, a) * bool(a) for x, a in zip(begin.u, solved.numbers.udot, strict=True)]
     q = list(begin.q)
     for k, rate in (pair for body in mechanism.bodies for pair in body.rate_pairs):
@@ -223,7 +249,7 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Wo
     try:
         moving = _Work(solved, solution, given=given)
     except (NoClosedFormError, ExpressionError):
-        return found
+        return None
     spelling, places = moving.notation.spelling, moving.notation.places
     notation = replace(
         found.notation,
@@ -396,7 +422,7 @@ class _Work:
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
             WorkedStep("Members", tuple(self._members())),
-            WorkedStep("Conditions", tuple(Sentence((line,)) for line in self._conditions())),
+            WorkedStep("Conditions", tuple(_condition_lines(self.solution))),
             *rejected_alternatives(self.equations, self.notation, self._units),
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
@@ -466,12 +492,6 @@ class _Work:
                 yield Sentence((*words, " times the other"))
             else:
                 yield Formula((greater, less * ratio), relation="<=", before=(begin,))
-
-    def _conditions(self) -> Iterator[str]:
-        """Yield the conditions, with what happens where they fail."""
-        for condition in self.solution.conditions:
-            broken = self.solution.limits.get(condition)
-            yield f"{condition} (else {broken})" if broken else condition
 
     def _formula(self, e: NumberedEquation) -> Formula:
         return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
@@ -592,9 +612,9 @@ class _Work:
         for x in self.unknowns:
             if x in unsolved:
                 continue
-            number = 0.0 if abs(self.values[x]) <= self._rounding else self.values[x]
-            value = Quantity(number, self._units.get(x, ""))
             sides = (x,) if self.reason else (x, self._safely(self.elimination.results[x]))
+            vanishes = sides[-1] == 0 or abs(self.values[x]) <= self._rounding
+            value = Quantity(0.0 if vanishes else self.values[x], self._units.get(x, ""))
             plain = len(sides) == 2 and sides[1].is_number
             yield Formula(sides[:1] if plain else sides, value=value)
         if open_ := [x for x in self.unknowns if x in unsolved]:
