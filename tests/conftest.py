@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +20,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from quick_compiler import compile_soon
 
 from multibody_sym.program import cache
+
+ROOM = 2**30
+"""Bytes: compilers of both workers take far less."""
 
 SHORT = frozenset({"scalars", "text"})
 """Folders whose tests take milliseconds each."""
@@ -51,9 +56,13 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def models_compiled_soon() -> Iterator[None]:
     """Compile models of this process soon, and keep them: no time goes into which of thousands of files to delete.
 
-    Commands in processes of their own optimise them.
+    Commands in processes of their own optimise them. Compilers work in memory where the machine has room there: each
+    library is linked from some twenty files, for which a disk takes as long as the linker.
     """
+    memory = Path("/dev/shm")
     with pytest.MonkeyPatch.context() as patch:
         compile_soon(patch)
+        if memory.is_dir() and os.access(memory, os.W_OK) and shutil.disk_usage(memory).free > ROOM:
+            patch.setattr(tempfile, "tempdir", str(memory))
         patch.setattr(cache, "_MOST_FILES", 1_000_000)
         yield
