@@ -2,6 +2,7 @@
 
     rational functions of t or of exp(r t + p)
     P(t) exp(r t) sin(w t), P(t) (e + f t)^c, log(e + f t), and c g'(t) exp(g(t))
+    (alpha s + beta)/sqrt(a s^2 + b s + c), s a power of t
 """
 
 from __future__ import annotations
@@ -12,14 +13,26 @@ from math import prod
 from typing import Final
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import exact, sign, sqrt, with_whole_angles
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import Roots
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, add, multiply
+from multibody_sym.scalars.node import (
+    ONE,
+    PI,
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    number,
+    subtract,
+)
 
 _UNKNOWN: Final = "an integral is no elementary function that is known"
 _LINEAR, _QUADRATIC = 2, 3
@@ -54,20 +67,40 @@ _NOTHING: Final = Antiderivative(ZERO)
 
 def antiderivative(a: Quotient, by: Node) -> Antiderivative:
     """Return a function of a symbol whose derivative is a quotient. Raises NoClosedFormError where none is known."""
-    return _Integration(a.field, by).of(a)
+    return _Integration(a.field, by, a.field.constant(0)).of(a)
+
+
+def definite_integral(a: Quotient, by: Node, start: Quotient) -> tuple[Node, tuple[Quotient, ...]]:
+    """Return the integral of a quotient by a symbol from `start` on, and the divisors that are not zero.
+
+    Raises NoClosedFormError where none is known.
+    """
+    integration = _Integration(a.field, by, start)
+    found = integration.of(a)
+    whole = found.plain if not integration.functions(a) else found.node  # logarithms of ratios are zero at the start
+    first = put_in_place(whole, by, book_node(start))
+    return add(found.node, multiply(number(-1), first)), found.divisors
+
+
+def put_in_place(node: Node, by: Node, value: Node) -> Node:
+    """Return an expression with a value in the place of a symbol."""
+    return as_node(evaluate([node], lambda leaf: value if leaf is by else leaf)[0])
 
 
 @dataclass(frozen=True, eq=False)
 class _Integration:
+    """Integrals by a symbol; logarithms in those of rational functions are zero at the `start`."""
+
     field: Field
     by: Node
+    start: Quotient
 
     def of(self, a: Quotient) -> Antiderivative:
         if a.is_zero:
             return _NOTHING
         functions = self.functions(a)
         if not functions:
-            return self.rational(a, self.place, self.field.constant(0))
+            return self.rational(a, self.place, self.start)
         if len(functions) == 1:
             k = functions[0]
             node = self.field.letters[k].node
@@ -132,9 +165,40 @@ class _Integration:
         if all(len(p) == _LINEAR for p in parts):
             fractions = (self.simple(rest, below, p, k, start, logarithm) for p in parts)
             return reduce(lambda x, y: x + y, fractions, found)
+        slope = [x * n for n, x in enumerate(below)][1:]
+        if len(rest) == len(slope):
+            share = rest[-1] / slope[-1]
+            if all((x - share * y).is_zero for x, y in zip(rest, slope, strict=True)):
+                return found + Antiderivative(ZERO, ((share, self.ratio(below, z, start)),))
         if len(below) == _QUADRATIC:
             return found + self.by_quadratic(rest, below, z, start)
-        raise NoClosedFormError(_UNKNOWN)
+        return found + self.by_square(rest, below, k, start)
+
+    def ratio(self, powers: Powers, z: Quotient, start: Quotient) -> Quotient:
+        """Return a polynomial by its value at `start`, where that is not zero."""
+        value, first = (sum((x * y.power(n) for n, x in enumerate(powers)), y * 0) for y in (z, start))
+        return value if first.is_zero else value / first
+
+    def by_square(self, rest: Powers, below: Powers, k: int, start: Quotient) -> Antiderivative:
+        """Return the integral of z f(z^2) by y = z^2. Raises NoClosedFormError for other functions."""
+        odd = next(n % 2 for n, x in enumerate(below) if not x.is_zero)
+        powers = ((n % 2 == parity, x) for parity, each in ((odd, below), (1 - odd, rest)) for n, x in enumerate(each))
+        if k != self.place or not all(even or x.is_zero for even, x in powers):
+            raise NoClosedFormError(_UNKNOWN)
+        y = self.gen(k)  # stands for z^2; z dz = dy/2
+        above, under = rest[1 - odd :: 2], [y * 0, *below[1::2]] if odd else below[0::2]
+        quotient, divisor = (sum((x * y.power(n) for n, x in enumerate(each)), y * 0) for each in (above, under))
+        found = self.rational(quotient / (2 * divisor), k, start * start)
+        plain = put_in_place(found.plain, self.by, multiply(self.by, self.by))
+        logarithms = tuple((x, self.with_squares(ratio)) for x, ratio in found.logarithms)
+        return Antiderivative(plain, logarithms, found.divisors)
+
+    def with_squares(self, a: Quotient) -> Quotient:
+        """Return a rational function of the symbol with its square put in."""
+        k, field = self.place, self.field
+        parts = ({(*m[:k], 2 * m[k], *m[k + 1 :]): c for m, c in field.in_ring(p).items()} for p in (a.above, a.below))
+        above, below = (field.whole(field.ring.from_dict(part)) for part in parts)
+        return above / below
 
     def factors(self, a: Quotient, k: int) -> Iterator[tuple[Powers, int]]:
         """Yield the factors of a divisor that name a letter, as polynomials of it."""
@@ -175,8 +239,10 @@ class _Integration:
         inside = 4 * (a * c) - b * b
         value, first = (c + x * (b + x * a) for x in (z, start))
         logarithms = () if half.is_zero else ((half, value / first),)
-        if inside.sample < 0:
-            raise NoClosedFormError(_UNKNOWN)
+        if inside.sample < 0:  # two real places at which it vanishes
+            root = sqrt(-inside)
+            low, high = (self.ratio([b + x, 2 * a], z, start) for x in (-root, root))
+            return Antiderivative(ZERO, (*logarithms, *(() if other.is_zero else ((other / root, low / high),))))
         root = sqrt(inside)
         angle = BUILD["atan"](book_node((2 * a * z + b) / root))
         plain = ZERO if other.is_zero else multiply(book_node(2 * other / root), angle)
@@ -220,7 +286,7 @@ class _Integration:
     def of_term(self, a: Quotient, powers: dict[int, int]) -> Antiderivative:
         """Return the integral of a rational function of the symbol times powers of functions."""
         if not powers:
-            return self.rational(a, self.place, self.field.constant(0))
+            return self.rational(a, self.place, self.start)
         whole = self.by_inner(a, powers)
         if whole is not None:
             return whole
@@ -315,6 +381,155 @@ class _Integration:
         if found is None:
             raise NoClosedFormError(_UNKNOWN)
         return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Integrals of R(t)/sqrt(w(t)) dt = (beta + alpha s)/sqrt(Q(s)) ds, Q = c + b s + a s^2, by s = t^n:
+#
+#     (alpha/a) sqrt(Q) + (beta - alpha b/(2 a)) J(s),    J = acos((2 a s + b)/sqrt(b^2 - 4 a c))/sqrt(-a)   for a < 0
+#
+# and between the two zeros of Q, a < 0:   pi (beta - alpha b/(2 a))/sqrt(-a).
+
+
+_SUBSTITUTIONS: Final = (1, 2, -1, -2)
+_FACTORS: Final = (0, 1, -1, 2, -2)
+
+
+@dataclass(frozen=True, eq=False)
+class RootIntegral:
+    """(beta + alpha s)/sqrt(c + b s + a s^2) in s = `by`^`power`; `linear` is (beta, alpha), `square` (c, b, a)."""
+
+    by: Node
+    power: int
+    linear: tuple[Quotient, Quotient]
+    square: tuple[Quotient, Quotient, Quotient]
+
+    @classmethod
+    def of(cls, factor: Quotient, square: Quotient, by: Node) -> RootIntegral | None:
+        """Return the integrand factor/sqrt(square) by a symbol; None where no substitution gives it this form."""
+        field = factor.field
+        place = field.position(by)
+        solver = Roots(field, by)
+        parts = (factor.above, factor.below, square.above, square.below)
+        used = {k for p in parts for m in p for k, n in enumerate(m) if n}
+        if place is None or any(k != place and solver.depends(k) for k in used):
+            return None
+        q = field.whole(field.ring.gens[place])
+        is_negative = bool(q.sample < 0)
+        for n in _SUBSTITUTIONS:
+            for m in _FACTORS:
+                size = -n if is_negative and m % 2 else n  # sqrt(q^(2 m)) is positive
+                linear = powers_of_step(factor * q.power(1 - n + m) / size, place, n, 1)
+                inside = powers_of_step(square * q.power(2 * m), place, n, 2)
+                if linear is not None and inside is not None:
+                    return cls(by, n, (linear[0], linear[1]), (inside[0], inside[1], inside[2]))
+        return None
+
+    @property
+    def share(self) -> Quotient:
+        """The factor of J."""
+        (beta, alpha), (_, b, a) = self.linear, self.square
+        return beta - alpha * b / (2 * a)
+
+    @property
+    def pace(self) -> Quotient:
+        """sqrt(-a); raises NoClosedFormError where nothing swings between two places."""
+        return sqrt(-self.square[2])
+
+    def complete(self) -> Quotient:
+        """Return the size of the integral between the zeros of Q. Raises NoClosedFormError where there are none."""
+        share = self.share
+        pi = share.field.letter(PI, share.field.letters[0])
+        return pi * share * sign(share) / self.pace
+
+    def angle(self, s: Quotient) -> Quotient:
+        """Return (2 a s + b)/sqrt(b^2 - 4 a c), between -1 and 1."""
+        c, b, a = self.square
+        return (2 * a * s + b) / sqrt(b * b - 4 * a * c)
+
+    def node(self, start: Quotient) -> Node:
+        """Return the integral from a start on. Raises NoClosedFormError."""
+        (beta, alpha), (c, b, a) = self.linear, self.square
+        field = beta.field
+        q = field.letter(self.by, field.letters[field.position(self.by) or 0])
+        s, first = q.power(self.power), start.power(self.power)
+        root, before = (BUILD["sqrt"](book_node(c + b * x + a * x * x)) for x in (s, first))
+        if a.is_zero:
+            if b.is_zero:
+                raise NoClosedFormError(_UNKNOWN)
+            now, then = (book_node(2 * (beta + alpha * (b * x - 2 * c) / (3 * b)) / b) for x in (s, first))
+            return subtract(multiply(now, root), multiply(then, before))
+        found = multiply(book_node(alpha / a), subtract(root, before))
+        share = self.share
+        if share.is_zero:
+            return found
+        if a.sample < 0:
+            turned = self._turned(self.angle(s), self.angle(first))
+            return add(found, multiply(book_node(share / self.pace), turned))
+        pace = sqrt(a)
+        both = ((s, root), (first, before))
+        now, then = (add(multiply(book_node(2 * pace), y), book_node(2 * a * x + b)) for x, y in both)
+        return add(found, multiply(book_node(share / pace), BUILD["log"](divide(now, then))))
+
+    @staticmethod
+    def _turned(now: Quotient, first: Quotient) -> Node:
+        """Return asin(first) - asin(now)."""
+        one = now.field.constant(1)
+        if (first - one).is_zero:
+            return BUILD["acos"](book_node(now))
+        if (first + one).is_zero:
+            return negate(BUILD["acos"](book_node(-now)))
+        if first.is_zero:
+            return negate(BUILD["asin"](book_node(now)))
+        return subtract(BUILD["asin"](book_node(first)), BUILD["asin"](book_node(now)))
+
+    def inverse(self, start: Quotient, value: Node) -> Node:
+        """Return the symbol by the `value` of the integral from a start on.
+
+        Raises NoClosedFormError where alpha is not zero, or Q has no two zeros.
+        """
+        (_, alpha), (_, b, a) = self.linear, self.square
+        if not alpha.is_zero or a.is_zero or a.sample > 0:
+            raise NoClosedFormError(_UNKNOWN)
+        first = self.angle(start.power(self.power))
+        one = first.field.constant(1)
+        turned = multiply(book_node(self.pace / self.linear[0]), value)
+        found = multiply(book_node(first), BUILD["cos"](turned))
+        if not (first * first - one).is_zero:
+            found = subtract(found, multiply(book_node(sqrt(one - first * first)), BUILD["sin"](turned)))
+        c = self.square[0]
+        size = book_node(sqrt(b * b - 4 * a * c))
+        s = divide(subtract(multiply(size, found), book_node(b)), book_node(2 * a))
+        root = s if abs(self.power) == 1 else BUILD["sqrt"](s)
+        return root if self.power > 0 else divide(ONE, root)
+
+
+def powers_of(a: Quotient, by: Node, highest: int) -> Powers | None:
+    """Return the coefficients of the powers 0, 1, .. of a symbol in a quotient; None where it has others."""
+    place = a.field.position(by)
+    depends = Roots(a.field, by).depends
+    used = {k for p in (a.above, a.below) for m in p for k, n in enumerate(m) if n}
+    if place is None:
+        return [a, *([a * 0] * highest)]
+    return None if any(k != place and depends(k) for k in used) else powers_of_step(a, place, 1, highest)
+
+
+def powers_of_step(a: Quotient, k: int, n: int, highest: int) -> Powers | None:
+    """Return the coefficients of z^0, z^n, .. of a letter in a quotient; None where it has other powers."""
+    field = a.field
+    below = coefficients(field.whole(a.below), k)
+    least = len(below) - 1
+    if any(not x.is_zero for x in below[:-1]):
+        return None
+    found = [field.constant(0)] * (highest + 1)
+    for power, x in enumerate(coefficients(field.whole(a.above), k)):
+        if x.is_zero:
+            continue
+        degree, rest = divmod(power - least, n)
+        if rest or not 0 <= degree <= highest:
+            return None
+        found[degree] = x / below[-1]
+    return found
 
 
 def coefficients(a: Quotient, k: int) -> Powers:

@@ -677,7 +677,7 @@ _UNDEFINED_AT_IMPACTS: Final = ("acceleration", "angular_acceleration", "power")
 """Quantities without a value while speeds jump."""
 _TIME: Final = symbol("t")
 _VALUE: Final = ("value",)
-_MOVING: Final = (_VALUE, ("max",), ("min",), ("when",), ("at",), ("until",))
+_MOVING: Final = (_VALUE, ("max",), ("min",), ("when",), ("at",), ("until",), ("formula",))
 """Where the expressions of questions stand that are looked at along the motion."""
 
 
@@ -692,7 +692,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
             for key, word, known in _names_by_key(system, mechanism, question):
                 if word not in known:
                     with at(key):
-                        kind = "input" if key == "of" and _is_forced(question) else _ASKED_KINDS[key]
+                        kind = _kind_of_source(question) if key == "of" else _ASKED_KINDS[key]
                         raise ModelError(f"no {kind} is called {word!r}", number="M106", word=word, known=[*known])
             for key in ("when", "at", "until"):
                 moment = getattr(question, key)
@@ -719,19 +719,27 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
 
 
 _ASKED_KINDS: Final = {
-    "of": "body",
     "section": "body or frame",
     "find": "parameter, coordinate or speed",
     "in": "parameter, coordinate or speed",
     "let": "parameter, coordinate or speed",
     "formula": "coordinate or speed",
-    "period_of": "coordinate",
+    **dict.fromkeys(("period_of", "advance"), "coordinate"),
     **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
     "velocity": "point or body",
     "acceleration": "point or body",
     "instant_center": "body",
 }
 """The kinds of names under the keys of questions."""
+
+
+def _kind_of_source(question: Ask) -> str:
+    """Return the kind of the name under `of`."""
+    if _is_forced(question):
+        return "input"
+    if question.advance is not None:
+        return "coordinate"
+    return "body" if question.formula is None else "coordinate or speed"
 
 
 def _is_forced(question: Ask) -> bool:
@@ -752,6 +760,9 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
             yield key, getattr(question, key), coordinates
     if question.of is not None and _is_forced(question):
         yield "of", question.of, [*system.inputs]
+    elif question.formula is not None or question.advance is not None:
+        named = coordinates if question.formula is None else moving
+        yield from ((key, word, named) for key, word in (("advance", question.advance), ("of", question.of)) if word)
     elif question.of is not None and question.of not in mechanism.markers:
         own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
         yield "of", question.of, (*mechanism.markers, *(own if question.of in own else ()))
@@ -769,8 +780,8 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
     for key, name in varied.items():
         if name is not None:
             yield key, name, (*system.parameters, *moving)
-    if question.formula is not None:
-        yield "formula", question.formula, moving
+    if question.formula is not None and question.of is None:
+        yield "formula", text(question.formula), moving
     if question.period_of is not None:
         rates = [pair for body in mechanism.bodies for pair in body.rate_pairs]
         yield "period_of", question.period_of, [mechanism.coordinates[q].name for q, _ in rates]

@@ -42,7 +42,8 @@ _FORMS: Final = (
     "an expression, {of: body, after: time}, {coordinate: value}, {of: body, at: {coordinate: value}}, "
     "{max: expression}, {min: expression}, {value: expression, when: {coordinate: value}}, "
     "{find: parameter, so: equation}, {find: parameter, least: expression}, {limit: expression, let: {parameter: oo}}, "
-    "{series: expression, in: parameter, through: power}, {formula: coordinate}, {period_of: coordinate}, "
+    "{series: expression, in: parameter, through: power}, {formula: coordinate}, "
+    "{formula: expression, of: coordinate}, {period_of: coordinate}, {advance: coordinate, of: coordinate}, "
     "{section: body, component: moment, at: place}, "
     "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
     "{transmissibility: coordinate, from: input}, {decrement: coordinate}, {damping: number of a mode}, "
@@ -64,7 +65,9 @@ _SETS: Final = (
     ("limit", "let"),
     ("series", "in_", "through"),
     ("formula",),
+    ("formula", "of"),
     ("period_of",),
+    ("advance", "of"),
     ("section", "component"),
     ("amplitude", "of"),
     ("phase", "of"),
@@ -225,11 +228,12 @@ class Ask(Element):
     the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
     values, or `least` or `greatest` instead of `so`: that for which an expression is so. `limit`: the value to which an
     expression tends; `let` says what tends where, {M: oo}. `series`: the expansion of an expression `in` a parameter or
-    start value `about` a place (0), `through` a power. `formula`: a coordinate as a function of time. `period_of`: the
-    period of a coordinate in the motion from the start, of any amplitude. `section` and `component`: the axial force,
-    shear force or bending moment that a beam transmits `at` a place along x of its body (or of a frame of it), or as a
-    formula of that place. Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t), have
-    for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
+    start value `about` a place (0), `through` a power. `formula`: a coordinate as a function of time, or an expression
+    as one `of` a coordinate or speed. `period_of`: the period of a coordinate in the motion from the start, of any
+    amplitude; `advance`: how far a coordinate goes in a period `of` another. `section` and `component`: the axial
+    force, shear force or bending moment that a beam transmits `at` a place along x of its body (or of a frame of it),
+    or as a formula of that place. Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t),
+    have for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
     `antiresonance`, and a `transmissibility` from an input of the same unit; small free motions have a `decrement` and
     modes a `damping` ratio. `velocity`, `acceleration`: those of a point at the start, by components and size.
     `instant_center`: the point about which a body turns at the start, in the plane.
@@ -244,7 +248,8 @@ class Ask(Element):
     )
     of: str | None = holds(
         Text(), None, such="block",
-        says="the body whose path, displacement or speed is asked for, or the input that drives a steady motion",
+        says="the body whose path, displacement or speed is asked for, the input that drives a steady motion, or the "
+        "coordinate on which a formula depends",
     )
     after: Node | None = holds(Scalar("s"), None, says="the time that has passed", such="4 s")
     when: Moment | None = holds(
@@ -288,8 +293,14 @@ class Ask(Element):
     in_: str | None = holds(Text(), None, says="the parameter or start value of the expansion", such="theta0")
     about: Node | None = holds(Scalar(), None, says="the value about which it is expanded; 0 if left out", such="0")
     through: int | None = holds(Count(0), None, says="the highest power that is kept", such="2")
-    formula: str | None = holds(Text(), None, says="the coordinate that is asked for as a function of time", such="x")
+    formula: Node | None = holds(
+        Scalar(), None, such="x",
+        says="the coordinate that is asked for as a function of time, or an expression as one of a coordinate (of)",
+    )
     period_of: str | None = holds(Text(), None, says="the coordinate whose period is asked for", such="phi")
+    advance: str | None = holds(
+        Text(), None, says="the coordinate that is asked for how far it goes in a period of another (of)", such="phi"
+    )
     section: str | None = holds(
         Text(), None, says="the beam that is cut: a body, or a frame of it, along whose x axis it lies", such="beam"
     )

@@ -3,7 +3,8 @@
     ask                        kinds of questions; answers in the order in which they name each other
     question                   what a question is; the motion that it is about; numbers of runs with their errors
     working                    notes on an answer, and the lines by which a book gets there
-    number_questions           time, speed, path, value, period: one number each
+    number_questions           time, speed, path, value, period, advance: one number each
+    formula_questions          formulas of time, and of a coordinate or speed
     forced_questions           amplitude, phase, resonance under a harmonic input; decrement and damping ratio
     forced_steps               the steps of these: equations, the motion put in, its amplitude and phase
     extremes                   `max`, `min`: largest and least values
@@ -16,6 +17,7 @@
     from_runs                  numbers of a motion from simulations
     uniform_motion             closed forms where no acceleration changes
     courses, linear_systems    coordinates as formulas of time: alone, and coupled
-    later_formulas             closed forms at a moment, along a formula of time or of a coordinate
+    later_formulas             closed forms at a moment, along formulas of time, of a coordinate or of a speed
+    energy_integral            one freedom by its place: energy, work, momenta, periods; u' = f(u) by separation
     named_answers              answers in the questions that name them; the equations of motion at any state
 """

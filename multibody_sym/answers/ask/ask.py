@@ -7,17 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from itertools import islice
-from typing import Final, NamedTuple, Self
+from typing import Final, NamedTuple
 
 from multibody_sym.answers.ask.best import BestQuestion
 from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
 from multibody_sym.answers.ask.find import FindQuestion
-from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.formula_questions import FORMULA_QUESTIONS
 from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
-from multibody_sym.answers.ask.linear_systems import modes_named, shortest_course
+from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
-from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
+from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.ask.sections import SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
@@ -27,73 +26,11 @@ from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
 from multibody_sym.mechanics.vocabulary import in_order, named_by
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.state_words import VERBS, WAYS
 from multibody_sym.model.system import System
 from multibody_sym.motion.runs.run import FailedRunError
-from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import Node
 from multibody_sym.stages import doing, stage
 from multibody_sym.text.values import Value
-
-# ----------------------------------------------------------------------------------------------------------------------
-# `ask: {formula: x}`: a coordinate or speed as a formula of time.
-
-
-@dataclass(frozen=True)
-class FormulaQuestion(SingleQuestion):
-    """A coordinate or speed as a formula of time, which has no number."""
-
-    coordinate: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.formula is None else cls(ask.formula)
-
-    def words(self) -> str:
-        return f"{self.coordinate} as a formula of time"
-
-    def unit(self, motion: AskedMotion) -> str:
-        return motion.unit_of(symbol(self.coordinate))
-
-    def answer(self, motion: AskedMotion, working: Working) -> Value:
-        mechanism, unit = motion.solved.mechanism, self.unit(motion)
-        found = motion.courses.of(symbol(self.coordinate))
-        if motion.simulated.failure is not None:
-            raise motion.simulated.failure
-        if found is None:
-            working.notes.append(f"{self._why_none(motion)}; simulate tells numbers")
-            return Value(None, unit=unit)
-        working.notes.extend(found.conditions())
-        working.steps.append(lambda: islice(motion.courses.equations([symbol(self.coordinate)]), 1))
-        if mechanism.one_way:
-            working.notes.append(_held_until(motion.simulated))
-        return Value(None, shortest_course(found.formula, motion.solved.symbolic.letters), unit=unit)
-
-    def _why_none(self, motion: AskedMotion) -> str:
-        mechanism, courses = motion.solved.mechanism, motion.courses
-        if self.coordinate in motion.solved.system.states:
-            return f"{self.coordinate} is a state, of which no formula of time is sought"
-        rates = zip(mechanism.coordinates, mechanism.speeds, strict=False)
-        speed = next((u.name for q, u in rates if q.name == self.coordinate), "")
-        if speed and symbol(speed) in courses.alone:
-            return f"no integral of {speed} is known, which has a formula of its own"
-        reason = courses.why(symbol(self.coordinate))
-        return f"no solution of the equation of {self.coordinate} is known{reason and f' ({reason})'}"
-
-
-def _held_until(motion: Simulated) -> str:
-    """Return until when formulas of time are those of a motion in which states may change, as a run shows it."""
-    run = motion.whole
-    if not run.changes:
-        return f"of the motion without a change of state, of which there is none until t = {run.t_final:.6g} s"
-    first = float(run.changes[0]["t"])
-    begun: dict[str, None] = {}
-    for element, kind in ((each["element"], each["kind"]) for each in run.changes if float(each["t"]) == first):
-        verbs = (verb for verb, words in VERBS.items() if kind in words)
-        verb = min(verbs, key=lambda x: len(VERBS[x]), default=kind)
-        begun[f"{element} {verb} {WAYS.get(kind[-1], '')}".rstrip()] = None
-    return f"of the motion until the first change of state: {', '.join(begun)} at t = {first:.6g} s"
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Answers to `ask`: the kinds of questions, and their answers in the order in which they name each other.
@@ -101,7 +38,7 @@ def _held_until(motion: Simulated) -> str:
 
 QUESTIONS: Final[tuple[type[Question], ...]] = (
     *NAMED_QUESTIONS,
-    FormulaQuestion,
+    *FORMULA_QUESTIONS,
     FindQuestion,
     BestQuestion,
     LimitQuestion,

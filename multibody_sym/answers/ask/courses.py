@@ -511,16 +511,9 @@ def formulas_of_time(there: Anywhere) -> Mapping[Node, InTime]:
     found: dict[Node, InTime] = {}
     for k, (coordinate, speed) in enumerate(zip(mechanism.coordinates, mechanism.speeds, strict=True)):
         q, u = symbol(coordinate.name), symbol(speed.name)
-        signs = there.forms.field.positive
         granted = Granted()
-        there.forms.field.positive = granted.positive  # those that this coordinate's formulas add
-        try:
-            course = _course(there, granted, k, (q, u), (as_node(state.q[k]), as_node(state.u[k])))
-        except NoClosedFormError:
-            continue
-        finally:
-            there.forms.field.positive = signs
-        found |= course
+        with suppress(NoClosedFormError), there.assuming(granted):
+            found |= _course(there, granted, k, (q, u), (as_node(state.q[k]), as_node(state.u[k])))
     return found
 
 

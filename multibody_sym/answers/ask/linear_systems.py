@@ -313,13 +313,10 @@ class Courses:
             raise NoClosedFormError("the equations have no closed form")
         pairs = zip(self.solved.mechanism.coordinates, self.solved.mechanism.speeds, strict=False)
         coordinate = next(q.name for q, u in pairs if name in (q.name, u.name))
-        signs, granted = there.forms.field.positive, Granted()
-        there.forms.field.positive = granted.positive
-        try:
+        granted = Granted()
+        with there.assuming(granted):
             formula = _coupled_course(there, granted, coordinate)
             formula = formula if name == coordinate else derivative(formula, TIME)
-        finally:
-            there.forms.field.positive = signs
         if len(text(formula)) > _LONGEST:
             raise NoClosedFormError("the formula is too long")
         return self.shown.confirmed({symbol(name): InTime(formula, granted)}).get(symbol(name))

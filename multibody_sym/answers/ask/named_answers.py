@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field, replace
 
 from multibody_sym.algebra.book_form import book_form
@@ -73,6 +74,15 @@ class Anywhere:
     def constant(self, a: Quotient) -> bool:
         """Return whether a quotient is of parameters alone."""
         return not a.symbols & self.variables
+
+    @contextmanager
+    def assuming(self, granted: Granted) -> Iterator[None]:
+        """Note the signs that are decided meanwhile as taken for granted, apart from those of the equations."""
+        signs, self.forms.field.positive = self.forms.field.positive, granted.positive
+        try:
+            yield
+        finally:
+            self.forms.field.positive = signs
 
 
 def anywhere(solved: SolvedInstant, q: Sequence[float], u: Sequence[float]) -> Anywhere | None:

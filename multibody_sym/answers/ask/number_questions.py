@@ -14,7 +14,8 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
 from multibody_sym.answers.ask.courses import FITS
-from multibody_sym.answers.ask.later_formulas import NO_TIME, MotionFormulas, component_along
+from multibody_sym.answers.ask.energy_integral import Swing
+from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Granted, anywhere
 from multibody_sym.answers.ask.question import (
@@ -79,9 +80,7 @@ class TimeQuestion(UniformQuestion):
 
     def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         place = course.place_when(self.when)
-        if course.variable is not TIME:
-            raise NoClosedFormError(NO_TIME)
-        return course.value(TIME, place)
+        return course.value(course.along(TIME), place)
 
     def uniform_time(self, uniform: UniformMotion) -> Quotient | None:
         return uniform.time_of(self.when)
@@ -357,6 +356,9 @@ class ValueWhenQuestion(_LaterValueQuestion):
 # `ask: {period_of: phi}`: the period of a coordinate in the motion from the start, whatever its amplitude.
 
 
+_BY_RUN: Final = Sentence(("found by a run",))
+
+
 @dataclass(frozen=True)
 class PeriodQuestion(NumberQuestion):
     """The period of a coordinate."""
@@ -389,8 +391,13 @@ class PeriodQuestion(NumberQuestion):
         except NeverError as reason:
             working.notes.append(str(reason))
             return Value(None, unit="s")
-        formula = self._formula(motion.solved, found.value or 0.0)
-        working.steps.append(lambda: self._lines(motion.solved, by_formula=formula is not None))
+        harmonic = self._formula(motion.solved, found.value or 0.0)
+        swing = Swing.of(motion.solved, self.coordinate) if harmonic is None else None
+        formula = harmonic if swing is None else swing.confirmed(TIME, found.value or 0.0)
+        if swing is not None and formula is not None:
+            working.steps.append(lambda: swing.lines(TIME))
+        else:
+            working.steps.append(lambda: self._lines(motion.solved, by_formula=harmonic is not None))
         working.notes.extend(numbers.accuracy if formula is None else ())
         return replace(motion.with_formula(found, formula), unit="s")
 
@@ -398,7 +405,7 @@ class PeriodQuestion(NumberQuestion):
         """Yield q'' = A q + c, which swings with omega^2 = -A; nothing but that a run shows it for other equations."""
         there = anywhere(solved, solved.begin.q, solved.begin.u) if by_formula else None
         if there is None:
-            yield Sentence(("found by a run",))
+            yield _BY_RUN
             return
         k = [c.name for c in solved.mechanism.coordinates].index(self.coordinate)
         moved = there.forms.udot[k]
@@ -427,6 +434,49 @@ class PeriodQuestion(NumberQuestion):
         return formula if near else None
 
 
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {advance: phi, of: r}`: how far a coordinate goes in a period of another, such as the angle between apsides.
+
+
+@dataclass(frozen=True)
+class AdvanceQuestion(NumberQuestion):
+    """The growth of a coordinate in a period of another."""
+
+    coordinate: str
+    of: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.advance is None or ask.of is None else cls(ask.advance, ask.of)
+
+    def words(self) -> str:
+        return f"the advance of {self.coordinate} in a period of {self.of}"
+
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(symbol(self.coordinate))
+
+    def number(self, numbers: RunNumbers) -> Value:
+        period = PeriodQuestion(self.of).number(numbers).value
+        assert period is not None
+        node, motion = symbol(self.coordinate), numbers.motion
+        return Value(motion.value(node, period) - motion.value(node, 0.0))
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        numbers = RunNumbers(motion.simulated)
+        try:
+            found = numbers.with_error(self)
+        except NeverError as reason:
+            working.notes.append(str(reason))
+            return Value(None, unit=self.unit(motion))
+        swing = Swing.of(motion.solved, self.of)
+        formula = None if swing is None else swing.confirmed(symbol(self.coordinate), found.value or 0.0)
+        if swing is not None and formula is not None:
+            working.steps.append(lambda: swing.lines(symbol(self.coordinate)))
+        else:
+            working.steps.append(lambda: [_BY_RUN])
+        return replace(motion.with_formula(found, formula), unit=self.unit(motion))
+
+
 NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
     StartValueQuestion,
     ValueAfterQuestion,
@@ -435,5 +485,6 @@ NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
     PathQuestion,
     SpeedQuestion,
     PeriodQuestion,
+    AdvanceQuestion,
 )
 """The kinds of this file: the first that takes the keys of a question is its kind."""

@@ -16,8 +16,9 @@ import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.analysis.modes.forced import ForcedMotion
+from multibody_sym.answers.ask.energy_integral import courses_by_place, courses_by_speed
 from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.later_formulas import MotionFormulas, course_of_energy, courses_on_curve
+from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
 from multibody_sym.answers.ask.named_answers import anywhere
 from multibody_sym.answers.ask.uniform_motion import UniformMotion, uniform_motion
@@ -412,14 +413,10 @@ class AskedMotion:
             yield MotionFormulas(there, TIME, self.courses.of, time, law=self.courses.equations)
         fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
         u = [0.0 if abs(x) <= _STANDS * most else x for x, most in zip(u, fastest, strict=True)]
-        if len(q) == len(u) == 1:
-            course = course_of_energy(there, q[0], u[0])
-            if course is not None:
-                yield course
-        elif len(q) == len(u) and mechanism.rows:
-            place = int(_BESIDE * (len(run.t) - 1))
-            before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
-            yield from courses_on_curve(there, (q, u), (before[0], before[1]))
+        place = int(_BESIDE * (len(run.t) - 1))
+        before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
+        yield from courses_by_place(there, (q, u), (before[0], before[1]))
+        yield from courses_by_speed(there, u)
 
     def _confirmed(self, closed: Quotient, number: float) -> Node | None:
         """Return a closed form as an expression where it is the number that was found, else None."""
