@@ -20,7 +20,7 @@ system = mbs.System(
     },
     joints={
         "plane": mbs.Prismatic("ground.incline", "block", axis="x", q="s", initial={"q": -d}),
-        "line": mbs.Prismatic("ground", "load", axis="-y", q="depth", initial={"q": h}),
+        "line": mbs.Prismatic("ground", "load", axis="-y", q="depth", q_label="y", initial={"q": h}),
     },
     constraints={"string": mbs.Rope(["block", "pulley", "load"])},
     pulleys={"pulley": mbs.Pulley("ground")},

@@ -21,7 +21,7 @@ system = mbs.System(
         "table1": mbs.Prismatic("ground", "block1", axis="x", q="x1"),
         "table2": mbs.Prismatic("ground", "block2", axis="x", q="x2", initial={"q": "1 m"}),
         "table3": mbs.Prismatic("ground", "block3", axis="x", q="x3", initial={"q": "2 m"}),
-        "line": mbs.Prismatic("ground.edge", "load", axis="-y", q="depth", initial={"q": "1 m"}),
+        "line": mbs.Prismatic("ground.edge", "load", axis="-y", q="depth", q_label="y", initial={"q": "1 m"}),
     },
     constraints={
         "string1": mbs.Rope(["block1", "block2"]),

@@ -13,7 +13,7 @@ import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
-from multibody_sym.pictures.marks.forces import arrow_marks, free_axes, strand_marks
+from multibody_sym.pictures.marks.forces import arrow_marks, arrows_beside, free_axes, strand_marks
 from multibody_sym.pictures.marks.labels import Names, angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
 from multibody_sym.pictures.marks.sheet import Sheet
@@ -23,6 +23,7 @@ from multibody_sym.pictures.page.layout import Runs, laid_out, legend_lines
 from multibody_sym.pictures.page.picture import (
     AngleArc,
     Arc,
+    Arrow,
     Hatch,
     LegendLine,
     Mark,
@@ -212,13 +213,16 @@ def scene_marks(
     found = [mark for item in scene.items if item.role != "frame" for mark in item_marks(sheet, item)]
     found += [mark for strand in placed.strands for mark in strand_marks(sheet, strand)]
     lines = [np.asarray(mark.points) for mark in found if isinstance(mark, (Stroke, Arc, Hatch))]
-    found += free_axes(sheet, np.min([*(points.min(axis=0) for points in lines), sheet.span[0]], axis=0))
-    found += arrow_marks(sheet, np.max([*(points.max(axis=0) for points in lines), sheet.span[1]], axis=0), found)
+    top = np.max([*(points.max(axis=0) for points in lines), sheet.span[1]], axis=0)
+    found += free_axes(sheet, found)
+    found += arrow_marks(sheet, found)
     found += word_marks(sheet)
     if names != "none":
         lengths = [mark for mark in dimension_marks(sheet, names) if dimensions or mark.role != "dimension"]
         found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet, names)]
-    else:
+    arrows = [np.asarray(mark.points)[:, 0].max() for mark in found if isinstance(mark, Arrow)]
+    found += arrows_beside(sheet, np.array([max([top[0], *arrows]), top[1]]))
+    if names == "none":
         found = [mark for mark in found if not isinstance(mark, AngleArc)]
     asked = [letters(each.letter) for each in scene.givens if each.name in scene.asked]
     return [_ranked(mark, asked) for mark in found]

@@ -321,8 +321,8 @@ _INDEXED: Final = re.compile(rf"({'|'.join(sorted(GREEK, key=len, reverse=True))
 def read_parts(name: str) -> list[str]:
     """Return the letter or words of a name and its indices: theta1 and θ₁ as theta and 1, xa as x and a.
 
-    Adjacent words are one part, pin_force_2 is pin force and 2, but an angle is phi: crank_angle_2 is phi, crank and 2.
-    Greek letters have their names, which th, ph, al and om abbreviate.
+    Adjacent words are one part, pin_force_2 is pin force and 2, but an angle is phi, a radius r: crank_angle_2 is phi,
+    crank and 2. Greek letters have their names, which th, ph, al and om abbreviate.
     """
     plain = unicodedata.normalize("NFC", name).translate(_LOW)
     letter, rest = _LETTERS.match(plain).groups()  # type: ignore[union-attr]
@@ -337,9 +337,13 @@ def read_parts(name: str) -> list[str]:
     return [part for word, run in runs for part in (_joined(run) if word else run)]
 
 
+_KINDS: Final = {"angle": "phi", "radius": "r"}
+
+
 def _joined(words: list[str]) -> list[str]:
-    """Return adjacent words as one part; an angle as its letter and what it is an angle of."""
-    return ["phi", " ".join(words[:-1])] if words[-1] == "angle" and words[:-1] else [" ".join(words)]
+    """Return adjacent words as one part; an angle or radius as its letter and what it is of."""
+    letter = _KINDS.get(words[-1]) if words[:-1] else None
+    return [" ".join(words)] if letter is None else [letter, " ".join(words[:-1])]
 
 
 def is_word(part: str) -> bool:

@@ -29,7 +29,8 @@ def missing(scene: Scene, picture: Picture) -> list[str]:
     written = {text.name for text in texts(picture)} | told
     unseen = ("free", "hanger")  # the freedoms of a particle: its carriers have no mass
     signs = [item for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") not in unseen]
-    joints = {item.name for item in signs if not (scene.static and isinstance(item.form, Axes))}
+    asked = scene.asked
+    joints = {i.name for i in signs if not isinstance(i.form, Axes) or asked.intersection(i.form.names)}
     lengths = {each.name for each in scene.dimensions}
     return [*sorted(joints - drawn), *sorted(lengths - written)]
 

@@ -9,7 +9,7 @@ from geometry import faults, shown, texts
 
 import multibody_sym as mbs
 from multibody_sym.pictures.draw import draw, legend_lines
-from multibody_sym.pictures.page.picture import words
+from multibody_sym.pictures.page.picture import Arrow, words
 from multibody_sym.pictures.scene.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -36,14 +36,17 @@ def test_letters_of_an_angle_that_is_zero_stand_at_their_own_hinge() -> None:
     scene = scene_of(mbs.load(EXAMPLES / "andrews_squeezer.yaml"))
     picture = draw(scene, scene.at())
     middles = {
-        name: np.array([text.box.left + text.box.right, text.box.bottom + text.box.top]) / 2
+        text.name: np.array([text.box.left + text.box.right, text.box.bottom + text.box.top]) / 2
         for text in texts(picture)
-        for name in [text.name]
         if text.role == "angle"
     }
+    bows = {m.name: np.asarray(m.points) for m in picture.marks if isinstance(m, Arrow) and m.role == "angle"}
     pins = {mark.name: mark.centre for mark in picture.simple if mark.role == "joint" and hasattr(mark, "centre")}
-    for angle, own, other in (("beta", "O", "O1"), ("theta", "O1", "O")):
-        assert np.linalg.norm(middles[angle] - pins[own]) < np.linalg.norm(middles[angle] - pins[other])
+    for angle, own in (("beta", "O"), ("theta", "O1")):
+        radii = np.linalg.norm(bows[angle] - pins[own], axis=1)
+        assert np.ptp(radii) < 1e-6
+        assert radii[0] < 25.0
+        assert np.linalg.norm(bows[angle] - middles[angle], axis=1).min() < 25.0
 
 
 def test_a_few_lengths_stay_in_the_figure_and_long_legends_end() -> None:

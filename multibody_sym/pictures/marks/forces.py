@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
+from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from multibody_sym.pictures.page.picture import (
     AXIS,
     BLACK,
     BODY,
+    COORDINATE,
     DARK,
     DATUM,
     DOT,
@@ -40,13 +42,14 @@ from multibody_sym.pictures.page.picture import (
     Hatch,
     Mark,
     Pen,
+    Simple,
     Stroke,
     Wish,
     formula,
     letters,
     simple,
 )
-from multibody_sym.pictures.scene.items import ArrowItem, Axes, Disc, Item, PlacedStrand, Symbol, across, unit
+from multibody_sym.pictures.scene.items import ArrowItem, Axes, Disc, Item, PlacedStrand, Sphere, Symbol, across, unit
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -217,11 +220,8 @@ _CLEAR: Final = 0.05
 """The part of an arrow at its tail that may touch what it acts on."""
 
 
-def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
-    """Yield all arrows of a scene with their letters, those of loads where they cross the least that is `drawn`.
-
-    Gravity stands beside the `corner` of what is drawn.
-    """
+def arrow_marks(sheet: Sheet, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield the arrows at bodies with their letters, those of loads where they cross the least that is `drawn`."""
     placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
     lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
     taken, rows = _Taken(), dict[str, list[Floats]]()
@@ -229,14 +229,12 @@ def arrow_marks(sheet: Sheet, corner: Floats, drawn: Sequence[Mark] = ()) -> Ite
         vector = now if np.any(now) else np.asarray(item.way)
         named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
         at = _place(sheet, item)
-        if item.role == "gravity":
-            yield from _gravity(sheet, item, vector, named, corner)
-        elif item.role == "motion":
-            yield from _ground_motion(sheet, item, vector, named, corner)
-        elif item.role in ("torque", "couple"):
+        if item.role in ("torque", "couple"):
             pen = _arrow_pen(item, REACTION if item.role == "couple" else FORCE)
             yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
-        elif item.role != "drag":
+        elif item.turning:
+            yield from _spin(sheet, item, at, vector, named, lines)
+        elif item.role not in ("drag", "gravity", "motion"):
             pen = _arrow_pen(item, {"reaction": REACTION, "velocity": VELOCITY}.get(item.role, FORCE))
             if any(item.lever):
                 thread = _thread(sheet, item, at, vector)
@@ -354,6 +352,17 @@ def _near(a: Floats, b: Floats) -> bool:
     return float(np.linalg.norm(a - b)) < _NEAR
 
 
+def arrows_beside(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
+    """Yield gravity and the motion of ground beside the `corner` of what is drawn."""
+    for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
+        vector = now if np.any(now) else np.asarray(item.way)
+        named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        if item.role == "gravity":
+            yield from _gravity(sheet, item, vector, named, corner)
+        elif item.role == "motion":
+            yield from _ground_motion(sheet, item, vector, named, corner)
+
+
 def _gravity(
     sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
 ) -> Iterator[Mark]:
@@ -434,42 +443,128 @@ def _torque(
     yield Wish(points, formula(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
 
 
+_SPIN: Final = (0.9, 18.0, 6.0)
+"""The angle of the bow of an angular velocity, its radius about a hinge, and how far outside of a round body (pt)."""
+_STARTS: Final = np.arange(0.0, 2.0 * np.pi, np.pi / 6.0)
+
+
+def round_radius(sheet: Sheet, body: int, at: Floats, axis: Floats | None = None) -> float:
+    """Return the radius (pt) of what is round about a place of a body, about an `axis` (world) if given; else zero."""
+    found = [0.0]
+    for item in sheet.touched.get(body, ()):
+        form = item.form
+        if not isinstance(form, (Disc, Sphere)) or not _near(sheet.at(body, form.centre), at):
+            continue
+        along = None if axis is None or isinstance(form, Sphere) else sheet.placed.turned(body, form.axis) @ axis
+        if along is None or abs(float(along)) > _SAME_WAY:
+            found.append(sheet.settled.drums.get(body, form.radius * sheet.projection.scale))
+    return max(found)
+
+
+def _spin(
+    sheet: Sheet, item: ArrowItem, at: Floats, vector: Floats, named: dict[str, Any], lines: Floats
+) -> Iterator[Mark]:
+    """Yield an angular velocity: a bow about its axis where it crosses the fewest lines, outside of what is round."""
+    span, radius, beyond = _SPIN
+    axis = np.array(unit(vector))
+    wheel = round_radius(sheet, item.at.body, at, axis)
+    radius = max(radius, wheel + beyond) if wheel else radius
+    e1 = np.array(across(axis))
+    e2 = np.cross(axis, e1)
+    tried = []
+    for start in _STARTS:
+        angles = np.linspace(start, start + span, 16)[:, None]
+        rim = np.cos(angles) * e1 + np.sin(angles) * e2
+        points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
+        count = sum(crossing_count(p, q, lines) for p, q in pairwise(points))
+        tried.append((count - 1e-3 * float(points[:, 1].mean() - at[1]), points))
+    _, points = min(tried, key=lambda each: each[0])
+    if float(np.ptp(points, axis=0).max()) < 4.0:
+        return
+    yield Arrow(points, VELOCITY, open=True, head=5.0, **named)
+    middle = points[len(points) // 2][None, :]
+    prefer = tuple(float(x) for x in middle[0] - at)
+    text: dict[str, Any] = {**named, "layer": LAYER_TEXT}
+    yield Wish(middle, formula(item.label), prefer=(prefer[0], prefer[1]), colour=VELOCITY.colour, **text)
+
+
 # ----------------------------------------------------------------------------------------------------------------------
-# Axes of what moves freely, below the figure, with its coordinates; arrows of what is driven.
+# Coordinates that are asked of what moves freely; arrows of what is driven.
 
 
-_LENGTH: Final = 22.0
-_TURN: Final = 11.0
-"""The radius of the bow of what turns (pt)."""
-_APART: Final = 58.0
+_LENGTH, _CROSS = 24.0, 44.0
+"""How long (pt) the arrow of a coordinate is, and how long both axes of what moves in x and y."""
+_ASIDE: Final = 10.0
+"""How far (pt) such an arrow is from its body."""
+_TURN: Final = (1.0, 14.0, 0.78)
+"""The angle of the bow of what turns, its radius (pt), and the part of the radius of a round body."""
 _AXES_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
 """How far (pt) the arrow of a drive is from what slides, its length, and its radius about what turns."""
 
 
-def free_axes(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
-    """Yield the axes of each joint that leaves a body free, in a row below the `corner` of what is drawn."""
-    free = [(item, item.form) for item in sheet.scene.items if isinstance(item.form, Axes)]
-    if sheet.scene.static:  # where nothing moves only what is asked
-        free = [(item, form) for item, form in free if sheet.scene.asked.intersection(form.names)]
-    for k, (item, form) in enumerate(free):
-        at = corner + np.array([6.0 + _APART * k, -44.0])
-        named: dict[str, Any] = {"role": item.role, "name": item.name}
-        yield Arc(at, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
-        for axis, name in zip(form.axes, form.names, strict=False):
-            way = _LENGTH * sheet.way(item.body, axis)
-            if float(np.linalg.norm(way)) < 4.0:
+def free_axes(sheet: Sheet, drawn: Sequence[Mark]) -> Iterator[Mark]:
+    """Yield the coordinates in the questions of each joint that leaves a body free, beside the body that is `drawn`.
+
+    Both axes of what moves in two directions begin where its coordinates do.
+    """
+    lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in drawn for part in _parts(mark))])
+    for item in sheet.scene.items:
+        form = item.form
+        if not isinstance(form, Axes):
+            continue
+        named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        asked = [k for k, name in enumerate(form.names[: len(form.axes)]) if name in sheet.scene.asked]
+        origin = sheet.at(item.body, form.at)
+        own = [mark for mark in drawn if (mark.role, mark.name) == ("body", sheet.scene.bodies[item.bodies[1]])]
+        points = [part for mark in own for part in (segments_of(x) for x in _parts(mark)) if len(part)]
+        box = np.vstack(points).reshape(-1, 2) if points else origin[None]
+        for k in asked:
+            way = sheet.way(item.body, form.axes[k])
+            if float(np.linalg.norm(way)) < 0.1:
                 continue
-            yield Arrow(np.array([at, at + way]), THIN, head=4.5, layer=LAYER_ARROW, **named)
-            prefer, letter = (float(way[0]), float(way[1])), letters(sheet.scene.book.get(name, name))
-            yield Wish((at + way)[None, :], letter, prefer=prefer, layer=LAYER_TEXT, **named)
-        if len(form.axes) == 2 and len(form.names) == 3:  # the bow of a turn in the plane
-            first, second = (sheet.way(item.body, axis) for axis in form.axes)
-            angles = np.linspace(0.15, 1.42, 12)[:, None]
-            points = at + _TURN * (np.cos(angles) * first + np.sin(angles) * second)
-            yield Arrow(points, THIN, head=3.5, layer=LAYER_ARROW, **named)
-            middle, (x, y) = points[len(points) // 2][None, :], (float(each) for each in first + second)
-            letter = letters(sheet.scene.book.get(form.names[-1], form.names[-1]))
-            yield Wish(middle, letter, prefer=(x, y), clear=1.5, layer=LAYER_TEXT, **named)
+            start = origin if len(asked) > 1 else _clear_start(box, way, lines)
+            tip = start + (_CROSS if len(asked) > 1 else _LENGTH) * way
+            yield Arc(start, DATUM, None, fill=BLACK, **named)
+            yield Arrow(np.array([start, tip]), COORDINATE, head=4.5, **named)
+            letter = letters(sheet.scene.book.get(form.names[k], form.names[k]))
+            prefer = (float(way[0]), float(way[1]))
+            yield Wish(tip[None, :], letter, prefer=prefer, **{**named, "layer": LAYER_TEXT})
+        if len(form.axes) == 2 and len(form.names) == 3 and form.names[-1] in sheet.scene.asked:
+            yield from _counted_turn(sheet, item, form, named)
+
+
+def _parts(mark: Mark) -> Sequence[Simple]:
+    return simple(mark) if isinstance(mark, (Stroke, Arc, Hatch, Arrow)) else ()
+
+
+def _clear_start(box: Floats, way: Floats, lines: Floats) -> Floats:
+    """Return where the arrow of a coordinate begins: on the side of its body where it crosses the fewest lines."""
+    along, side = unit2(way), left(unit2(way))
+    middle = (box.min(axis=0) + box.max(axis=0)) / 2
+    tried = []
+    for sign in (1.0, -1.0):
+        out = float(((box - middle) @ (sign * side)).max()) + _ASIDE
+        start = middle + sign * out * side
+        tried.append((crossing_count(start, start + _LENGTH * along, lines), -sign, start))
+    _, _, best = min(tried, key=lambda each: each[:2])
+    return np.asarray(best)
+
+
+def _counted_turn(sheet: Sheet, item: Item, form: Axes, named: dict[str, Any]) -> Iterator[Mark]:
+    """Yield the bow in which the angle of what moves in the plane counts: in what is round, else about its middle."""
+    body = item.bodies[1]
+    if any(angle.name == form.names[-1] for angle in sheet.scene.angles):
+        return
+    span, radius, part = _TURN
+    centres = (i for i in sheet.touched.get(body, ()) if i.role in ("mass centre", "body"))
+    at = next((sheet.page(body, i.form.bounds).mean(axis=0) for i in centres), sheet.at(item.body, form.at))
+    radius = max(radius, part * round_radius(sheet, body, at))
+    first, second = (sheet.way(item.body, axis) for axis in form.axes)
+    angles = np.linspace(1.9, 1.9 + span, 16)[:, None]
+    points = at + radius * (np.cos(angles) * first + np.sin(angles) * second)
+    yield Arrow(points, COORDINATE, head=4.5, **named)
+    letter = letters(sheet.scene.book.get(form.names[-1], form.names[-1]))
+    yield Wish(points[len(points) // 2][None, :], letter, clear=1.5, **{**named, "layer": LAYER_TEXT})
 
 
 def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Final, Literal
 
 import numpy as np
 
-from multibody_sym.pictures.marks.forces import driven_points
+from multibody_sym.pictures.marks.forces import driven_points, round_radius
 from multibody_sym.pictures.marks.ropes import drawn_pieces
 from multibody_sym.pictures.marks.shapes import outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
@@ -52,8 +53,10 @@ from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.printer import SYMBOL
 
-_TURNED, _BOW = 0.05, 1.2
-"""From which angle on (rad) an arc shows it in space, and the bow that shows the sense of a smaller one."""
+_TURNED, _BOW, _COUNTED = 0.07, 1.2, 0.55
+"""From which angle on (rad) an arc shows it, and the bows that show the sense of a smaller one in space, in a plane."""
+_COUNTED_REACH: Final = 24.0
+"""The largest radius (pt) of such a bow in a plane."""
 _ARC, _BEYOND = 32.0, 1.3
 """The radius of such an arc (pt), and how many times as long its line of reference is."""
 _UNTURNED: Final = 1e-6
@@ -81,18 +84,38 @@ Names = Literal["letters", "all", "none"]
 def name_runs(scene: Scene, item: Item | Strand, names: Names) -> tuple[Run, ...]:
     """Return what stands beside a body, joint or strand: the letters of the problem, its name, both or nothing.
 
-    Names are small beside letters. Among letters only masses without one have a name, what the model gives a label,
-    pins such as A, stops, and what a question asks about.
+    Names are small beside letters. Among letters only what the model gives a label has a name, pins such as A, stops,
+    and of several alike masses without a letter and what a question asks about.
     """
     mine = formula(item.letters) if item.letters else ()
     if isinstance(item, Item) and isinstance(item.form, (Stop, TurnStop)):
         return letters(item.label)
-    if not item.label or not (names == "all" or item.titled or item.name in scene.asked):
-        bare = not mine and isinstance(item, Item) and item.role == "body" and item.heavy and item.label
-        return small(item.label) if bare else mine
+    wanted = item.name in scene.asked or (isinstance(item, Item) and item.heavy and not mine)
+    if not item.label or not (names == "all" or item.titled or (wanted and not is_alone(scene, item))):
+        return mine
     if not mine:
         return letters(item.label) if names == "all" or item.titled else small(item.label)
     return (*mine, (" ", "small"), *small(item.label))
+
+
+def is_alone(scene: Scene, item: Item | Strand) -> bool:
+    """Return whether no name tells an item from others: nothing looks alike with the same letters, or all are named so.
+
+    What slides is told by the letters of its body and its coordinate.
+    """
+    if isinstance(item, Item) and (item.role == "guide" or (item.symbol and item.symbol.kind in ("slider", "hanger"))):
+        return len(item.name) > 1
+    every: Sequence[Item | Strand] = scene.strands if isinstance(item, Strand) else scene.items
+    alike = [each for each in every if each.name != item.name and _looks(each) == _looks(item)]
+    return not alike or (item.label != item.name and any(each.label == item.label for each in alike))
+
+
+def _looks(item: Item | Strand) -> tuple[str, str, str]:
+    """Return by what things are alike: bodies by their letters, joints by their sign."""
+    if isinstance(item, Strand):
+        return item.kind, "", item.letters
+    sign = item.symbol.kind if item.symbol is not None and item.role == "joint" else ""
+    return item.role, sign, item.letters
 
 
 def label_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
@@ -226,14 +249,29 @@ def dimension_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
             if length >= _SHORTEST:
                 yield Arrow(np.array([a, b]), THIN, head=4.0, role=role, name=each.name, layer=LAYER_ARROW)
             yield Wish(np.array([(a + b) / 2]), formula(each.label), clear=1.5, **_text(role, each.name))
-        elif each.coordinate and length < _COORDINATE:  # its body is seen at its sign, if it has one
+        elif each.coordinate and (length < _COORDINATE or _shares_line(sheet, each)):
+            # its body is seen at its sign, if it has one
             items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
             signs = (i.symbol.at for i in items if i.symbol is not None)
-            label, at = _label_now(sheet, each, names), sheet.at(each.b.body, next(signs, each.b.point))
+            label = _label_now(sheet, each, names) if length < _COORDINATE else each.label
+            at = sheet.at(each.b.body, next(signs, each.b.point))
             yield from _coordinate(sheet, each, at, label)
         else:
             text = _text(role, each.name)
             yield Measure(a, b, formula(_label_now(sheet, each, names)), datum=each.coordinate, **text)
+
+
+def _shares_line(sheet: Sheet, each: NamedLength) -> bool:
+    """Return whether another slider has its coordinate on the same line of the page: lengths would be mixed up."""
+    a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
+    across = left(unit2(b - a))
+    for other in sheet.scene.dimensions:
+        if other is each or not other.coordinate or other.unnamed or other.b.body == each.a.body:
+            continue
+        ends = [sheet.at(end.body, end.point) - a for end in (other.a, other.b)]
+        if all(abs(float(end @ across)) < _SAME for end in ends):
+            return True
+    return False
 
 
 def _coordinate(sheet: Sheet, each: NamedLength, at: Floats, label: str) -> Iterator[Mark]:
@@ -243,7 +281,7 @@ def _coordinate(sheet: Sheet, each: NamedLength, at: Floats, label: str) -> Iter
     if joint is None or axis is None:
         return
     way = unit2(sheet.way(joint.body, axis))
-    start = at + 14.0 * way + 13.0 * left(way)
+    start = at + 14.0 * way + (max(13.0, round_radius(sheet, each.b.body, at) + 6.0)) * left(way)
     points = np.array([start, start + _COORDINATE * way])
     named: dict[str, Any] = {"role": "coordinate", "name": each.name}
     yield Arc(start, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
@@ -266,12 +304,15 @@ def angle_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
         turn = (second - first + np.pi) % (2 * np.pi) - np.pi
         if abs(turn) < _UNTURNED and not SYMBOL.fullmatch(label):
             continue  # of an expression or a value that is zero nothing can be seen
+        counted = each.coordinate and abs(turn) < _TURNED and any(each.axis)
+        if counted:  # a bow shows which way it counts
+            axis = sheet.placed.turned(each.at.body, each.axis)
+            turn, label = np.copysign(_COUNTED, float(axis @ sheet.projection.toward)), each.label or label
         low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
-        ends = (turn > 0.0, turn < 0.0)  # a thin line shows the side from which the angle is counted
+        ends = (not counted and turn > 0.0, not counted and turn < 0.0)  # a thin line from which the angle is counted
         tip = (1 if turn > 0.0 else 0) if each.coordinate else None
-        yield AngleArc(
-            at, low, high, formula(label), ends, tip, role="angle", name=each.name, layer=LAYER_TEXT
-        )
+        found = AngleArc(at, low, high, formula(label), ends, tip, role="angle", name=each.name, layer=LAYER_TEXT)
+        yield replace(found, reach=_COUNTED_REACH) if counted else found
 
 
 def _foot(sheet: Sheet, each: AngleMark) -> Floats:

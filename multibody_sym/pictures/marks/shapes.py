@@ -13,6 +13,7 @@ from multibody_sym.pictures.marks.supports import wheels_on
 from multibody_sym.pictures.page.picture import (
     BODY,
     BOLD,
+    CHAIN,
     INK,
     LAYER_BODY,
     LAYER_GROUND,
@@ -32,6 +33,8 @@ from multibody_sym.scalars.arrays import Floats
 
 _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 """The faces of a box by its corners."""
+_LEAST_SLOPE: Final = 52.0
+"""Half the least length of a slope (pt)."""
 _MARGIN: Final = 14.0
 """How far faces without ends reach beyond what stands on them (pt)."""
 _HALF, _PLATE = 34.0, 12.0
@@ -79,6 +82,10 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
         pairs = [(0, len(points) - 1)] if straight else [(k, k + 1) for k in range(len(points) - 1)]
         for first, last in pairs:
             middle = np.add(form.points[first], form.points[last]) / 2
+            if form.thin or form.chain:
+                pen = sheet.pen(item, CHAIN if form.chain else BOLD)
+                yield Stroke(points[[first, last]], pen, **sheet.named(item, LAYER_BODY, middle))
+                continue
             outline = capsule(points[first], points[last], width)
             yield Stroke(outline, pen, closed=True, fill=BODY, **sheet.named(item, LAYER_BODY, middle))
 
@@ -223,7 +230,9 @@ def face_ends(sheet: Sheet, item: Item) -> Floats | None:
     # along what stands near it
     ways = (_near(sheet, item) - through) @ along
     start, stop = float(ways.min()), float(ways.max())
-    low, high = start - _MARGIN, stop + _MARGIN
+    inclined = min(abs(float(along @ sheet.down)), abs(float(normal @ sheet.down))) > 0.05
+    margin = max(_MARGIN, _LEAST_SLOPE - (stop - start) / 2) if inclined else _MARGIN
+    low, high = start - margin, stop + margin
     for centre in wheels_on(sheet, item):
         way = float((centre - through) @ along)
         if way > (start + stop) / 2:

@@ -12,13 +12,11 @@ from multibody_sym.pictures.marks.shapes import SLOPE, barrel, capsule, face_end
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
 from multibody_sym.pictures.page.picture import (
-    AXIS,
     BLACK,
     BLOCK,
     BODY,
     BOLD,
     DARK,
-    INK,
     LAYER_GROUND,
     LAYER_JOINT,
     PAPER,
@@ -73,9 +71,8 @@ def wedge_under(sheet: Sheet, item: Item, at: Floats, slope: Floats) -> Floats:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-_BEYOND: Final = 20.0
-"""How far a rail goes on behind the last place of its block (pt)."""
-
+_BEYOND, _BEYOND_SLOPE = 24.0, 44.0
+"""How far a rail goes on behind the last place of its block, and one that is inclined (pt)."""
 
 _HELD: Final = 24.0
 """How far a bar reaches beyond the way of the ring on it (pt)."""
@@ -95,6 +92,23 @@ def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
         for other in sheet.touched.get(item.body, ())
     )
     return MASS if own else BLOCK
+
+
+_APART, _NARROWEST = 6.0, 9.0
+"""How far blocks that hang side by side are apart at least, and how narrow they get for that (pt)."""
+
+
+def hanging_width(sheet: Sheet, item: Item, at: Floats, along: Floats, size: tuple[float, float]) -> float:
+    """Return the width (pt) of a block that hangs along a way: less than that of its `size` beside another one."""
+    length, width = size
+    for other in sheet.scene.items:
+        if other.body == item.body or other.role != "body" or other.symbol is None or other.symbol.kind != "block":
+            continue
+        apart = sheet.at(other.body, other.symbol.at) - at
+        aside = abs(float(apart @ left(along)))
+        if aside > _NARROWEST and abs(float(apart @ along)) < length:
+            width = min(width, max(aside - _APART, _NARROWEST))
+    return width
 
 
 def is_covered(sheet: Sheet, item: Item) -> bool:
@@ -133,22 +147,44 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         low, high = points + np.outer([-_HELD, _HELD], along)
         yield Stroke(capsule(low, high, BAR), sheet.pen(item), closed=True, fill=PAPER, **named)
         return
-    if rail.light and not item.on_ground:
-        return  # the spring or rope is seen on which something hangs
-    if rail.light or not sheet.flat or not item.on_ground:
-        if item.on_ground and not rail.light:
+    if rail.light:
+        return  # a spring or rope is seen on which something hangs, or it falls freely
+    if not sheet.flat or not item.on_ground:
+        if item.on_ground:
             below = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
             yield Hatch(points, sheet.pen(item, BOLD), side=below, **named)
             return
-        yield Stroke(points, sheet.pen(item, AXIS if rail.light else INK), **named)
+        yield Stroke(points, sheet.pen(item), **named)
         return
     for side, shifted in _lines(sheet, item, along, points):
-        turn = 1 if float(left(shifted[1] - shifted[0]) @ side) > 0.0 else -1
-        yield Hatch(shifted, sheet.pen(item, BOLD), side=turn, **named)
+        line = _joined(sheet, item, shifted)
+        if line is None:
+            continue
+        turn = 1 if float(left(line[1] - line[0]) @ side) > 0.0 else -1
+        yield Hatch(line, sheet.pen(item, BOLD), side=turn, **named)
         for centre in wheels_on(sheet, item):  # a bar holds each wheel at the end
             near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
             bar = capsule(near, centre, 3.0)
             yield Stroke(bar, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def _joined(sheet: Sheet, item: Item, line: Floats) -> Floats | None:
+    """Return the line of a rail with those of other rails on ground in it; None if an earlier one has it."""
+    along, before = unit2(line[1] - line[0]), True
+    found = [line]
+    for other in sheet.scene.items:
+        if other is item:
+            before = False
+            continue
+        if not isinstance(other.form, Rail) or other.form.light or other.form.bar or not other.on_ground:
+            continue
+        for each in rail_lines(sheet, other):
+            if np.abs((each - line[0]) @ left(along)).max() < 0.5:
+                if before:
+                    return None
+                found.append(each)
+    ways = (np.vstack(found) - line[0]) @ along
+    return np.asarray(line[0] + np.outer([ways.min(), ways.max()], along))
 
 
 def rail_lines(sheet: Sheet, item: Item) -> list[Floats]:
@@ -191,7 +227,9 @@ def rail_ends(sheet: Sheet, item: Item, rail: Rail) -> Floats:
             continue
         ways = (_corners_of(sheet, other) - here) @ along
         back, ahead = min([back, *(ways + _HALF)]), max([ahead, *(ways - _HALF)])
-    low, high = min(places) + back - _BEYOND, max(places) + ahead + _BEYOND
+    inclined = min(abs(float(along @ sheet.down)), abs(float(along @ left(sheet.down)))) > LEVEL
+    beyond = _BEYOND_SLOPE if inclined and sheet.flat and item.on_ground and not rail.bar else _BEYOND
+    low, high = min(places) + back - beyond, max(places) + ahead + beyond
     for centre in wheels_on(sheet, item):
         way = float(centre @ along)
         if way > (low + high) / 2:

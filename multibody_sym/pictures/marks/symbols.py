@@ -7,13 +7,14 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.forces import driven_points
+from multibody_sym.pictures.marks.forces import driven_points, round_radius
 from multibody_sym.pictures.marks.place_symbols import BOB
 from multibody_sym.pictures.marks.shapes import FORMS, barrel
 from multibody_sym.pictures.marks.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.pictures.marks.sliders import (
     LEVEL,
     block_size,
+    hanging_width,
     is_covered,
     sleeve_place,
     slope_of,
@@ -178,6 +179,8 @@ def _lowest(sheet: Sheet, a: Item, box: Block | Polyline, b: Item, face: Face) -
 
 
 _SAME: Final = 1e-6
+_WIRE_POINTS: Final = 8
+"""A curve of more points about a hinge is a ring if all are at one distance."""
 _OUTSIDE: Final = 14.0
 """How far a ring's shaft reaches to its bearing in ground (pt)."""
 _BUSH: Final = (2.6, 8.0)
@@ -210,6 +213,11 @@ def _radii(sheet: Sheet, item: Item, symbol: Symbol, body: int) -> Iterator[floa
             across = abs(float(sheet.placed.turned(body, other.form.axis) @ axis))
             if float(np.linalg.norm(centre - at)) < _SAME * sheet.scene.size and across < _SAME:
                 yield other.form.radius
+        elif isinstance(other.form, Polyline) and len(other.form.points) > _WIRE_POINTS:
+            ways = sheet.placed.world(body, other.form.bounds) - at
+            reach = np.linalg.norm(ways, axis=1)
+            if float(np.ptp(reach)) < _SAME * sheet.scene.size and float(np.abs(ways @ axis).max()) > 0.99 * reach[0]:
+                yield float(reach[0])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -401,6 +409,8 @@ def _body_block(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     others = (i.symbol for i in sheet.touched.get(item.body, ()) if i.symbol is not None)
     axes = (form.axis for form in others if form.kind in ("slider", "hanger"))
     along = sheet.settled.leans.get(item.body, unit2(sheet.way(item.body, next(axes, (1.0, 0.0, 0.0)))))
+    if abs(float(along @ sheet.down)) > 1.0 - LEVEL:
+        height = hanging_width(sheet, item, at, along, (length, height))
     corners = _rectangle(at, along, length * (1.9 if slope is not None else 1.0), height)
     yield Stroke(corners, sheet.pen(item), closed=True, fill=BODY, **named)
 
@@ -428,6 +438,8 @@ def _rotor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 def _com(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a circle with two of its quarters filled."""
     named, at = sheet.named(item, LAYER_JOINT, symbol.at), sheet.at(item.body, symbol.at)
+    if 0.0 < round_radius(sheet, item.body, at) < 2.0 * _COM:
+        return  # the body itself is hardly larger
     yield Arc(at, _COM, THIN, fill=PAPER, **named)
     for start in (0.0, np.pi):
         angles = np.linspace(start, start + np.pi / 2, 9)

@@ -569,7 +569,7 @@ def place_bends(room: Room, bends: Sequence[AngleArc]) -> tuple[list[Placed], li
             runs = (*one.runs, (" = 0" if abs(one.stop - one.start) < 1e-6 else " ≈ 0", "roman"))
             wishes.append(Wish(_ray(at, one.start, *_BESIDE), runs, size=one.size, role=one.role, name=one.name))
             continue
-        radius = min(_RADII, key=lambda r: _arc_cost(room, one, r))
+        radius = min((r for r in _RADII if r <= one.reach), key=lambda r: _arc_cost(room, one, r))
         marks = _arc_marks(one, radius)
         for mark in marks:
             room.take(mark)

@@ -305,7 +305,7 @@ class AngleArc(Mark):
     """An angle that wants an arc about `at`, counterclockwise from `start` to `stop` in radians, with its letters.
 
     `lines` says for each of the two sides whether a thin line must show it, because nothing drawn lies there;
-    `tip` is the end (1 or 0) that gets an arrow head, None for both.
+    `tip` is the end (1 or 0) that gets an arrow head, None for both. Its radius is at most `reach` (pt).
     """
 
     at: Floats
@@ -315,6 +315,7 @@ class AngleArc(Mark):
     lines: tuple[bool, bool] = (False, False)
     tip: int | None = None
     size: float = 10.0
+    reach: float = 70.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,6 +461,8 @@ THIN: Final = Pen(0.5)
 """Dimension lines, extension lines, leaders, axes of angles."""
 HIDDEN: Final = Pen(0.5, dash=(3.0, 2.0))
 """What lies behind or does not exist as a thing: paths, lines of reference."""
+CHAIN: Final = Pen(2.6, dash=(3.0, 4.6))
+"""A chain: its links."""
 AXIS: Final = Pen(0.5, dash=(7.0, 2.0, 1.5, 2.0))
 """Axes of rotation and symmetry."""
 ROPE: Final = Pen(1.1, "#5b3a1e")

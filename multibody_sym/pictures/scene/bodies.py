@@ -26,10 +26,12 @@ from multibody_sym.model.constraints import (
     VelocityConstraint,
 )
 from multibody_sym.model.contacts_and_impacts import copies
+from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw, Spherical
 from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
+    ZERO,
     Barrel,
     Block,
     ConeBody,
@@ -46,7 +48,15 @@ from multibody_sym.pictures.scene.items import (
     vector,
 )
 from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, placed_joint, wire_of
-from multibody_sym.pictures.scene.letters import coefficients, is_titled, law_letters, letters, mass_letter
+from multibody_sym.pictures.scene.letters import (
+    asked_names,
+    coefficients,
+    is_titled,
+    law_letters,
+    letters,
+    mass_letters,
+    steady_speed,
+)
 from multibody_sym.pictures.scene.stage import (
     FrameOnBody,
     Stage,
@@ -58,6 +68,8 @@ from multibody_sym.pictures.scene.stage import (
     surface_items,
 )
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
@@ -88,7 +100,7 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
         surfaces = list(surface_items(stage, name))
         solid = body.shape is None and any(is_solid(item) for item in surfaces)
         own = list(_forms(stage, name, body, _up_to_springs(stage, name, found[name]), solid=solid))
-        named: dict[str, Any] = {"letters": mass_letter(stage, name), "titled": body.label is not None}
+        named: dict[str, Any] = {"letters": mass_letters(stage, name), "titled": body.label is not None}
         named["heavy"] = mass_of(body).mass.shadow != 0
         yield from (Item("body", name, label, path, number, form, **named) for form in own)
         for item in surfaces:  # one that shows all of a body has its name: its path begins like that of the surface
@@ -128,7 +140,7 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         if body.com is not None and shown.sized:
             yield from _arms(shown, [centre])
         return
-    if wires and body.inertia is None and mass_of(body).mass.shadow == 0:
+    if wires:
         return
     top = _top(stage, name, body)
     if top is not None:
@@ -143,12 +155,22 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
         return
     if len(places) == 1 or body.inertia is None:  # a rod from its places to its centre of mass
-        yield link([*apart, centre])
+        if body.inertia is None and body.com is not None and _moves(stage, body.com):  # a chain that runs on or off
+            yield Polyline((ZERO, vector(2.0 * np.array(centre))), chain=True)
+            return
+        sign = _particle(stage, name, body) if len(apart) < len(places) else "bob"
         if body.inertia is None:
-            yield Symbol(_particle(stage, name, body) if len(apart) < len(places) else "bob", centre)
+            yield Symbol(sign, centre)
+        yield replace(link([*apart, centre]), thin=body.inertia is None and sign == "bob")
         return
     whole = body.com is None or _is_bar(stage, places, centre)
     yield link(places if whole else [*places, centre])
+
+
+def _moves(stage: Stage, place: Point) -> bool:
+    """Return whether a place of a body depends on coordinates."""
+    own = {symbol(each.name) for each in stage.mechanism.coordinates}
+    return not own.isdisjoint(leaves(place, "symbol"))
 
 
 def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
@@ -336,6 +358,8 @@ def _drive(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]
     axis = each.on_parent(axes[0]) if axes else _Z
     sign = Symbol("drive_about" if each.turns else "drive_along", each.parent.point, axis)
     body, path, found = each.parent.body, ("constraints", name), letters(element.value)
+    if steady_speed(stage, element.value):
+        return  # an arrow shows it
     yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground, letters=found)
 
 
@@ -429,9 +453,11 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
 
 def contact_items(stage: Stage) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
+    asked = asked_names(stage.system)
     for declared, name, contact in copies(stage.system.contacts):
         found = coefficients(contact.static, contact.kinetic, contact.restitution)
-        yield replace(_touch(stage, name, ("contacts", declared), contact.between), letters=found)
+        titled = is_titled(contact, name, "contact") and name in asked
+        yield replace(_touch(stage, name, ("contacts", declared), contact.between), letters=found, titled=titled)
 
 
 def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:

@@ -19,6 +19,7 @@ from multibody_sym.model.bodies import GROUND as GROUND_NAME
 from multibody_sym.model.constraints import Coupler, Distance, Rope
 from multibody_sym.model.fields import Element
 from multibody_sym.model.forces import Coulomb, Damper, Gravitation, Potential, Pull, SpringDamper
+from multibody_sym.model.system import t
 from multibody_sym.pictures.scene.items import (
     GROUND,
     ZERO,
@@ -35,10 +36,19 @@ from multibody_sym.pictures.scene.items import (
     vector,
 )
 from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint, radius_of
-from multibody_sym.pictures.scene.letters import law_letters, letters, turned_by
+from multibody_sym.pictures.scene.letters import (
+    driven_by,
+    law_letters,
+    letters,
+    short_formula,
+    speed_letter,
+    steady_speed,
+    turned_by,
+)
 from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same, surface_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO as ZERO_NODE
@@ -246,7 +256,6 @@ def _bow(bend: _Meeting) -> Bow:
 # Arrows: gravity, forces, torques and given impulses, and what they are at a state. A load is an entry in _LAWS.
 
 
-_LONGEST: Final = 12
 _STEEP: Final = 2.0
 """The angle (rad) from x at which the radius of a drum is named."""
 _FREE: Final = ("point", "planar")
@@ -308,18 +317,40 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
     for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
         if node.shadow != 0:
             path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), _constant(np.eye(3)[k])
-            yield _item(stage, "motion", GROUND_NAME, GROUND_NAME, path, Anchor(GROUND, ZERO), law)
-    # The speeds that are given at the start to what moves freely, and to sliders by a letter.
-    for name, joint in stage.system.joints.items():
-        made, given = placed_joint(stage, name), getattr(joint, "initial", None)
-        if joint.kind not in (*_FREE, "prismatic") or given is None or given.u is None:
-            continue
-        if joint.kind == "prismatic" and not leaves([node for node in given.u if node is not None], "symbol"):
-            continue
-        speeds = [as_node(0.0) if node is None else node for node in given.u[: len(made.slides)]]
+            label = short_formula(node, stage.system.inputs) or f"{'xyz'[k]}(t)"
+            yield _item(stage, "motion", GROUND_NAME, label, path, Anchor(GROUND, ZERO), law)
+    for name in stage.system.joints:
+        yield from _speeds(stage, name)
+
+
+def _speeds(stage: Stage, name: str) -> Iterator[Arrow]:
+    """Yield the speeds at the start of what moves freely; with a letter of sliders and hinges, driven ones too."""
+    joint, made = stage.system.joints[name], placed_joint(stage, name)
+    initial, driven = getattr(joint, "initial", None), driven_by(stage, name)
+    declared = () if initial is None or initial.u is None else initial.u
+    given = [as_node(0.0) if node is None else node for node in declared]
+    if driven is not None and steady_speed(stage, driven):
+        given = [derivative(driven, t)]
+    freedoms = len(made.slides) + len(made.turns)
+    at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
+    if made.turns and len(given) == freedoms and freedoms in (1, 3) and speed_letter(stage, given[-1]):
+        spin = stage.number(given[-1]) * np.array(made.on_parent(made.turns[-1]))
+        world = vector(stage.turned(made.parent.body, spin))
+        if np.any(world):
+            item = ArrowItem("velocity", name, speed_letter(stage, given[-1]), path, at, world, turning=True)
+            yield item, _constant(np.array(world))
+    if joint.kind in _FREE or (joint.kind == "prismatic" and leaves(given, "symbol")):
+        speeds = given[: len(made.slides)]
+        if not speeds:
+            return
         ways = [made.on_parent(axis) for axis in made.slides]
         own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
-        at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
+        parts = components(stage, speeds)
+        if parts:
+            for k, letter in parts:
+                world = vector(stage.turned(made.parent.body, stage.number(speeds[k]) * np.array(ways[k])))
+                yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
+            return
         world = vector(stage.turned(made.parent.body, own))
         letter = letter_of(_SPEED, tuple(speeds))
         item, turned = ArrowItem("velocity", name, letter, path, at, world), turned_by(tuple(speeds))
@@ -329,6 +360,14 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         yield item, _constant(np.array(world))
 
 
+def components(stage: Stage, values: Sequence[Node]) -> list[tuple[int, str]]:
+    """Return the places and letters of the components of a vector if several have a letter each; else none."""
+    given = [k for k, node in enumerate(values) if node.shadow != 0]
+    found = [(k, speed_letter(stage, values[k])) for k in given]
+    distinct = len({letter for _, letter in found}) == len(found) > 1
+    return found if distinct and all(letter.isidentifier() for _, letter in found) else []
+
+
 def _item(
     stage: Stage, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: ArrowLaw
 ) -> Arrow:
@@ -336,13 +375,15 @@ def _item(
     return ArrowItem(role, name, label, path, at, vector(law.vector(motion)), vector(law.way(motion))), law
 
 
-def letter_of(name: str, declared: Any) -> str:
-    """Return the letter of a force: its value where that is short, the size of one at an angle, else its name."""
+def letter_of(name: str, declared: Any, inputs: Mapping[str, Any] | None = None) -> str:
+    """Return the letter of a force: its value where that is short, the size of one at an angle, else its name.
+
+    A value that is one of `inputs` is written as that is declared.
+    """
     nodes = [node for node in (declared if isinstance(declared, tuple) else (declared,)) if node.shadow != 0]
-    if len(nodes) == 1 and leaves(nodes, "symbol"):
-        found = text(nodes[0]).removeprefix("-")
-        if len(found) <= _LONGEST and "^" not in found:
-            return found
+    found = short_formula(nodes[0], inputs or {}) if len(nodes) == 1 else ""
+    if found:
+        return found
     turned = turned_by(declared)
     return turned.size if turned is not None and turned.size.isidentifier() else name  # F*cos(a), F*sin(a)
 
@@ -354,7 +395,7 @@ def _marker_anchor(stage: Stage, marker: Marker) -> Anchor:
 def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
     element = stage.system.forces.get(load.name)
     declared, frame = getattr(element, "value", ()), getattr(element, "frame", None)
-    law, label = ArrowLaw(tuple(load.value), load.axes), letter_of(load.name, declared)
+    law, label = ArrowLaw(tuple(load.value), load.axes), letter_of(load.name, declared, stage.system.inputs)
     item, law = _item(stage, "force", load.name, label, load.path, _marker_anchor(stage, load.at), law)
     turned = turned_by(declared)
     if turned is not None and "." not in (frame or ""):  # beside the axis of its cosine
@@ -371,7 +412,7 @@ _ROW: Final = 9
 def _row(stage: Stage, load: LineLoad) -> Iterator[Arrow]:
     """Yield a row of arrows from end to end, as long as the load is there; the longest has the letter."""
     begin, end = (np.array(vector(stage.motion.point(marker))) for marker in load.ends)
-    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
+    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()), stage.system.inputs)
     row = []
     for part in np.linspace(0.0, 1.0, _ROW).tolist():
         known = {arc_leaf(load.name): multiply(real(part), load.length)}
@@ -391,7 +432,7 @@ def _put_in(node: Node, known: Mapping[Node, Node]) -> Node:
 
 
 def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
-    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()))
+    label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()), stage.system.inputs)
     name = stage.mechanism.bodies[load.body].name if load.body >= 0 else "ground"
     centre = Anchor(load.body, stage.centre(name) if name in stage.system.bodies else ZERO)
     if load.at is not None:
@@ -414,7 +455,7 @@ def _force_in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
     if not axes:
         return
     law = ArrowLaw((load.value,), made.parent.body, made.on_parent(axes[0]))
-    label = letter_of(load.name, getattr(element, "value", ()))
+    label = letter_of(load.name, getattr(element, "value", ()), stage.system.inputs)
     role, at = "torque" if step.turns else "force", Anchor(made.child.body, made.child.point)
     yield _item(stage, role, load.name, label, load.path, at, law)
 
@@ -494,9 +535,16 @@ def _impulses(stage: Stage) -> Iterator[Arrow]:
         if impact.impulse is not None and impact.at is not None:
             place = stage.place(impact.at)
             axes = stage.place(impact.frame or GROUND_NAME)
-            own = stage.turned(axes.body, axes.turned(stage.vector(impact.impulse)))
             at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
-            yield ArrowItem("impulse", name, letter_of(name, impact.impulse), path, at, vector(own)), _constant(own)
+            for k, letter in components(stage, impact.impulse):
+                part = stage.number(impact.impulse[k]) * np.eye(3)[k]
+                own = stage.turned(axes.body, axes.turned(part))
+                yield ArrowItem("impulse", name, letter, path, at, vector(own)), _constant(own)
+            if components(stage, impact.impulse):
+                continue
+            own = stage.turned(axes.body, axes.turned(stage.vector(impact.impulse)))
+            letter = letter_of(name, impact.impulse)
+            yield ArrowItem("impulse", name, letter, path, at, vector(own)), _constant(own)
 
 
 def _constant(value: Floats) -> ArrowLaw:

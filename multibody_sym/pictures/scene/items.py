@@ -81,10 +81,15 @@ class _Form:
 
 @dataclass(frozen=True)
 class Polyline(_Form):
-    """Points joined by straight lines: rods, links, outlines, curves as they were sampled; `closed` ones are filled."""
+    """Points joined by straight lines: rods, links, outlines, curves as they were sampled; `closed` ones are filled.
+
+    A `thin` rod has no mass of its own, a `chain` hangs in links.
+    """
 
     points: tuple[Vector, ...]
     closed: bool = False
+    thin: bool = False
+    chain: bool = False
     shows_body: ClassVar[bool] = True
 
     @property
@@ -436,7 +441,7 @@ class ArrowItem:
     `open` is not unique: others would do as well. `lever` (m) is the couple of a force over its size, in the world: its
     line of action passes the point at that distance, as that of a thread which leaves a drum does. A force at an
     `angle` (its letter) from an axis of a body has that axis as `beside`. One of the row of a distributed load has its
-    `share` of the longest of the row.
+    `share` of the longest of the row. A velocity that is `turning` is an angular one.
     """
 
     role: Literal["gravity", "force", "torque", "motion", "impulse", "couple", "drag", "velocity", "reaction"]
@@ -451,6 +456,7 @@ class ArrowItem:
     angle: str = ""
     beside: Anchor | None = None
     share: float | None = None
+    turning: bool = False
 
 
 @dataclass(frozen=True)

@@ -10,28 +10,33 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from multibody_sym.model.bodies import mass_of
+from multibody_sym.model.constraints import PrescribedMotion
 from multibody_sym.model.fields import fields_tree
 from multibody_sym.model.forces import Damper, Friction, Motor, SpringDamper
 from multibody_sym.model.joints import Joint, Prismatic
 from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.settings import Settings
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, t
 from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
 from multibody_sym.pictures.scene.stage import Stage
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO as NOTHING
 from multibody_sym.scalars.node import Node
 from multibody_sym.text.printer import is_word, read_parts, text
 
 _LONGEST: Final = 9
 """The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
+_LONGEST_VALUE: Final = 12
+"""The same for the value of a force."""
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
 _Z: Final = (0.0, 0.0, 1.0)
 _PIN: Final = re.compile(r"[A-Z][0-9]?'?")
 """The name of a pin or of a roller in a book."""
-_PINS: Final = ("revolute", "spherical", "roller")
+_PINS: Final = ("revolute", "spherical", "roller", "contact")
 _TURNED: Final = re.compile(r"-?(?:(.+)\*)?(cos|sin)\(([^()]+)\)(?:\*(.+))?")
 """A component of what is turned by an angle."""
 
@@ -46,10 +51,15 @@ def letters(node: Node) -> str:
     return found if len(found) <= _LONGEST and "(" not in found else ""
 
 
-def mass_letter(stage: Stage, name: str) -> str:
-    """Return the letter of a body's mass, nothing for a number."""
-    mass = mass_of(stage.declared(name)).mass
-    return "" if mass.shadow == 0 else letters(mass)
+def mass_letters(stage: Stage, name: str) -> str:
+    """Return the letters of a body's mass and moments of inertia, such as m, J; nothing for numbers."""
+    body = stage.declared(name)
+    mass = mass_of(body).mass
+    found = ["" if mass.shadow == 0 else letters(mass)]
+    moments = () if body.inertia is None else body.inertia[:3]
+    named = [letter for node in moments if (letter := letters(node)).isidentifier()]
+    found += [letter for letter in named if is_letter(stage.system, letter)]
+    return ", ".join(dict.fromkeys(filter(None, found)))
 
 
 def law_letters(element: Any) -> str:
@@ -64,6 +74,16 @@ def law_letters(element: Any) -> str:
     elif isinstance(element, Motor):
         nodes = [element.voltage]
     return ", ".join(dict.fromkeys(found for node in nodes if (found := letters(node))))
+
+
+def short_formula(node: Node, inputs: Mapping[str, Any]) -> str:
+    """Return a value as it stands at an arrow: short, without powers, one of `inputs` as declared; else nothing."""
+    given = inputs.get(text(node).removeprefix("-"))
+    for value in (given, node) if isinstance(given, Node) else (node,):
+        found = text(value).removeprefix("-")
+        if len(found) <= _LONGEST_VALUE and "^" not in found and leaves([value], "symbol"):
+            return found
+    return ""
 
 
 def coefficients(static: Node | str | None, kinetic: Node | None, restitution: Node | None = None) -> str:
@@ -217,8 +237,33 @@ def start_letter(stage: Stage, joint: Joint) -> str:
     return found if found.isidentifier() and is_letter(stage.system, found) else ""
 
 
-def given_motion(stage: Stage, name: str) -> str:
-    """Return the short expression by which a hinge is driven, nothing where it is free."""
+def driven_by(stage: Stage, name: str) -> Node | None:
+    """Return the motion that a joint of one freedom is given, None where it is free."""
     motion = getattr(stage.system.joints[name], "motion", None)
-    found = text(motion[0]) if motion is not None and len(motion) == 1 and motion[0] is not None else ""
+    given = [*motion] if motion is not None else []
+    given += [e.value for e in stage.system.constraints.values() if isinstance(e, PrescribedMotion) and e.joint == name]
+    return given[0] if len(given) == 1 else None
+
+
+def steady_speed(stage: Stage, motion: Node | None) -> str:
+    """Return the letter of the constant speed of a motion, nothing of another one."""
+    rate = NOTHING if motion is None else derivative(motion, t)
+    return "" if t in leaves([rate], "symbol") else speed_letter(stage, rate)
+
+
+def speed_letter(stage: Stage, speed: Node) -> str:
+    """Return the letter of a speed, nothing for a number or a word."""
+    found = letters(speed)
+    return found if not found.isidentifier() or is_letter(stage.system, found) else ""
+
+
+def given_motion(stage: Stage, name: str) -> str:
+    """Return the short expression by which a hinge is driven, at a steady speed where it starts; else nothing."""
+    motion = driven_by(stage, name)
+    if motion is None or getattr(stage.system.joints[name], "motion", None) is None:
+        return ""
+    if steady_speed(stage, motion):
+        motion = evaluate([motion], lambda leaf: NOTHING if leaf is t else leaf)[0]
+        return letters(motion)
+    found = text(motion)
     return found if len(found) <= _LONGEST and "^" not in found else ""
