@@ -6,6 +6,7 @@
     arithmetic, floats, derivatives    operations as C performs them; derivatives of Programs
     tree_passes, loops     like bodies, and like values, as loops
     c_target, python_target    Programs as C, as Python: the files of an export
+    fmu_target             FMUs: description in XML, sources, archive
     replay, casadi_target, jax_target    Programs over the scalars of other tools; functions of CasADi and JAX
     target_layout          names in exports, templates filled in, samples and tolerance of their self test
                            (templates/c/selftest.c.in)

@@ -73,3 +73,6 @@ LANGUAGES: Final[Mapping[str, ExportLanguage]] = {
     ),
     "python": ExportLanguage(_python, "python model.py && python integrate.py 1   (nothing but NumPy is needed)"),
 }
+FMU: Final = "fmu"
+TARGETS: Final = (*LANGUAGES, FMU)
+"""What a system can be exported as: source code in a folder, or an FMU, which is one file."""

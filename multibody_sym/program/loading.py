@@ -52,6 +52,10 @@ _ZIG_FLAGS: Final = ("-fno-sanitize=undefined",)  # which Zig asks for by itself
 _VECTORS: Final = ("-fopenmp-simd", "-DMBS_VECTORS")
 """For loops that are marked as running side by side: the compiler takes several turns in one register."""
 _NATIVE_FLAGS: Final = ("-std=c99", "-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fPIC", *_VECTORS)
+_OF_ONE_MODEL: Final = ("model", "fmu", "fmi2", "fmi3")
+"""Units that are compiled for one model alone."""
+_OWN_HEADERS: Final = ("model.h", "fmu.h", "fmu_model.h")
+"""Headers that no other unit includes."""
 _SELDOM: Final = ("turns", "events", "looks", "switching", "singular", "multistep", "pairing")
 _LESS: Final = ("-O1",)
 """For units of the runtime that take no part of a run's time that can be measured: a third of their compilation."""
@@ -252,7 +256,7 @@ class _Build:
 
     def library(self) -> bytes:
         """Return the content of the shared library."""
-        with self._compiling(["model"]):
+        with self._compiling(self._own):
             self._bring_runtime()
         try:
             self._link()
@@ -286,9 +290,14 @@ class _Build:
                 (self.place / file).write_text(text, encoding="ascii")
 
     @cached_property
+    def _own(self) -> list[str]:
+        """The names of the sources of this model alone, without the ending."""
+        return [unit for unit in _OF_ONE_MODEL if f"{unit}.c" in self.sources]
+
+    @cached_property
     def _units(self) -> list[str]:
         """The names of the runtime's sources, without the ending."""
-        return [name.removesuffix(".c") for name in self.sources if name.endswith(".c") and name != "model.c"]
+        return [name[:-2] for name in self.sources if name.endswith(".c") and name[:-2] not in self._own]
 
     def _bring_runtime(self) -> None:
         """Bring the objects of the runtime into the folder."""
@@ -330,7 +339,7 @@ class _Build:
 
     @cached_property
     def _headers(self) -> str:
-        names = (name for name in sorted(self.sources) if name.endswith(".h") and name != "model.h")
+        names = (name for name in sorted(self.sources) if name.endswith(".h") and name not in _OWN_HEADERS)
         return cache.digest(*(self.sources[name] for name in names))
 
     def _flags(self, unit: str) -> tuple[str, ...]:
@@ -351,7 +360,7 @@ class _Build:
         return self._running([[*self._flags(unit), "-c", f"{unit}.c", "-o", f"{unit}.o"] for unit in units])
 
     def _link(self) -> None:
-        objects = [f"{unit}.o" for unit in ("model", *self._units)]
+        objects = [f"{unit}.o" for unit in (*self._own, *self._units)]
         with self._running([[*self.compiler.flags, "-shared", *objects, "-lm", "-o", "model.so"]]):
             pass
 

@@ -10,7 +10,8 @@ import sys
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 from typing import Final, TypeVar, assert_never
 
 import numpy as np
@@ -292,6 +293,43 @@ def operation_count(program: Callee) -> OperationCount:
     functions.
     """
     return OperationCount(**_count_operations(program, {}))
+
+
+def elements_read(program: Callee) -> dict[str, tuple[frozenset[Node], ...]]:
+    """Return for each element of each output, by its name, the elements of inputs that it is computed from."""
+    slots = [x for array in program.inputs for x in array.slots]
+    read = _slots_read(program, {})
+    sets = [frozenset(x for k, x in enumerate(slots) if mask >> k & 1) for mask in read]
+    parts = iter(sets)
+    return {output.name: tuple(next(parts) for _ in output.values) for output in program.outputs}
+
+
+def _slots_read(program: Callee, known: dict[int, list[int]]) -> list[int]:
+    """Return for each element of the outputs a bit for each element of the inputs that it is computed from."""
+    if id(program) not in known:
+        slots = [x for array in program.inputs for x in array.slots]
+        found = {x: 1 << k for k, x in enumerate(slots)}
+
+        def read(nodes: Iterable[Node]) -> int:
+            return reduce(or_, (found.get(x, 0) for x in nodes), 0)
+
+        for statement in program.statements:
+            if isinstance(statement, Assign):
+                for node in statement.nodes:
+                    found[node] = read(node.args)
+                continue
+            given = [found.get(x, 0) for atoms in operands(statement) for x in atoms]
+            filled = [x for part in targets(statement) for x in part]
+            if isinstance(statement, Call):
+                inner = _slots_read(statement.program, known)
+                found |= {
+                    x: reduce(or_, (mask for k, mask in enumerate(given) if on >> k & 1), 0)
+                    for x, on in zip(filled, inner, strict=True)
+                }
+            else:
+                found |= dict.fromkeys(filled, reduce(or_, given, 0))
+        known[id(program)] = [found.get(x, 0) for output in program.outputs for x in output.values]
+    return known[id(program)]
 
 
 def _count_operations(program: Callee, known: dict[int, Counter[str]]) -> Counter[str]:

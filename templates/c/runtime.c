@@ -21,6 +21,9 @@
        events.c       the step that ends where a switching function crosses zero
        runtime.c      the loop
        turns.c        a run from mode to mode, over switches that were decided before
+       fmu.c          an instance of an FMU: values, events, steps, saved states
+       fmi2.c         the functions of FMI 2.0
+       fmi3.c         the functions of FMI 3.0
 
    runtime.h is the interface of a model, stepper.h that of the units from calls.c to runtime.c. constants.h has the codes
    and tolerances that Python has too; Python writes it. Where a model has no rows, events, derivatives or methods that

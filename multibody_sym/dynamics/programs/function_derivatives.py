@@ -361,18 +361,28 @@ def _letters(name: str, number: int) -> str:
 # Directions in which a state moves.
 
 
-def state_jacobian(mechanism: Mechanism, whole: Program) -> Program:
-    """Return -> jacobian (nq + nu, nq + nu) of a state derivative by the elements of x = (q, u), inputs as declared.
+def state_jacobian(
+    mechanism: Mechanism,
+    whole: Program,
+    *,
+    free: Collection[str] = (),
+    count: int = 2,
+    name: str = "state_jacobian",
+) -> Program:
+    """Return -> jacobian of the first `count` outputs, qdot and udot if not said otherwise, by x = (q, u).
 
-    Quaternions have length one there.
+    Behind its nq + nu columns are those by the inputs `free`, which have values of their own; other inputs are as
+    declared. Quaternions have length one there.
     """
     nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
     ways: list[Direction] = [*({"q": way} for way in _units(nq)), *({"u": way} for way in _units(nu))]
-    ways = [_with_inputs(mechanism, way, mechanism.inputs) for way in ways]
-    slopes = jacobian_along(whole, ways, name="state_jacobian")
-    of_q, of_u, *_ = (output.values for output in slopes.outputs)
-    trace = resume_trace(slopes, "state_jacobian", ())
-    return trace.finish({"jacobian": ((nq + nu, nq + nu), [*of_q, *of_u])})
+    ways = [_with_inputs(mechanism, way, [x for x in mechanism.inputs if x not in free]) for way in ways]
+    inputs = zip(mechanism.inputs, _units(len(mechanism.inputs)), strict=True)
+    ways += [{"inputs": way} for each, way in inputs if each in free]
+    slopes = jacobian_along(whole, ways, name=name)
+    values = [x for output in slopes.outputs[:count] for x in output.values]
+    trace = resume_trace(slopes, name, ())
+    return trace.finish({"jacobian": ((len(values) // max(1, len(ways)), len(ways)), values)})
 
 
 def directions(mechanism: Mechanism, variable: Variable, *, declared: Collection[str] = ()) -> list[Direction]:

@@ -1,4 +1,4 @@
-"""Source code of a system's Programs, with a table of names and a self-test, in a folder of its own."""
+"""A system's Programs as source code, with a table of names and a self-test in a folder of its own, or as an FMU."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, Unpack
+from typing import Any, Final, NamedTuple, Unpack, cast
 
 import numpy as np
 
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
-from multibody_sym.dynamics.start.state import examined_state, with_numbers_as_data
+from multibody_sym.dynamics.start.state import StartState, examined_state, with_numbers_as_data
 from multibody_sym.errors import InputError, OutputError, Where, at, short_repr
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.gears import reasons
@@ -24,8 +24,8 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
-from multibody_sym.program.backend import LANGUAGES
-from multibody_sym.program.program import interpret
+from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
+from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import fold_input
 from multibody_sym.text.files import is_special, path_name, write_whole
@@ -112,6 +112,14 @@ def _digest(content: bytes) -> str:
 # ----------------------------------------------------------------------------------------------------------------------
 
 _SAMPLES: Final = 2
+_FMI: Final = (2, 3)
+
+
+class Exported(NamedTuple):
+    """The files of an export, and `notes` on what they leave out."""
+
+    files: list[Path]
+    notes: tuple[str, ...]
 
 
 @spelled_out(ModelOptions)
@@ -121,28 +129,54 @@ def export(
     directory: str | os.PathLike[str],
     *,
     fold: bool = False,
+    fmi: int = 2,
     **options: Unpack[ModelOptions],
 ) -> list[Path]:
-    """Write a system's Programs as source code with a self-test and `names.json`; return the files.
+    """Write a system's Programs as source code with a self-test and `names.json`, or as an FMU; return the files.
 
     The code needs nothing of this package; `integrate.py` beside Python code shows a loop that integrates it.
 
-    `to` is "c" or "python". `directory` is made if it is missing. `parameters` to `project` change the system for this
-    call. `formalism` None selects the cheapest one. `fold` writes the values of all parameters into the code, which
-    then reads none.
-    Raises InputError for values that contradict the model and for files in the folder that no export wrote,
-    NoSolutionError without a start, OutputError.
+    `to` is "c", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the path of the file.
+    `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one. `fold` writes
+    the values of all parameters into the code, which then reads none. `fmi` is the version of an FMU, 2 or 3.
+    Raises InputError for values that contradict the model and for files that no export wrote, ModelError for what an
+    FMU cannot hold, NoSolutionError without a start, OutputError, also without a C compiler for an FMU.
     """
-    fold, folder = flag("fold", fold), path_name(directory, "a folder")
-    if text_of("to", to) not in LANGUAGES:
+    return exported(with_overrides(system, options), to, directory, fold, fmi, options.get("formalism")).files
+
+
+def exported(
+    system: System, to: str, directory: str | os.PathLike[str], fold: bool, fmi: int, formalism: str | None
+) -> Exported:
+    """Write what `export` does of a system; return the files with notes."""
+    fold, folder = flag("fold", fold), Path(path_name(directory, "a file" if to == FMU else "a folder"))
+    if text_of("to", to) not in TARGETS:
         with at("to"):
-            raise InputError(f"there is no language {short_repr(to)}", number="M104", word=to, known=LANGUAGES)
-    asked, formalism = with_overrides(system, options), options.get("formalism")
+            raise InputError(f"there is no language {short_repr(to)}", number="M104", word=to, known=TARGETS)
+    if fmi not in _FMI or isinstance(fmi, bool):
+        with at("fmi"):
+            raise InputError(f"an FMU is of FMI 2 or 3, not {short_repr(fmi)}", number="M103")
     verify_formalism(formalism)
-    placed = with_numbers_as_data(examined_state(asked))
-    resolved, begin = placed.mechanism, placed.start
+    placed = with_numbers_as_data(examined_state(system))
+    resolved = placed.mechanism
     route = formalism_name(formalism, resolved)
     made = programs(resolved, FORMALISMS[route]).exported()
+    if to != FMU:
+        return _sources(placed, made, to, folder, route, fold)
+    if fold:
+        with at("fold"):
+            raise InputError("an FMU has parameters: leave out fold", number="M110")
+    from multibody_sym.motion.prepare.fmu import fmu_of, write_fmu  # which other exports do without
+
+    made_fmu = fmu_of(system, placed, made)
+    return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], made_fmu.notes)
+
+
+def _sources(
+    placed: StartState, made: Mapping[str, Program], to: str, folder: Path, route: str, fold: bool
+) -> Exported:
+    """Write source code into a folder."""
+    resolved, begin = placed.mechanism, placed.start
     state = (0.0, begin.q, begin.u, begin.parameters)
     values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
     others = spread_samples(made, _SAMPLES)
@@ -161,7 +195,10 @@ def export(
         for name, program in made.items()
     }
     table = {"formalism": route, "folded": fold, **mode, **_names(resolved, state), "programs": signatures}
-    return write_export(Path(folder), texts, table)
+    words = ", ".join(f"{name}: {word}" for name, word in placed.words.items())
+    end = "it ends where the last values of `events` become positive"
+    notes = (f"of the state at the start only, {{{words}}}; {end}",) if mode else ()
+    return Exported(write_export(folder, texts, table), notes)
 
 
 def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:

@@ -94,10 +94,6 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     if ready.laws is not None:
         parameters, numbers = ready.laws.numbers(mechanism, parameters)
         mode = ModeNumbers.of(numbers, {})
-    # no step leads over the knots of long tables of time: one function tells of all of them
-    letters = {g: [n for n in postorder([g]) if not n.args and n.shadow is None] for g in mechanism.kinks}
-    tables = [g for g in mechanism.kinks if g.op == "table" and letters[g] == [TIME]]
-    knots = {t for g in tables for t in known_zeros(g, TIME, {}) or () if 0.0 < t < settings.t_end}
     problem = Problem(
         compiled=ready.compiled,
         method=settings.method,
@@ -114,12 +110,10 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
         project=constrained and settings.project,
         max_steps=_MOST_STEPS,
         independent=float(ready.mechanism.parameters.independent_rows(ready.start.parameters)),
-        terminal=(True,) * len(mechanism.stops)
-        + (False,) * (len(mechanism.kinks) + len(mechanism.fades))
-        + (True,) * len(margins),
+        terminal=terminal_of(mechanism, len(margins)),
         margins=margins,
-        moments=tuple(sorted(knots)),
-        pairs=_pairing_of(ready.mechanism),
+        moments=knots_before(mechanism, settings.t_end),
+        pairs=pairing_of(ready.mechanism),
     )
     if not constrained or settings.baumgarte is None or ready.state.declared.one_way:
         return problem
@@ -127,7 +121,21 @@ def problem_of(ready: PreparedSystem, settings: RunSettings) -> Problem:
     return replace(problem, parameters=ready.stabilised_by(alpha, beta))
 
 
-def _pairing_of(mechanism: Mechanism) -> Pairing:
+def terminal_of(mechanism: Mechanism, switches: int) -> tuple[bool, ...]:
+    """Return for each value of `events` whether a run stops there; the last are `switches` of a mode."""
+    kinks = len(mechanism.kinks) + len(mechanism.fades)
+    return (True,) * len(mechanism.stops) + (False,) * kinks + (True,) * switches
+
+
+def knots_before(mechanism: Mechanism, t_end: float) -> tuple[float, ...]:
+    """Return the knots of long tables of time, over which no step leads: one function has them all as its zeros."""
+    letters = {g: [n for n in postorder([g]) if not n.args and n.shadow is None] for g in mechanism.kinks}
+    tables = [g for g in mechanism.kinks if g.op == "table" and letters[g] == [TIME]]
+    return tuple(sorted({t for g in tables for t in known_zeros(g, TIME, {}) or () if 0.0 < t < t_end}))
+
+
+def pairing_of(mechanism: Mechanism) -> Pairing:
+    """Return which speeds are rates of which coordinates. Raises TypeError for a step of other kinds."""
     plain: list[tuple[int, int]] = []
     balls: list[tuple[int, int]] = []
     for body in mechanism.bodies:

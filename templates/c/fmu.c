@@ -1,0 +1,557 @@
+/* A model between the interfaces of FMI and its Programs. */
+#include "fmu.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NX = MBS_FMU_NX, NQ = MBS_FMU_NQ, NP = MBS_FMU_NP, NG = MBS_FMU_NG, FREE = MBS_FMU_FREE };
+
+int mbs_fmu_fail(const mbs_fmu *f, const char *format, ...)
+{
+    char text[512];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    f->tell(f, MBS_FMU_ERROR, "logStatusError", text);
+    return MBS_FMU_ERROR;
+}
+
+/* ---- instances ---- */
+
+mbs_fmu *mbs_fmu_create(const char *name)
+{
+    mbs_fmu *f = calloc(1, sizeof *f);
+    if (f) {
+        snprintf(f->name, sizeof f->name, "%s", name ? name : "");
+        mbs_fmu_reset(f);
+    }
+    return f;
+}
+
+void mbs_fmu_free(mbs_fmu *f)
+{
+    if (f)
+        free(f->work);
+    free(f);
+}
+
+void mbs_fmu_reset(mbs_fmu *f)
+{
+    memset(&f->now, 0, sizeof f->now);
+    f->now.tolerance = MBS_FMU_RTOL;
+    memcpy(f->now.x, mbs_fmu_start, NX * sizeof(double));
+    memcpy(f->now.parameters, mbs_fmu_values, (NP + FREE) * sizeof(double));
+    f->known = f->stale = 0;
+}
+
+/* ---- values ---- */
+
+/* The program of inputs, with those from outside in their places. */
+static void all_inputs(const double *const *in, double *const *out)
+{
+    mbs_programs[MBS_FMU_INPUTS_PROGRAM].call(in, out);
+    for (int k = 0; k < FREE; ++k)
+        out[0][mbs_fmu_free_inputs[k]] = in[3][NP + k];
+}
+
+static void call(mbs_fmu *f, int program, double *const *out)
+{
+    const double none[1] = {0.0};
+    const double *in[6] = {&f->now.time, f->now.x, f->now.x + NQ, f->now.parameters, f->inputs, none};
+    double *inputs = f->inputs;
+    if (f->stale) {
+        double found[NP + 1], *all = found;
+        mbs_programs[MBS_FMU_PARAMETERS_PROGRAM].call(in, &all);
+        memcpy(f->now.parameters, found, NP * sizeof(double));
+        f->stale = 0;
+    }
+    if (MBS_FMU_NW > 0)
+        all_inputs(in, &inputs);
+    mbs_programs[program].call(in, out);
+}
+
+static int evaluate(mbs_fmu *f)
+{
+    double *out[4] = {f->rates, f->rates + NQ, f->multipliers, f->report}, *outputs = f->outputs;
+    double *indicators = f->indicators;
+    if (f->known)
+        return MBS_FMU_OK;
+    call(f, MBS_FMU_DERIVATIVE_PROGRAM, out);
+    if (MBS_FMU_NO > 0)
+        call(f, MBS_FMU_OUTPUTS_PROGRAM, &outputs);
+    if (NG > 0)
+        call(f, MBS_FMU_EVENTS_PROGRAM, &indicators);
+    for (int k = 0; k < MBS_FMU_SWITCHES; ++k)
+        f->indicators[NG - MBS_FMU_SWITCHES + k] -= mbs_fmu_margins[k];
+    for (int k = 0; k < NX; ++k)
+        if (!isfinite(f->rates[k]))
+            return mbs_fmu_fail(f, "the rate of %s is not finite at t = %.9g s", mbs_fmu_states[k], f->now.time);
+    f->known = 1;
+    return MBS_FMU_OK;
+}
+
+static double value_of(const mbs_fmu *f, unsigned reference)
+{
+    if (reference == MBS_FMU_TIME)
+        return f->now.time;
+    if (reference < MBS_FMU_RATES)
+        return f->now.x[reference - MBS_FMU_STATES];
+    if (reference < MBS_FMU_INPUTS)
+        return f->rates[reference - MBS_FMU_RATES];
+    if (reference < MBS_FMU_OUTPUTS)
+        return f->inputs[reference - MBS_FMU_INPUTS];
+    if (reference < MBS_FMU_PARAMETERS)
+        return f->outputs[reference - MBS_FMU_OUTPUTS];
+    if (reference < MBS_FMU_INDICATORS)
+        return f->now.parameters[reference - MBS_FMU_PARAMETERS];
+    return f->indicators[reference - MBS_FMU_INDICATORS];
+}
+
+/* Values of states, and of independent parameters, can be read where the model cannot be evaluated. */
+static int stands(const mbs_fmu *f, unsigned reference)
+{
+    return reference < MBS_FMU_RATES ||
+           (reference >= MBS_FMU_PARAMETERS && reference < MBS_FMU_INDICATORS && !f->stale);
+}
+
+int mbs_fmu_get(mbs_fmu *f, const unsigned *references, size_t count, double *values)
+{
+    for (size_t k = 0; k < count; ++k) {
+        if (references[k] >= MBS_FMU_END)
+            return mbs_fmu_fail(f, "there is no variable with the value reference %u", references[k]);
+        if (!stands(f, references[k]) && evaluate(f) != MBS_FMU_OK)
+            return MBS_FMU_ERROR;
+        values[k] = value_of(f, references[k]);
+    }
+    return MBS_FMU_OK;
+}
+
+static int set_parameter(mbs_fmu *f, int place, double value)
+{
+    int kind = mbs_fmu_parameter_kinds[place];
+    const char *name = mbs_fmu_parameters[place];
+    if (kind == MBS_FMU_FOLLOWS)
+        return mbs_fmu_fail(f, "the parameter %s follows from others and cannot be set", name);
+    if (kind == MBS_FMU_FIXED && f->now.phase > MBS_FMU_BEGINNING)
+        return mbs_fmu_fail(f, "the parameter %s is fixed: set it before the end of the initialization", name);
+    if (mbs_fmu_positive[place] && !(value > 0.0))
+        return mbs_fmu_fail(f, "the parameter %s must be positive, not %.9g", name, value);
+    f->now.parameters[place] = value;
+    f->stale = 1;
+    return MBS_FMU_OK;
+}
+
+static int set_input(mbs_fmu *f, int place, double value)
+{
+    for (int k = 0; k < FREE; ++k)
+        if (mbs_fmu_free_inputs[k] == place) {
+            f->now.parameters[NP + k] = value;
+            return MBS_FMU_OK;
+        }
+    return mbs_fmu_fail(f, "value reference %d is not an input of the FMU", MBS_FMU_INPUTS + place);
+}
+
+int mbs_fmu_set(mbs_fmu *f, const unsigned *references, size_t count, const double *values)
+{
+    for (size_t k = 0; k < count; ++k) {
+        unsigned at = references[k];
+        int status = MBS_FMU_OK;
+        if (!isfinite(values[k]))
+            return mbs_fmu_fail(f, "the value of reference %u is not finite", at);
+        if (at >= MBS_FMU_STATES && at < MBS_FMU_RATES && f->now.phase <= MBS_FMU_BEGINNING)
+            f->now.x[at - MBS_FMU_STATES] = values[k];
+        else if (at >= MBS_FMU_INPUTS && at < MBS_FMU_OUTPUTS)
+            status = set_input(f, (int)at - MBS_FMU_INPUTS, values[k]);
+        else if (at >= MBS_FMU_PARAMETERS && at < MBS_FMU_INDICATORS)
+            status = set_parameter(f, (int)at - MBS_FMU_PARAMETERS, values[k]);
+        else
+            status = mbs_fmu_fail(f, "value reference %u cannot be set now", at);
+        f->known = 0;
+        if (status != MBS_FMU_OK)
+            return status;
+    }
+    return MBS_FMU_OK;
+}
+
+/* ---- states on the constraints ---- */
+
+static double size_of(int count, const double *x)
+{
+    double most = 0.0;
+    for (int k = 0; k < count; ++k)
+        most = fabs(x[k]) > most ? fabs(x[k]) : most;
+    return most;
+}
+
+/* The largest row of a program that corrects `count` states, over their size; `change` receives the correction. */
+static double missed(mbs_fmu *f, int program, int first, int count, double *change)
+{
+    double rows[MBS_FMU_NS + 1], *out[2] = {rows, change};
+    call(f, program, out);
+    return size_of(MBS_FMU_NS, rows) / (1.0 + size_of(count, f->now.x + first));
+}
+
+/* Correct states until no row gets better; its length `left`. */
+static double close_rows(mbs_fmu *f, int program, int first, int count)
+{
+    double change[NX + 1], kept[NX + 1], left = missed(f, program, first, count, change), before = HUGE_VAL;
+    for (int round = 0; round < MBS_CLOSING_ROUNDS && left > 0.0 && left < 0.5 * before; ++round) {
+        before = left;
+        memcpy(kept, f->now.x, NX * sizeof(double));
+        for (int k = 0; k < count; ++k)
+            f->now.x[first + k] += change[k];
+        left = missed(f, program, first, count, change);
+        if (!(left < before)) {
+            memcpy(f->now.x, kept, NX * sizeof(double));
+            return before;
+        }
+    }
+    return left;
+}
+
+static void normalize(mbs_fmu *f, double *deviation)
+{
+    double q[NX + 1], *out[2] = {q, deviation};
+    *deviation = 0.0;
+    if (MBS_FMU_NORMALIZE_PROGRAM < 0)
+        return;
+    call(f, MBS_FMU_NORMALIZE_PROGRAM, out);
+    memcpy(f->now.x, q, NQ * sizeof(double));
+}
+
+static int put_back(mbs_fmu *f)
+{
+    double deviation, left;
+    normalize(f, &deviation);
+    f->known = 0;
+    if (MBS_FMU_NS == 0 || !MBS_FMU_PROJECT)
+        return MBS_FMU_OK;
+    left = close_rows(f, MBS_FMU_POSITION_PROGRAM, 0, NQ);
+    if (left <= MBS_FMU_CLOSURE)
+        left = close_rows(f, MBS_FMU_VELOCITY_PROGRAM, NQ, NX - NQ);
+    if (left <= MBS_FMU_CLOSURE)
+        return MBS_FMU_OK;
+    return mbs_fmu_fail(f, "the constraints cannot be closed at t = %.9g s", f->now.time);
+}
+
+/* By how much states miss the constraints. */
+static double drift(mbs_fmu *f)
+{
+    double change[NX + 1], q[NX + 1], deviation = 0.0, *out[2] = {q, &deviation}, most;
+    if (MBS_FMU_NORMALIZE_PROGRAM >= 0)
+        call(f, MBS_FMU_NORMALIZE_PROGRAM, out);
+    most = fabs(deviation);
+    if (MBS_FMU_NS > 0 && MBS_FMU_PROJECT) {
+        most = fmax(most, missed(f, MBS_FMU_POSITION_PROGRAM, 0, NQ, change));
+        most = fmax(most, missed(f, MBS_FMU_VELOCITY_PROGRAM, NQ, NX - NQ, change));
+    }
+    return most;
+}
+
+/* ---- initialization, model exchange ---- */
+
+static double side(double value)
+{
+    return (double)((value > 0.0) - (value < 0.0));
+}
+
+/* What ends the motion has to come from below zero. */
+static void note_sides(mbs_fmu *f)
+{
+    for (int k = 0; k < NG; ++k)
+        if (f->indicators[k] != 0.0)
+            f->now.sides[k] = side(f->indicators[k]);
+}
+
+int mbs_fmu_begin(mbs_fmu *f, double start, int has_tolerance, double tolerance)
+{
+    if (!isfinite(start))
+        return mbs_fmu_fail(f, "the start time is not finite");
+    mbs_fmu_set_time(f, start);
+    if (has_tolerance && tolerance > 0.0)
+        f->now.tolerance = fmin(fmax(tolerance, 1e-14), 0.1);
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_end_of_beginning(mbs_fmu *f)
+{
+    if (put_back(f) != MBS_FMU_OK || evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    note_sides(f);
+    f->now.phase = MBS_FMU_RUNNING;
+    return MBS_FMU_OK;
+}
+
+void mbs_fmu_set_time(mbs_fmu *f, double time)
+{
+    f->known = f->known && time == f->now.time;
+    f->now.time = time;
+}
+
+int mbs_fmu_set_states(mbs_fmu *f, const double *x, size_t count)
+{
+    if (count != NX)
+        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
+    memcpy(f->now.x, x, NX * sizeof(double));
+    f->known = 0;
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_rates(mbs_fmu *f, double *rates, size_t count)
+{
+    if (count != NX)
+        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
+    if (evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    memcpy(rates, f->rates, NX * sizeof(double));
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_indicators(mbs_fmu *f, double *values, size_t count)
+{
+    if (count != NG)
+        return mbs_fmu_fail(f, "there are %d event indicators, not %lu", NG, (unsigned long)count);
+    if (evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    memcpy(values, f->indicators, NG * sizeof(double));
+    return MBS_FMU_OK;
+}
+
+/* Whether an indicator whose positive values end the motion has become positive. */
+static int stop_met(const mbs_fmu *f)
+{
+    for (int k = 0; k < NG; ++k)
+        if (mbs_fmu_terminal[k] && f->now.sides[k] <= 0.0 && f->indicators[k] > 0.0)
+            return k;
+    return -1;
+}
+
+int mbs_fmu_step_done(mbs_fmu *f, int *event)
+{
+    *event = drift(f) > 10.0 * f->now.tolerance;
+    if (evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    *event = *event || stop_met(f) >= 0;
+    if (!*event)
+        note_sides(f);
+    return MBS_FMU_OK;
+}
+
+static void tell_stop(mbs_fmu *f, int place)
+{
+    char text[512];
+    snprintf(text, sizeof text, "the motion ends at t = %.9g s: %s", f->now.time, mbs_fmu_ends[place]);
+    f->now.stopped = 1;
+    f->tell(f, MBS_FMU_OK, "logEvents", text);
+}
+
+int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next)
+{
+    int met;
+    *changed = drift(f) > 0.0;
+    *next = HUGE_VAL;
+    if ((*changed && put_back(f) != MBS_FMU_OK) || evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    met = stop_met(f);
+    if (met >= 0)
+        tell_stop(f, met);
+    else
+        note_sides(f);
+    *stops = met >= 0;
+    for (int k = MBS_FMU_MOMENTS - 1; k >= 0; --k)
+        if (mbs_fmu_moments[k] > f->now.time * (1.0 + 8.0 * MBS_EPSILON))
+            *next = mbs_fmu_moments[k];
+    return MBS_FMU_OK;
+}
+
+/* ---- co-simulation ---- */
+
+static const char *words(int status)
+{
+    switch (status) {
+    case MBS_NOT_FINITE: return "a rate is not finite";
+    case MBS_STEP_UNDERFLOW: return "no step is short enough for the tolerance";
+    case MBS_STEP_LIMIT: return "there are too many steps";
+    case MBS_NOT_CLOSED: return "the constraints cannot be closed";
+    case MBS_CONTRADICTION: return "constraints contradict each other";
+    case MBS_SINGULAR: return "the motion comes to a singular position";
+    default: return "the motion cannot be integrated";
+    }
+}
+
+#define PROGRAM(place) ((place) < 0 ? NULL : &mbs_programs[place])
+
+static int integrate(mbs_fmu *f, double end)
+{
+    static const int sizes[4] = {1, MBS_FMU_NQ, MBS_FMU_NX - MBS_FMU_NQ, MBS_FMU_NP}, size[1] = {MBS_FMU_NW};
+    static const mbs_program inputs = {"inputs", 4, sizes, 1, size, all_inputs};
+    double samples[3 * (NX + 1)], none[1] = {0.0}, independent = MBS_FMU_INDEPENDENT;
+    mbs_state state;
+    mbs_system system = {.inputs = MBS_FMU_NW > 0 ? &inputs : NULL,
+                         .state_derivative = PROGRAM(MBS_FMU_DERIVATIVE_PROGRAM),
+                         .project_position = PROGRAM(MBS_FMU_POSITION_PROGRAM),
+                         .project_velocity = PROGRAM(MBS_FMU_VELOCITY_PROGRAM),
+                         .normalize = PROGRAM(MBS_FMU_NORMALIZE_PROGRAM),
+                         .events = PROGRAM(MBS_FMU_EVENTS_PROGRAM),
+                         .terminal = mbs_fmu_terminal,
+                         .parameters = f->now.parameters,
+                         .modes = none,
+                         .nq = NQ,
+                         .nu = NX - NQ,
+                         .ns = MBS_FMU_NS,
+                         .nw = MBS_FMU_NW,
+                         .ng = NG,
+                         .plain = mbs_fmu_plain,
+                         .ball = mbs_fmu_ball,
+                         .plains = MBS_FMU_PLAINS,
+                         .balls = MBS_FMU_BALLS,
+                         .margins = mbs_fmu_margins,
+                         .switches = MBS_FMU_SWITCHES,
+                         .moments = mbs_fmu_moments,
+                         .moment_count = MBS_FMU_MOMENTS};
+    mbs_problem problem = {.method = &mbs_fmu_method,
+                           .system = &system,
+                           .t0 = f->now.time,
+                           .t_end = end,
+                           .step = MBS_FMU_FIXED_STEP,
+                           .rtol = f->now.tolerance,
+                           .atol = f->now.tolerance * MBS_FMU_ATOL_BY_RTOL,
+                           .contradiction = MBS_FMU_CONTRADICTION,
+                           .closure = MBS_FMU_CLOSURE,
+                           .independent = independent,
+                           .max_steps = MBS_FMU_MOST_STEPS,
+                           .samples = 2,
+                           .project = MBS_FMU_NS > 0 && MBS_FMU_PROJECT,
+                           .crosses = 1};
+    if (!f->work)
+        f->work = calloc((size_t)mbs_work(&problem), sizeof(double));
+    if (!f->work)
+        return mbs_fmu_fail(f, "there is no memory for the integrator");
+    mbs_start(&problem, f->now.x, &state, f->work);
+    for (int events = 0; state.status == MBS_RUNNING; ++events) {
+        if (events > MBS_FMU_MOST_EVENTS)
+            return mbs_fmu_fail(f, "a force jumps to and fro at t = %.9g s and time does not go on", state.t);
+        mbs_integrate(&problem, &state, f->work, MBS_FMU_MOST_STEPS, 3, samples);
+    }
+    memcpy(f->now.x, f->work, NX * sizeof(double));
+    f->now.time = state.t;
+    f->known = 0;
+    if (state.status == MBS_STOPPED) {
+        tell_stop(f, state.event);
+        return MBS_FMU_DISCARD;
+    }
+    if (state.status != MBS_DONE)
+        return mbs_fmu_fail(f, "%s at t = %.9g s", words(state.status), state.failure_time);
+    f->now.time = end;
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_step(mbs_fmu *f, double from, double h)
+{
+    if (!(fabs(from - f->now.time) <= 1e-9 * (1.0 + fabs(from))))
+        return mbs_fmu_fail(f, "the step begins at t = %.9g s, but the FMU is at %.9g s", from, f->now.time);
+    if (!(h >= 0.0) || !isfinite(h))
+        return mbs_fmu_fail(f, "a step of %.9g s cannot be made", h);
+    if (f->now.stopped)
+        return MBS_FMU_DISCARD;
+    if (f->stale && evaluate(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    if (NX > 0 && from + h > f->now.time)
+        return integrate(f, from + h);
+    mbs_fmu_set_time(f, from + h);
+    return MBS_FMU_OK;
+}
+
+/* ---- directional derivatives ---- */
+
+#if MBS_FMU_HAS_SLOPES
+/* Fill a row of d unknown / d (states, inputs from outside). */
+static int slope_row(const mbs_fmu *f, unsigned unknown, const double *of_rates, const double *of_outputs, double *row)
+{
+    enum { WIDTH = NX + FREE };
+    memset(row, 0, WIDTH * sizeof(double));
+    if (unknown >= MBS_FMU_STATES && unknown < MBS_FMU_RATES)
+        row[unknown - MBS_FMU_STATES] = 1.0;
+    else if (unknown >= MBS_FMU_RATES && unknown < MBS_FMU_INPUTS)
+        memcpy(row, of_rates + (unknown - MBS_FMU_RATES) * WIDTH, WIDTH * sizeof(double));
+    else if (unknown >= MBS_FMU_OUTPUTS && unknown < MBS_FMU_PARAMETERS)
+        memcpy(row, of_outputs + (unknown - MBS_FMU_OUTPUTS) * WIDTH, WIDTH * sizeof(double));
+    else
+        return mbs_fmu_fail(f, "value reference %u has no directional derivative", unknown);
+    return MBS_FMU_OK;
+}
+
+/* The column of a known variable; -1 for one that is none. */
+static int column_of(unsigned known)
+{
+    if (known >= MBS_FMU_STATES && known < MBS_FMU_RATES)
+        return (int)known - MBS_FMU_STATES;
+    for (int k = 0; k < FREE; ++k)
+        if (known == (unsigned)(MBS_FMU_INPUTS + mbs_fmu_free_inputs[k]))
+            return NX + k;
+    return -1;
+}
+
+int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsigned *knowns, size_t columns,
+                   const double *seeds, double *results, int transposed)
+{
+    double *of_rates = calloc((NX + MBS_FMU_NO + 1) * (size_t)(NX + FREE) + 1, sizeof(double)), row[NX + FREE + 1];
+    double *of_outputs = of_rates + NX * (NX + FREE);
+    int status = of_rates ? MBS_FMU_OK : mbs_fmu_fail(f, "there is no memory for derivatives");
+    if (of_rates) {
+        call(f, MBS_FMU_RATE_SLOPES_PROGRAM, &of_rates);
+        if (MBS_FMU_NO > 0)
+            call(f, MBS_FMU_OUTPUT_SLOPES_PROGRAM, &of_outputs);
+    }
+    for (size_t k = 0; k < (transposed ? columns : rows); ++k)
+        results[k] = 0.0;
+    for (size_t i = 0; i < rows && status == MBS_FMU_OK; ++i) {
+        status = slope_row(f, unknowns[i], of_rates, of_outputs, row);
+        for (size_t j = 0; j < columns && status == MBS_FMU_OK; ++j) {
+            int place = column_of(knowns[j]);
+            if (place < 0)
+                status = mbs_fmu_fail(f, "there is no derivative by value reference %u", knowns[j]);
+            else if (transposed)
+                results[j] += row[place] * seeds[i];
+            else
+                results[i] += row[place] * seeds[j];
+        }
+    }
+    free(of_rates);
+    return status;
+}
+#else
+int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsigned *knowns, size_t columns,
+                   const double *seeds, double *results, int transposed)
+{
+    (void)unknowns, (void)rows, (void)knowns, (void)columns, (void)seeds, (void)results, (void)transposed;
+    return mbs_fmu_fail(f, "this FMU has no directional derivatives");
+}
+#endif
+
+/* ---- saved states ---- */
+
+size_t mbs_fmu_saved_size(void)
+{
+    return sizeof MBS_FMU_TOKEN + sizeof(mbs_fmu_point);
+}
+
+void mbs_fmu_save(const mbs_fmu *f, char *bytes)
+{
+    memcpy(bytes, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN);
+    memcpy(bytes + sizeof MBS_FMU_TOKEN, &f->now, sizeof f->now);
+}
+
+int mbs_fmu_restore(mbs_fmu *f, const char *bytes, size_t size)
+{
+    if (size != mbs_fmu_saved_size() || memcmp(bytes, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN) != 0)
+        return mbs_fmu_fail(f, "this is not a saved state of this FMU");
+    memcpy(&f->now, bytes + sizeof MBS_FMU_TOKEN, sizeof f->now);
+    f->known = 0;
+    f->stale = 1;
+    return MBS_FMU_OK;
+}
