@@ -60,6 +60,51 @@ def solve_in_c(
     return Solution(*(a[:-1] for a in found))
 
 
+class ActingInC:
+    """The solve of rows that act in C, with the room that it keeps from call to call, which holds `guard` at first.
+
+    `filled` (rows, columns) says of A, and of C if it is another one, where elements may differ from zero.
+    """
+
+    def __init__(self, library: ctypes.CDLL, *filled: np.ndarray, guard: float = GUARD) -> None:
+        (s, n), self._library, self._guard = filled[0].shape, library, guard
+        self._filled, rubs = filled, len(filled) > 1
+        every = np.any(filled, axis=0)
+        self._joins = _sparse(every, every)[0]
+        self._last = 2 * s + n
+        self._spans = (CSpan * (self._last + 1))(*[CSpan(-1, -1, -1, -1)] * (self._last + 1))
+        self._kept = np.zeros(3 + 8 * s + n + 2 * sum(int(x.sum()) for x in filled) + 1, dtype=np.intc)
+        self._kept[-1] = -1
+        room = min(s, 1024 + 4 * n)
+        size = 2 + s + room * (2 * n + 16) + 2 * n
+        if rubs:
+            size += room * (n + 4) + (room + n) * (2 * (room + n) + 8)
+        self._factors = np.full(size + 1, guard)
+
+    def __call__(
+        self,
+        matrix: np.ndarray,
+        right: np.ndarray,
+        most: float,
+        acting: np.ndarray,
+        exerted: np.ndarray | None = None,
+    ) -> Solution:
+        """Return what the solves return, as `solve_in_c`; no array is written beyond its end."""
+        (s, n), guard = matrix.shape, self._guard
+        found = [np.full(size + 1, guard) for size in (n, s, 3)]
+        matrices = [np.asarray(x) for x in ([matrix] if exerted is None else [matrix, exerted])]
+        pairs = zip(matrices, self._filled, strict=True)
+        given = [part for x, filled in pairs for part in _sparse(x, filled, self._joins)]
+        flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
+        given += [] if exerted is not None else [None, None]
+        room = _pointer(self._factors), self._spans, self._kept.ctypes.data_as(ctypes.POINTER(ctypes.c_int))
+        self._library.mbs_factorise_acting(*given, _pointer(flags), ctypes.c_double(most), *room)
+        self._library.mbs_substitute_acting(given[0], *room, _pointer(wanted), *map(_pointer, found))
+        assert all(a[-1] == guard for a in (self._factors, *found))
+        assert self._spans[self._last].high == self._kept[-1] == -1
+        return Solution(*(a[:-1] for a in found))
+
+
 def solve_some_in_c(
     library: ctypes.CDLL,
     matrix: np.ndarray,
@@ -69,31 +114,15 @@ def solve_some_in_c(
     exerted: np.ndarray | None = None,
     guard: float = GUARD,
 ) -> Solution:
-    """Return what the solves of rows that act return, as `solve_in_c`; all room holds `guard` before."""
-    s, n = matrix.shape
-    places = 3 * s + n
-    spans = (CSpan * (places + 1))(*[CSpan(-1, -1, -1, -1)] * (places + 1))
-    room = min(s, 1024 + 4 * n)
-    size = 2 + room * (2 * n + 16) + 2 * n
-    if exerted is not None:
-        size += room * (n + 4) + (room + n) * (2 * (room + n) + 8)
-    factors, *found = (np.full(size + 1, guard) for size in (size, n, s, 3))
-    matrices = [np.asarray(x) for x in ([matrix] if exerted is None else [matrix, exerted])]
-    joins, _ = _sparse(sum((x != 0.0 for x in matrices), np.zeros((s, n), dtype=bool)))
-    given = [part for x in matrices for part in _sparse(x, joins)]
-    flags, wanted = np.array(acting, dtype=float), np.array(right, dtype=float)
-    given += [] if exerted is not None else [None, None]
-    library.mbs_factorise_acting(*given, _pointer(flags), ctypes.c_double(most), _pointer(factors), spans)
-    library.mbs_substitute_acting(given[0], _pointer(factors), spans, _pointer(wanted), *map(_pointer, found))
-    assert all(a[-1] == guard for a in (factors, *found))
-    assert spans[places].high == -1
-    return Solution(*(a[:-1] for a in found))
+    """Return what the solves of rows that act return in new room."""
+    filled = [np.asarray(x) != 0.0 for x in (matrix, exerted) if x is not None]
+    return ActingInC(library, *filled, guard=guard)(matrix, right, most, acting, exerted)
 
 
-def _sparse(matrix: np.ndarray, joins: object = None) -> tuple[object, object]:
-    """Return mbs_rows of a matrix and the list of its elements that are not zero."""
+def _sparse(matrix: np.ndarray, filled: np.ndarray, joins: object = None) -> tuple[object, object]:
+    """Return mbs_rows of a matrix and the list of its elements that may differ from zero."""
     s, n = matrix.shape
-    places = [np.flatnonzero(row).tolist() for row in matrix]
+    places = [np.flatnonzero(row).tolist() for row in filled]
     begins = [0, *np.cumsum([len(each) for each in places]).tolist()]
     flat = [k for each in places for k in each]
     rows = CRows(s, n, (ctypes.c_int * len(begins))(*begins), (ctypes.c_int * max(1, len(flat)))(*flat), joins)

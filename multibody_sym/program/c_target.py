@@ -127,10 +127,6 @@ class _Names(dict[Node, str]):
         return text if node.shadow is not None else self.setdefault(node, text)
 
 
-_ROWS_ON_STACK: Final = 256
-"""Rows of which some act up to which their factors lie on the stack."""
-
-
 class Printer:
     """Prints one Program with its `constants`; a long one as static functions that share a work space w."""
 
@@ -193,11 +189,17 @@ class Printer:
             patterns.append(_pattern(f"{self.function.name}__{name}", spans, columns))
         for name, (matrices, columns) in self.masked.items():
             count, size = len(matrices[0]), "RUBBING" if len(matrices) > 1 else "ACTING"
-            storage = "MBS_SCRATCH " if count > _ROWS_ON_STACK else ""
-            most = f"MBS_MOST_ACTING({count}, {columns})"
-            body.append(f"    {storage}double {name}[MBS_{size}_FACTORS({most}, {columns})];")
-            body.append(f"    {storage}mbs_span {name}_spans[MBS_PLACES({count}, {columns})];")
-            declared |= {name: f"double *{name}", f"{name}_spans": f"mbs_span *{name}_spans"}
+            elements = sum(len(row) for rows in matrices for row in rows)
+            room = {
+                name: ("double ", f"MBS_{size}_FACTORS({count}, {columns})"),
+                f"{name}_spans": ("mbs_span ", f"MBS_PLACES({count}, {columns})"),
+                f"{name}_kept": ("int ", f"MBS_KEPT({count}, {columns}, {elements})"),
+            }
+            body.append("    MBS_SCRATCH struct {")
+            body += [f"        {kind}{part}[{length}];" for part, (kind, length) in room.items()]
+            body.append(f"    }} of_{name} = {{.{name}_kept = {{0}}}};")
+            body += [f"    {kind}*{part} = of_{name}.{part};" for part, (kind, _) in room.items()]
+            declared |= {part: f"{kind}*{part}" for part, (kind, _) in room.items()}
             own = f"{self.function.name}__{name}"
             patterns.append(_rows(f"{own}_joins", _joins(matrices), columns))
             kinds = zip((own, f"{own}_exerted"), matrices, strict=False)
@@ -563,9 +565,9 @@ def _solve(printer: Printer, statement: Solve) -> None:
     solution = [statement.solution[k] for k in statement.order]
     for k, leaves in enumerate((solution, statement.multipliers, statement.report)):
         printer.targets(f"r{number}_{k}", leaves)
-    spans = [f"{factors}_spans"] if statement.acting else []
-    given = [f"&{printer.function.name}__{factors}", factors, *spans, right, *(f"r{number}_{k}" for k in range(3))]
-    printer.piece.used |= {factors, *spans}
+    room = [f"{factors}_spans", f"{factors}_kept"] if statement.acting else []
+    given = [f"&{printer.function.name}__{factors}", factors, *room, right, *(f"r{number}_{k}" for k in range(3))]
+    printer.piece.used |= {factors, *room}
     called = wrap_items(f"        {solver}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", *([declared] if declared else []), called, "    }"]
 
@@ -597,8 +599,9 @@ def _factorise_some(printer: Printer, statement: Solve, factors: str) -> None:
     given += [] if statement.exerted else ["0", "0"]
     acting, array = printer.pointer("acting", statement.acting)
     declared += [array] if array else []
-    given += [acting, printer.names[statement.most], factors, f"{factors}_spans"]
-    printer.piece.used |= {factors, f"{factors}_spans"}
+    room = factors, f"{factors}_spans", f"{factors}_kept"
+    given += [acting, printer.names[statement.most], *room]
+    printer.piece.used |= {*room}
     called = wrap_items(f"        mbs_factorise{printer.variant(factors)}(", given, ");", indent=" " * 12)
     printer.piece.lines += ["    {", *declared, called, "    }"]
 

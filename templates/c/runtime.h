@@ -55,13 +55,16 @@ typedef struct mbs_rows {
 
 /* ... and those of a matrix of which some rows act, so many at most. */
 #define MBS_MOST_ACTING(rows, columns) ((rows) < 1024 + 4 * (columns) ? (rows) : 1024 + 4 * (columns))
-#define MBS_ACTING_FACTORS(rows, columns) (2 + (rows) * (2 * (columns) + 16) + 2 * (columns))
+#define MBS_ACTING_FACTORS(rows, columns) \
+    (2 + (rows) + MBS_MOST_ACTING(rows, columns) * (2 * (columns) + 16) + 2 * (columns))
 #define MBS_RUBBING_FACTORS(rows, columns) \
-    (MBS_ACTING_FACTORS(rows, columns) + (rows) * ((columns) + 4) + \
-     ((rows) + (columns)) * (2 * ((rows) + (columns)) + 8))
+    (MBS_ACTING_FACTORS(rows, columns) + MBS_MOST_ACTING(rows, columns) * ((columns) + 4) + \
+     (MBS_MOST_ACTING(rows, columns) + (columns)) * (2 * (MBS_MOST_ACTING(rows, columns) + (columns)) + 8))
 
-/* Places beside them: of elements, twice, of rows, and of columns. */
-#define MBS_PLACES(rows, columns) (3 * (rows) + (columns))
+/* Spans beside them, of elements, and of rows and columns, and what is kept of rows that act from call to call, of so many
+   elements of all matrices. */
+#define MBS_PLACES(rows, columns) (2 * (rows) + (columns))
+#define MBS_KEPT(rows, columns, elements) (3 + 8 * (rows) + (columns) + 2 * (elements))
 
 /* Factorise A, of which `matrix` holds the elements within the spans, row after row. At most `most` rows are taken for
    independent. The _pivoted ones do not try first whether the rows are independent as they come; in in_order.h are some
@@ -79,11 +82,12 @@ void mbs_substitute_pivoted(const mbs_pattern *pattern, double *factors, const d
 
 /* The same for the rows that act, those for which `acting` is not zero, MBS_MOST_ACTING of them: of more x is nan. With
    `forces` what rows exert, C, stands in the place of A in x = C^T multipliers: where A C^T is singular x and the
-   multipliers, times lengths of C, are of least norm together. Factors have beside them MBS_PLACES `spans`. */
+   multipliers, times lengths of C, are of least norm together. Factors have beside them MBS_PLACES `spans`, and what is
+   `kept`: MBS_KEPT numbers, zero before the first call. Where these are not, factors are to stay as they are between calls. */
 void mbs_factorise_acting(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                          const double *acting, double most, double *factors, mbs_span *spans);
-void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
-                           double *multipliers, double *report);
+                          const double *acting, double most, double *factors, mbs_span *spans, int *kept);
+void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, int *kept, const double *right,
+                           double *solution, double *multipliers, double *report);
 
 /* independent[j] = 1 for each row j of A that was taken for independent, 0 for the others. */
 void mbs_independent(const mbs_pattern *pattern, double *factors, double *independent);

@@ -279,59 +279,97 @@ void mbs_substitute(const mbs_pattern *pattern, double *factors, const double *r
 /* ---- some rows ---- */
 
 
-/* Rows that act fall apart into islands: rows of two of them have no column in common. Of an island, one after the other
-   in what begins with how many rows and columns it has: which these are, the room for their right side and their
-   multipliers, and x; their elements; what they exert in unit vectors, the lengths of that; and the
-   factors of a matrix. */
+/* Rows that act fall apart into islands: rows of two of them have no column in common. How they do is kept from call to
+   call, as long as the same rows act. In `kept` are the number of islands, whether all rows are taken as one, how many
+   doubles the islands keep, and of each island its record: how many rows and columns it has, and how long the record is;
+   which these are; where the elements of each row of A, and of C, begin in what follows, of each its place in the row,
+   the first one first, and its number in the list of all elements. */
+enum { ISLANDS, WHOLE, KEPT, RECORDS };
+enum { ROWS, COLUMNS, LENGTH, WHICH };
+
+/* An island: its rows' elements, and what they exert in unit vectors, with zeros that stay from call to call where rows
+   have none, and the lengths of that; the factors of a matrix, and the room for right sides, multipliers and x. */
 typedef struct {
     mbs_pattern pattern;
-    mbs_span *spans, *extent;
-    double *kind, *residual, *which, *column, *right, *multipliers, *x, *matrix;
-    double *unit, *lengths, *large, *solution, *factors, *end;
+    mbs_span *spans, *extent; /* of each row: from `first` to `end` what it has in A, from `low` to `high` in C */
+    const int *which, *column, *of_rows, *of_forces;
+    double *kind, *residual, *right, *multipliers, *x, *matrix;
+    double *unit, *lengths, *large, *solution, *factors;
 } island;
 
 enum { OWN, REGULAR, TOGETHER }; /* rows exert their own directions; others; and are found with x */
 
-static island island_at(double *space, mbs_span *spans, mbs_span *extent, int rubs)
+/* Where the islands that come next stand: their records, the doubles that they keep, the others, and their spans. */
+typedef struct {
+    const int *record;
+    double *space, *room;
+    mbs_span *spans, *extent;
+} places;
+
+static places places_in(const mbs_rows *rows, double *factors, mbs_span *spans, const int *kept)
 {
-    int rows = (int)space[0], n = (int)space[1], all = rows + n;
-    double *which = space + 4, *right = which + all, *x = right + 2 * rows, *matrix = x + n;
-    island s = {.pattern = {rows, n, spans},
-                .spans = spans,
-                .extent = extent,
-                .kind = space + 2,
-                .residual = space + 3,
+    double *space = factors + 2 + rows->rows;
+    places p = {kept + RECORDS, space, space + kept[KEPT], spans, spans + rows->rows};
+    return p;
+}
+
+MBS_INLINE int kept_by_island(int rows, int n, int rubs)
+{
+    return 2 + 2 * rows + n + rows * n + (rubs ? rows * n + rows : 0);
+}
+
+/* Where the factors of an island stand, by its kind. */
+MBS_INLINE void place_factors(island *s, double *room)
+{
+    int all = s->pattern.rows + s->pattern.columns;
+    s->large = s->factors = room;
+    if (*s->kind != OWN) {
+        s->solution = room + all * all;
+        s->factors = s->solution + 2 * all;
+    }
+}
+
+MBS_INLINE island island_at(const places *p, int rubs)
+{
+    int rows = p->record[ROWS], n = p->record[COLUMNS];
+    const int *which = p->record + WHICH, *of_rows = which + rows + n;
+    double *right = p->space + 2, *x = right + 2 * rows, *matrix = x + n;
+    island s = {.pattern = {rows, n, p->spans},
+                .spans = p->spans,
+                .extent = p->extent,
                 .which = which,
                 .column = which + rows,
+                .of_rows = of_rows,
+                .of_forces = of_rows + rows + 1,
+                .kind = p->space,
+                .residual = p->space + 1,
                 .right = right,
                 .multipliers = right + rows,
                 .x = x,
                 .matrix = matrix,
-                .factors = matrix + rows * n};
-    if (rubs) {
-        s.unit = s.factors;
-        s.lengths = s.unit + rows * n;
-        s.large = s.factors = s.lengths + rows;
-        if (*s.kind != OWN) {
-            s.solution = s.large + all * all;
-            s.factors = s.solution + 2 * all;
-        }
-    }
-    s.end = s.factors + (*s.kind == TOGETHER ? MBS_FACTORS(all, all) : MBS_FACTORS(rows, n));
+                .unit = matrix + rows * n,
+                .lengths = matrix + 2 * rows * n};
+    if (!rubs)
+        *s.kind = OWN;
+    place_factors(&s, p->room);
     return s;
 }
 
-/* Of each row of a matrix that acts its span; from `first` to `end` what it has in A, from `low` to `high` in C; which it
-   is, and the next one of its island; of an island, number `low` and `high` of its rows; and columns. */
-typedef struct {
-    mbs_span *spans, *extent, *link, *column;
-} places;
-
-static places places_in(mbs_span *spans, int rows)
+MBS_INLINE void pass(places *p, const island *s, int rubs)
 {
-    places p = {spans, spans + rows, spans + 2 * rows, spans + 3 * rows};
-    return p;
+    int rows = s->pattern.rows, n = s->pattern.columns, all = rows + n;
+    p->record += p->record[LENGTH];
+    p->space += kept_by_island(rows, n, rubs);
+    p->room = s->factors + (*s->kind == TOGETHER ? MBS_FACTORS(all, all) : MBS_FACTORS(rows, n));
+    p->spans += rows;
+    p->extent += rows;
 }
+
+/* While rows are linked: of a row that acts which it is, and the next one of its island; of an island, number `low` and
+   `high` of its rows; and columns. */
+typedef struct {
+    mbs_span *link, *column;
+} links;
 
 static int root_of(mbs_span *column, int k)
 {
@@ -356,7 +394,7 @@ static int joined(const mbs_rows *rows, int j, mbs_span *column, int root)
 }
 
 /* Link the rows that act to islands, all to one if they are taken `whole`; returns how many there are. */
-static int link_islands(const mbs_rows *rows, const double *acting, places p, int whole)
+static int link_islands(const mbs_rows *rows, const double *acting, links p, int whole)
 {
     int count = 0, found = 0, root = -1, most = MBS_MOST_ACTING(rows->rows, rows->columns);
     for (int k = 0; k < rows->columns; ++k) {
@@ -388,7 +426,7 @@ static int link_islands(const mbs_rows *rows, const double *acting, places p, in
 }
 
 /* Number the columns of a row in the order in which the rows of their island first have them. */
-static int number_columns(const mbs_rows *rows, int j, int number, mbs_span *column, int count, double *which)
+static int number_columns(const mbs_rows *rows, int j, int number, mbs_span *column, int count, int *which)
 {
     for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
         mbs_span *own = column + rows->places[k];
@@ -401,48 +439,92 @@ static int number_columns(const mbs_rows *rows, int j, int number, mbs_span *col
     return count;
 }
 
-/* Write row j with all its elements; returns where those stand that are not zero. */
-static mbs_span gathered(const mbs_rows *rows, int j, const mbs_span *column, const double *from, int n, double *to)
+/* Write where the elements of an island's rows stand, by their places; returns the end of the record. */
+static int *list_elements(const mbs_rows *rows, const int *which, int count, const mbs_span *column, int *begins,
+                          int *to)
 {
-    mbs_span found = {n, 0, 0, 0};
-    mbs_fill(n, 0.0, to);
-    for (int k = rows->begins[j]; k < rows->begins[j + 1]; ++k) {
-        int place = column[rows->places[k]].low;
-        to[place] = from[k];
-        if (from[k] != 0.0) {
-            found.first = place < found.first ? place : found.first;
-            found.end = place >= found.end ? place + 1 : found.end;
+    for (int r = 0; r < count; ++r) {
+        begins[r] = (int)(to - begins);
+        int *first = to;
+        for (int k = rows->begins[which[r]]; k < rows->begins[which[r] + 1]; ++k) {
+            int place = column[rows->places[k]].low, *at = to;
+            for (; at > first && at[-2] > place; at -= 2) {
+                at[0] = at[-2];
+                at[1] = at[-1];
+            }
+            at[0] = place;
+            at[1] = k;
+            to += 2;
         }
     }
-    return found;
+    begins[count] = (int)(to - begins);
+    return to;
 }
 
-/* Lay out an island: its rows and columns, and the rows' elements. */
-static island laid_out_island(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                              int number, places p, double *space)
+/* Write the record of an island: its rows and columns, and the rows' elements. */
+static void record_island(const mbs_rows *rows, const mbs_rows *forces, int number, links p, int *record)
 {
-    int count = 0, n = 0;
-    double *which = space + 4;
+    int count = 0, n = 0, *which = record + WHICH;
     for (int k = p.link[number].low; k >= 0; k = p.link[k].end)
         which[count++] = p.link[k].first;
     for (int r = 0; r < count; ++r) {
-        n = number_columns(rows, (int)which[r], number, p.column, n, which + count);
-        n = forces ? number_columns(forces, (int)which[r], number, p.column, n, which + count) : n;
+        n = number_columns(rows, which[r], number, p.column, n, which + count);
+        n = forces ? number_columns(forces, which[r], number, p.column, n, which + count) : n;
     }
-    space[0] = count;
-    space[1] = n;
-    space[2] = OWN;
-    island s = island_at(space, p.spans, p.extent, forces != 0);
-    for (int r = 0; r < count; ++r) {
-        int j = (int)s.which[r];
-        s.extent[r] = gathered(rows, j, p.column, matrix, n, s.matrix + r * n);
-        if (forces) {
-            mbs_span of = gathered(forces, j, p.column, exerted, n, s.unit + r * n);
-            s.extent[r].low = of.first;
-            s.extent[r].high = of.end;
+    int *of_rows = which + count + n, *of_forces = of_rows + count + 1, *to = of_forces + (forces ? count + 1 : 0);
+    to = list_elements(rows, which, count, p.column, of_rows, to);
+    if (forces)
+        to = list_elements(forces, which, count, p.column, of_forces, to);
+    record[ROWS] = count;
+    record[COLUMNS] = n;
+    record[LENGTH] = (int)(to - record);
+}
+
+/* Keep how the rows that act fall apart. */
+static void keep_islands(const mbs_rows *rows, const mbs_rows *forces, const double *acting, double *factors,
+                         mbs_span *spans, int *kept, int whole)
+{
+    links p = {spans, spans + rows->rows};
+    int *record = kept + RECORDS;
+    kept[ISLANDS] = link_islands(rows, acting, p, whole);
+    kept[WHOLE] = whole;
+    kept[KEPT] = 0;
+    for (int number = 0; number < kept[ISLANDS]; ++number) {
+        record_island(rows, forces, number, p, record);
+        kept[KEPT] += kept_by_island(record[ROWS], record[COLUMNS], forces != 0);
+        record += record[LENGTH];
+    }
+    factors[1] = forces != 0;
+    mbs_copy(rows->rows, acting, factors + 2);
+    mbs_fill(kept[KEPT], 0.0, factors + 2 + rows->rows);
+}
+
+/* Write the elements of a row at their places; returns where those stand that are not zero. */
+static mbs_span gathered(const int *element, const int *end, const double *from, int n, double *to)
+{
+    for (const int *k = element; k < end; k += 2)
+        to[k[0]] = from[k[1]];
+    while (element < end && to[element[0]] == 0.0)
+        element += 2;
+    while (element < end && to[end[-2]] == 0.0)
+        end -= 2;
+    mbs_span found = {element < end ? element[0] : n, element < end ? end[-2] + 1 : 0, 0, 0};
+    return found;
+}
+
+static void gather_island(const island *s, const double *matrix, const double *exerted)
+{
+    int n = s->pattern.columns;
+    for (int r = 0; r < s->pattern.rows; ++r) {
+        const int *at = s->of_rows;
+        s->extent[r] = gathered(at + at[r], at + at[r + 1], matrix, n, s->matrix + r * n);
+        if (exerted) {
+            at = s->of_forces;
+            mbs_span of = gathered(at + at[r], at + at[r + 1], exerted, n, s->unit + r * n);
+            s->extent[r].low = of.first;
+            s->extent[r].high = of.end;
         }
     }
-    return s;
 }
 
 /* Factorise a matrix of the rows of an island, of which all elements are there, zeros from `width` on. */
@@ -581,15 +663,17 @@ static int same_rank(const island *s, double most)
 }
 
 /* Returns the rank of an island whose rows exert their own directions, or what `exerted` says. */
-static double factorise_island(island *s, double *space, int rubs, int plain, double most)
+static double factorise_island(island *s, double *room, int rubs, int plain, double most)
 {
+    *s->kind = OWN;
+    place_factors(s, room);
     if (!rubs || !made_units(s, plain)) {
         factorise_within(s, s->matrix, s->pattern.columns, most);
         return s->factors[MBS_RANK];
     }
     int count = s->pattern.rows, n = s->pattern.columns;
     *s->kind = REGULAR;
-    *s = island_at(space, s->spans, s->extent, rubs);
+    place_factors(s, room);
     if (count <= n) {
         factorise_own(s, most);
         /* what is not finite has no rank and no factors, nor more of it */
@@ -601,39 +685,48 @@ static double factorise_island(island *s, double *space, int rubs, int plain, do
         }
     }
     *s->kind = TOGETHER;
-    *s = island_at(space, s->spans, s->extent, rubs);
     mbs_pattern own = together(s);
     mbs_factorise(&own, s->large, most + n, s->factors);
     return s->factors[MBS_RANK] - n;
 }
 
+static int are_same(int n, const double *a, const double *b)
+{
+#if defined(__GNUC__)
+    return __builtin_memcmp(a, b, (unsigned long)n * sizeof *a) == 0;
+#else
+    int k = 0;
+    while (k < n && a[k] == b[k])
+        ++k;
+    return k == n;
+#endif
+}
+
 /* Returns the rank of all rows that act, taken as islands or as one `whole`. No more than `most` of an island are kept. */
 static double factorise_all(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                            const double *acting, double most, double *factors, places p, int whole)
+                            const double *acting, double most, double *factors, mbs_span *spans, int *kept, int whole)
 {
-    int count = link_islands(rows, acting, p, whole);
-    double rank = count < 0 ? NAN : 0.0, *space = factors + 2;
-    for (int number = 0; number < count; ++number) {
-        int plain = acting[p.link[p.link[number].low].first] == MBS_PLAIN;
-        island s = laid_out_island(rows, matrix, forces, exerted, number, p, space);
-        rank += factorise_island(&s, space, forces != 0, plain, most);
-        space = s.end;
-        p.spans += s.pattern.rows;
-        p.extent += s.pattern.rows;
+    if (!kept[ISLANDS] || kept[WHOLE] != whole || !are_same(rows->rows, acting, factors + 2))
+        keep_islands(rows, forces, acting, factors, spans, kept, whole);
+    double rank = kept[ISLANDS] < 0 ? NAN : 0.0;
+    places p = places_in(rows, factors, spans, kept);
+    for (int number = 0; number < kept[ISLANDS]; ++number) {
+        island s = island_at(&p, forces != 0);
+        gather_island(&s, matrix, forces ? exerted : 0);
+        rank += factorise_island(&s, p.room, forces != 0, acting[s.which[0]] == MBS_PLAIN, most);
+        pass(&p, &s, forces != 0);
     }
-    factors[0] = count;
-    factors[1] = forces != 0;
+    factors[0] = kept[ISLANDS];
     return rank;
 }
 
 /* Islands are independent of each other. Where they have more rank than there should be in all, by rounding, all rows are
    taken as one, the clearest of them first. */
 void mbs_factorise_acting(const mbs_rows *rows, const double *matrix, const mbs_rows *forces, const double *exerted,
-                          const double *acting, double most, double *factors, mbs_span *spans)
+                          const double *acting, double most, double *factors, mbs_span *spans, int *kept)
 {
-    places p = places_in(spans, rows->rows);
-    if (factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 0) > most && factors[0] > 1)
-        factorise_all(rows, matrix, forces, exerted, acting, most, factors, p, 1);
+    if (factorise_all(rows, matrix, forces, exerted, acting, most, factors, spans, kept, 0) > most && factors[0] > 1)
+        factorise_all(rows, matrix, forces, exerted, acting, most, factors, spans, kept, 1);
 }
 
 /* x and the multipliers of an island. */
@@ -661,58 +754,56 @@ static void substitute_island(const island *s, double *report)
 
 /* The largest residual of all islands relative to the largest right side, rows taken as of length one: those of length
    zero count as of the longest one's. */
-static double residual_of_all(double *factors, mbs_span *spans, int rubs)
+static double residual_of_all(const places *begin, int islands, int rubs)
 {
     double longest = 0.0, left = 0.0, largest = 0.0;
-    for (int pass = 0; pass < 2; ++pass) {
-        double *space = factors + 2;
-        mbs_span *first = spans;
-        for (int number = 0; number < factors[0]; ++number) {
-            island s = island_at(space, first, 0, rubs);
+    for (int pass_number = 0; pass_number < 2; ++pass_number) {
+        places p = *begin;
+        for (int number = 0; number < islands; ++number) {
+            island s = island_at(&p, rubs);
             double most = 0.0;
             for (int r = 0; r < s.pattern.rows; ++r) {
                 const double *row = s.matrix + r * s.pattern.columns;
                 double length = sqrt(mbs_dot(s.pattern.columns, row, row));
-                longest = pass ? longest : fmax(longest, length);
-                most = pass ? fmax(most, fabs(s.right[r]) / (length > 0.0 ? length : longest > 0.0 ? longest : 1.0)) : 0.0;
+                double counted = length > 0.0 ? length : longest > 0.0 ? longest : 1.0;
+                longest = pass_number ? longest : fmax(longest, length);
+                most = pass_number ? fmax(most, fabs(s.right[r]) / counted) : 0.0;
             }
             left = fmax(left, *s.residual * most);
             largest = fmax(largest, most);
-            space = s.end;
-            first += s.pattern.rows;
+            pass(&p, &s, rubs);
         }
     }
     return left / largest;
 }
 
-void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, const double *right, double *solution,
-                           double *multipliers, double *report)
+void mbs_substitute_acting(const mbs_rows *rows, double *factors, mbs_span *spans, int *kept, const double *right,
+                           double *solution, double *multipliers, double *report)
 {
-    int rubs = factors[1] != 0.0;
-    double *space = factors + 2, rank = factors[0] < 0.0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
-    places p = places_in(spans, rows->rows);
+    int rubs = factors[1] != 0.0, islands = (int)factors[0];
+    double rank = islands < 0 ? NAN : 0.0, least = HUGE_VAL, left = 0.0;
+    const places begin = places_in(rows, factors, spans, kept);
+    places p = begin;
     mbs_fill(rows->columns, 0.0, solution);
     mbs_fill(rows->rows, 0.0, multipliers);
-    for (int number = 0; number < factors[0]; ++number) {
-        island s = island_at(space, p.spans, p.extent, rubs);
+    for (int number = 0; number < islands; ++number) {
+        island s = island_at(&p, rubs);
         for (int r = 0; r < s.pattern.rows; ++r)
-            s.right[r] = right[(int)s.which[r]];
+            s.right[r] = right[s.which[r]];
         substitute_island(&s, report);
         for (int r = 0; r < s.pattern.rows; ++r)
-            multipliers[(int)s.which[r]] = s.multipliers[r];
+            multipliers[s.which[r]] = s.multipliers[r];
         for (int i = 0; i < s.pattern.columns; ++i)
-            solution[(int)s.column[i]] = s.x[i];
+            solution[s.column[i]] = s.x[i];
         rank += report[0];
         least = report[0] > 0.0 && report[1] < least ? report[1] : least;
         *s.residual = report[2];
         left = report[2] > left ? report[2] : left;
-        space = s.end;
-        p.spans += s.pattern.rows;
-        p.extent += s.pattern.rows;
+        pass(&p, &s, rubs);
     }
     report[0] = rank;
     report[1] = rank > 0.0 ? least : 0.0;
-    report[2] = left > 0.0 && factors[0] > 1.0 ? residual_of_all(factors, spans, rubs) : left;
+    report[2] = left > 0.0 && islands > 1 ? residual_of_all(&begin, islands, rubs) : left;
     if (isnan(rank)) {
         mbs_fill(rows->columns, NAN, solution);
         mbs_fill(rows->rows, NAN, multipliers);

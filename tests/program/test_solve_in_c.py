@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from c_solve import assert_same_bits, solve_in_c, solve_some_in_c
+from c_solve import ActingInC, assert_same_bits, solve_in_c, solve_some_in_c
 from hand_models import OSCILLATOR
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -172,6 +172,24 @@ def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twi
     np.testing.assert_allclose(multipliers, wanted.multipliers, rtol=0, atol=blurred * (1 + abs(multipliers).max()))
     assert report[1] == pytest.approx(wanted.report[1], rel=1e-8)
     assert_same_bits(Solution(x, multipliers, report), solve(matrix[:, order], right))
+
+
+@pytest.mark.parametrize("rubs", [False, True])
+def test_what_is_kept_of_rows_that_act_changes_no_bit(rubs):
+    """Numbers change from call to call, some to zero, at times the rows that act too, and the greatest rank."""
+    library, rng = ctypes.CDLL(str(OSCILLATOR.load().path)), np.random.default_rng(rubs)
+    for _ in range(8):
+        s, n = int(rng.integers(2, 17)), int(rng.integers(2, 17))
+        filled = [rng.random((s, n)) < rng.choice([0.15, 0.3, 0.6])] * (1 + rubs)
+        kept, acting = ActingInC(library, *filled), np.ones(s)
+        for _ in range(12):
+            matrix = np.where(filled[0] & (rng.random((s, n)) < 0.9), rng.standard_normal((s, n)), 0.0)
+            exerted = np.where(filled[0], matrix + 0.3 * rng.standard_normal((s, n)), 0.0) if rubs else None
+            if rng.random() < 0.4:
+                acting = np.array(rng.random(s) < 0.7, dtype=float)
+            rank = int(np.linalg.matrix_rank(matrix[acting != 0.0])) if acting.any() else 0
+            given = matrix, rng.standard_normal(s), rank - int(rng.random() < 0.2 and rank > 1), acting, exerted
+            assert_same_bits(kept(*given), ActingInC(library, *filled)(*given))
 
 
 @pytest.mark.parametrize("seed", range(160))
