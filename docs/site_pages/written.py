@@ -36,6 +36,7 @@ def written() -> Mapping[Path, Callable[[], str]]:
         tutorials / "incline.svg": partial(_drawn, lambda: mbs.loads(printed(tutorials / "student.md", "yaml"))),
         tutorials / "slider_crank.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "slider_crank.yaml")),
         tutorials / "robot.svg": partial(_drawn, _robot),
+        DOCS / "guide" / "beam_diagrams.svg": _diagrams,
         DOCS / "guide" / f"{_BEAM}.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml")),
         ROOT / "README.md": _readme,
         DOCS / "index.md": _first_page,
@@ -55,6 +56,10 @@ def printed(page: Path, language: str) -> str:
     found = re.search(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     assert found
     return found[1]
+
+
+def _diagrams() -> str:
+    return mbs.draw(mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml"), diagrams=True).svg
 
 
 def _drawn(load: Callable[[], mbs.System]) -> str:

@@ -267,7 +267,8 @@ class Solution:
     `kinds`). `conditions` under which all this holds; `answers` to `ask`; `notes`: what was left out, and why.
     `withheld`: components of joints' reactions without a value, as constraints do not say where their forces act, with
     the reasons. `rates` of declared states. `units`: the unit of each coordinate and speed. `steps`: how a book gets
-    there, where asked for. It is `at_rest` where constraints leave no freedom, as those of a structure do.
+    there, where asked for. `angles`: how texts have them, as in `Units`. It is `at_rest` where constraints leave no
+    freedom, as those of a structure do.
 
     What holds one way only is in the state that `states` tells, a word for each element: a contact `stick`, `slide+`,
     `slide-` (in space `slide`, its direction along the tangents in `directions`), `closed` or `open`, a rope `taut` or
@@ -315,6 +316,7 @@ class Solution:
     labels: Mapping[str, str] = field(default_factory=dict)
     where: Mapping[str, Definition] = field(default_factory=dict)
     at_rest: bool = False
+    angles: str = ""
 
     def __repr__(self) -> str:
         values = self.accelerations if self.impact is None else self.impact.after

@@ -23,7 +23,7 @@ from multibody_sym.mechanics.modes import mode_words
 from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.argument_checks import flag
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, angles_of
 from multibody_sym.scalars.node import as_node, symbol
 from multibody_sym.stages import stage
 from multibody_sym.text.printer import text
@@ -127,6 +127,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         units=MechanismUnits(mechanism).state,
         impact=found,
         steps=worked_out,
+        angles=angles_of(system),
     )
 
 
@@ -186,6 +187,7 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
         verdict=solved.decided.verdict,
         searched=solved.decided.searched,
         labels=letters_of(solved.system),
+        angles=angles_of(solved.system),
     )
     return _with_shared_roots(solved, found), asked
 

@@ -14,6 +14,7 @@
     formulas           LaTeX in lines, MathML, and what stands around a document
     notebook           results in notebook cells
     animation, draw    films and pages that play; figures
+    section_diagrams   N, V and M of the beams that a system asks about
 
 In: records of answers, trajectories, figures. Out: text, LaTeX, HTML.
 """

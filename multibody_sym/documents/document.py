@@ -6,7 +6,6 @@ format has one writer. Reports add blocks and writers of their own (`report`). I
 
 from __future__ import annotations
 
-import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -37,11 +36,10 @@ from multibody_sym.documents.formulas import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.text.printer import latex_width
-from multibody_sym.text.values import SI, Quantity, Units, number_within
+from multibody_sym.text.values import SI, Quantity, Units
 
 _TEXT_WIDTH: Final = 110
 _EQUATION_WIDTH: Final = 100
-_DEGREES: Final = 180 / math.pi
 _WRITTEN: Final = {"=": "=", ">=": "&ge;", "<=": "&le;", ">": "&gt;", "<": "&lt;"}
 _ALIGNED: Final = "\0"
 """Stands where equations are aligned; an ampersand may be one of a name."""
@@ -154,12 +152,15 @@ class Writer(ABC):
         return self.quantity(word) if isinstance(word, Quantity) else self.inline(word)
 
     def quantity(self, quantity: Quantity) -> str:
-        """Return a number with its unit; angles are in degrees where no unit was chosen."""
+        """Return a number with its unit; angles are in degrees where no unit was chosen, and nothing else is said."""
         number, unit, error = quantity
-        if unit == "rad" and self.units.of(unit) == unit:
-            return self.number(number_within(number * _DEGREES, error * _DEGREES, self.units.digits), "deg")
-        digits, _, chosen = self.units.said(number, unit, error=error).partition(" ")
-        return self.number(digits, chosen)
+        units = self.units if self.units.angles else replace(self.units, angles="deg")
+        digits, _, chosen = units.said(number, unit, error=error).partition(" ")
+        plain, _, degrees = chosen.partition(" (")
+        if not degrees:
+            return self.number(digits, chosen)
+        beside, _, unit = degrees.rstrip(")").partition(" ")
+        return f"{self.number(digits, plain)} ({self.number(beside, unit)})"
 
     def terms(self, line: Formula) -> list[str]:
         """Return a chain of formulas in pieces between which a line may end."""

@@ -21,6 +21,7 @@ from multibody_sym.model.argument_checks import callback, flag
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
+from multibody_sym.pictures.diagrams import below_figure
 from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.marks.labels import Names
@@ -47,6 +48,7 @@ def draw(
     names: Names = "letters",
     dimensions: bool = True,
     redundant: bool = False,
+    diagrams: bool = False,
     mark: Mapping[str, str] | Sequence[str] | None = None,
     strip: str | Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
@@ -61,14 +63,15 @@ def draw(
     figure says which are not unique); `names`: the problem's `letters` (of masses, springs, coefficients, pins A, B),
     `all`, names of bodies, joints and ropes too, or `none`; what finds no room, and what is given without a place,
     stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
-    constraints with rows that follow from others; `mark` what stands at places of the model such as `joints.A`, with a
+    constraints with rows that follow from others; `diagrams` draws N, V and M along beams below, of which `ask` names a
+    section, else along those of a structure; `mark` what stands at places of the model such as `joints.A`, with a
     word each if it is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`);
     `parameters` to `project` change the system for this call; `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
     flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
-    wanted = {name: flag(name, value) for name, value in flags.items()}
+    wanted = {name: flag(name, value) for name, value in (flags | {"diagrams": diagrams}).items()}
     _verify_names(names)
     if path is not None:
         ending_of(path)
@@ -90,6 +93,10 @@ def draw(
         if wanted["redundant"]:
             shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
+        if wanted["diagrams"]:
+            from multibody_sym.documents.section_diagrams import section_diagrams
+
+            figure = Figure(below_figure(figure.picture, section_diagrams(asked)))
     if path is not None:
         figure.write(path)
     return figure

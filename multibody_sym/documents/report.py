@@ -19,7 +19,7 @@ from multibody_sym.errors import InputError, Where
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.model.argument_checks import door, flag, text, whole_number
 from multibody_sym.model.run_options import MODEL_OVERRIDES, RunOptions, spelled_out
-from multibody_sym.model.system import System, verify_system
+from multibody_sym.model.system import System, angles_of, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.text.files import path_name, write_whole
 from multibody_sym.text.values import SI, Units, chosen_units
@@ -148,6 +148,7 @@ def report(
     """
     verify_system(system)
     told = replace(chosen_units(units), digits=whole_number("digits", digits, _MOST_DIGITS))
+    told = replace(told, angles=told.angles or angles_of(system))
     wanted, part = flag("exercise", exercise), flag("fragment", fragment)
     seed = None if numbers is None else whole_number("numbers", numbers)
     if path is not None:

@@ -330,6 +330,8 @@ class _Content:
         solved, worked = self.found.solution, self.worked
         if not isinstance(self.found.bodies, Missing) and self.found.bodies:
             yield Pictures(self.found.bodies, "Bodies cut free")
+        if not isinstance(self.found.diagrams, Missing):
+            yield Pictures({"": self.found.diagrams}, "Sections of beams")
         if worked is not None:
             steps = [
                 Section(step.title, self._conditions(solved) if step.title == "Conditions" else self._lines(step.lines))

@@ -24,6 +24,7 @@ from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.free_bodies import component_label
 from multibody_sym.documents.derivation import ClosedForm
 from multibody_sym.documents.draw import draw
+from multibody_sym.documents.section_diagrams import section_diagrams
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, NoSolutionError
 from multibody_sym.mechanics.resolve import mechanism
@@ -32,6 +33,7 @@ from multibody_sym.model.parameters import DimensionField, Parameter
 from multibody_sym.model.system import System
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
+from multibody_sym.pictures.diagrams import below_figure
 from multibody_sym.pictures.draw import Figure, FigureContent
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.scene.scene import scene_of
@@ -136,6 +138,7 @@ class Findings:
     parameters: tuple[ReportedParameter, ...]
     figure: Figure | Missing
     bodies: Mapping[str, Figure] | Missing
+    diagrams: Figure | Missing
     equations: ClosedForm | Missing
     solution: Solution | Missing
     check: CheckReport | Missing
@@ -152,6 +155,7 @@ def findings(system: System, command: str, settings: Mapping[str, Any], *, exerc
     solution = answer(lambda: _in_symbols(system, lambda: solve(system, steps=True)))
     unasked = None if isinstance(solution, Missing) or system.ask or solution.impact is not None else solution
     rough = None if unasked is None or any(unasked.speeds.values()) else only_coefficient(system)
+    cut = not exercise and any(ask.section is not None for ask in system.ask.values())
     steady = unasked is not None and not (unasked.states or any(x.value for x in unasked.accelerations.values()))
     return Findings(
         system=system,
@@ -159,6 +163,7 @@ def findings(system: System, command: str, settings: Mapping[str, Any], *, exerc
         parameters=reported_parameters(system),
         figure=answer(lambda: draw(system)),
         bodies=_NOT_ASKED if exercise else answer(lambda: free_bodies(system)),
+        diagrams=answer(lambda: Figure(below_figure(None, section_diagrams(system)))) if cut else _NOT_ASKED,
         equations=_NOT_ASKED if exercise else answer(lambda: _in_symbols(system, lambda: derive(system))),
         solution=solution,
         check=_NOT_ASKED if exercise else answer(lambda: check(system)),

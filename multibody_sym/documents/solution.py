@@ -130,6 +130,7 @@ _REACTIONS: Final = "reactions of joints, on the child, in the axes of the joint
 
 def solution_text(solution: Solution, units: Units = SI) -> str:
     """Return a solution for people to read, in chosen units."""
+    units = replace(units, angles=units.angles or solution.angles)
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     several = [f"searched: {solution.searched}", *(f"another: {_other_motion(x)}" for x in solution.others)]
     several = several if solution.verdict == "several" else []

@@ -215,6 +215,18 @@ class MovingJoint(Joint):
         return ""
 
     @property
+    def _instead(self) -> str:
+        """What to write in place of a coordinate that a joint does not have."""
+        given = [text(x) for x in self.motion or () if x is not None]
+        if len(given) != 1 or not self.q:
+            return "leave it out"
+        (name, *_), (place,) = self.q, given
+        return (
+            f"`motion: {place}` says where it is, so leave q out and write {place} for {name}; or keep q: {name} and "
+            f"write constraints: {{drive: {{type: motion, joint: .., value: {place}}}}} instead of motion"
+        )
+
+    @property
     def stops(self) -> Limits | None:
         limits = self.limits
         bounded = limits is not None and limits.acts and not limits.lower is limits.upper is None
@@ -236,9 +248,8 @@ class MovingJoint(Joint):
         coordinates, speeds = len(self.coordinate_units), len(self.speed_units)
         if self.q is not None and len(self.q) != coordinates:
             if coordinates == 0:
-                raise ModelError(
-                    f"{self._named} has no coordinate to give a name: leave it out", number="M110"
-                ).under("q")
+                message = f"{self._named} has no coordinate to give a name: {self._instead}"
+                raise ModelError(message, number="M110").under("q")
             advice = self.with_more if len(self.q) > coordinates else ""
             message = f"{self._named} has {coordinates} coordinates, q names {len(self.q)}{advice}"
             raise ModelError(message, number="M110")

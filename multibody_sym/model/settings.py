@@ -94,6 +94,8 @@ FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissi
 _MODES: Final = 1000
 
 
+GREATEST: Final = "greatest"
+"""The place of a section that transmits most."""
 SECTION_FORCES: Final = ("axial", "shear", "moment")
 """What the section of a beam transmits."""
 
@@ -232,11 +234,11 @@ class Ask(Element):
     as one `of` a coordinate or speed. `period_of`: the period of a coordinate in the motion from the start, of any
     amplitude; `advance`: how far a coordinate goes in a period `of` another. `section` and `component`: the axial
     force, shear force or bending moment that a beam transmits `at` a place along x of its body (or of a frame of it),
-    or as a formula of that place. Expressions may name other answers. Steady motions under an input, F: F0*sin(w*t),
-    have for each coordinate an `amplitude` and a `phase` (the lag, rad) `of` it, a frequency of `resonance` and of
-    `antiresonance`, and a `transmissibility` from an input of the same unit; small free motions have a `decrement` and
-    modes a `damping` ratio. `velocity`, `acceleration`: those of a point at the start, by components and size.
-    `instant_center`: the point about which a body turns at the start, in the plane.
+    `at` the word greatest where it is so in size, or as a formula of that place. Expressions may name other answers.
+    Steady motions under an input, F: F0*sin(w*t), have for each coordinate an `amplitude` and a `phase` (the lag, rad)
+    `of` it, a frequency of `resonance` and of `antiresonance`, and a `transmissibility` from an input of the same unit;
+    small free motions have a `decrement` and modes a `damping` ratio. `velocity`, `acceleration`: those of a point at
+    the start, by components and size. `instant_center`: the point about which a body turns at the start, in the plane.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -256,9 +258,10 @@ class Ask(Element):
         MomentField(), None, such="{x: 2 m}",
         says="the moment: a coordinate reaches a value, a condition comes true, or a state begins",
     )
-    at: Node | Moment | None = holds(
-        TimeOrMoment("m"), None, such="{x: 2 m}",
-        says="the moment at which the speed of the body is asked for, or the place of a section along its beam",
+    at: Node | Moment | str | None = holds(
+        TimeOrMoment("m", (GREATEST,)), None, such="{x: 2 m}",
+        says="the moment at which the speed of the body is asked for, or the place of a section along its beam; "
+        "`greatest` is where it transmits most",
     )
     along: Point | None = holds(
         Direction(), None, says="the direction of the displacement or velocity that is asked for", such="x"
@@ -369,8 +372,11 @@ class Ask(Element):
         with at("at"):
             if place is not None and self.section is None:
                 MomentField().accept(text(place))  # which refuses it
-            if self.at is not None and place is None and self.section is not None:
-                raise ModelError("a section is at a place along its beam, such as 2 m or l/2", number="M103")
+            if self.section is None and self.at == GREATEST:
+                raise ModelError("`at: greatest` is a place along a beam: {section: beam, ..}", number="M103")
+            if self.at not in (None, GREATEST) and place is None and self.section is not None:
+                message = f"a section is at a place along its beam, such as 2 m or l/2, or at {GREATEST}"
+                raise ModelError(message, number="M103")
 
 
 def _of_source(value: Mapping[str, Any]) -> dict[str, Any]:

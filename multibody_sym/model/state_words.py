@@ -193,7 +193,7 @@ class MomentField:
         return MapOf(Scalar()).tree(value) if isinstance(value, Mapping) else StopCondition().tree(value)
 
 
-def time_of(given: Node | Moment | None) -> Node | None:
+def time_of(given: Node | Moment | str | None) -> Node | None:
     """Return a time that is given as such; None for a moment, which a run is to find."""
     return given if isinstance(given, Node) and not is_condition(given) else None
 
@@ -213,17 +213,22 @@ def moment_text(moment: Moment) -> str:
 
 @dataclass(frozen=True)
 class TimeOrMoment:
-    """A time, such as `2 s`, or a moment; a place where its `measure` is m."""
+    """A time, such as `2 s`, or a moment; a place where its `measure` is m; or one of `words`."""
 
     measure: str = "s"
+    words: tuple[str, ...] = ()
     of_any_unit: ClassVar[bool] = True
 
-    def accept(self, value: Any) -> Node | Moment:
+    def accept(self, value: Any) -> Node | Moment | str:
+        if value in self.words:
+            return str(value)
         equation = isinstance(value, str) and "==" in value
         if equation or isinstance(value, Mapping) or state_condition(value) is not None:
             return MomentField().accept(value)
         node = Scalar().accept(value)
         return MomentField().accept(value) if is_condition(node) else Scalar(self.measure).accept(value)
 
-    def tree(self, value: Node | Moment) -> Any:
+    def tree(self, value: Node | Moment | str) -> Any:
+        if isinstance(value, str):
+            return value
         return text(value) if isinstance(value, Node) else MomentField().tree(value)

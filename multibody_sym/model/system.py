@@ -448,3 +448,14 @@ def path_in_file(tree: Any, path: tuple[str, ...]) -> tuple[str, ...]:
         if begin is not None and name.removeprefix(begin).isdecimal() and name.startswith(begin):
             return (REPEAT_KEY, *index, part, *path[2:])
     return path
+
+
+_IN_DEGREES: Final = re.compile(r"\bdeg\b")
+
+
+def angles_of(system: System) -> str:
+    """Return how angles are printed: in degrees where parameters or starts are, else with these beside (`both`)."""
+    given = [parameter.given("value") for parameter in system.parameters.values()]
+    starts = (getattr(joint, "initial", None) for joint in system.joints.values())
+    given += [start.given("q") for start in starts if start is not None]
+    return "deg" if any(_IN_DEGREES.search(str(x)) for x in given) else "both"

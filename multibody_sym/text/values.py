@@ -79,11 +79,13 @@ class _Choice(NamedTuple):
 class Units:
     """The chosen units for quantities; others stay SI, or follow: with mm and deg speeds are in mm/s and deg/s.
 
-    Numbers have at most so many `digits`.
+    Numbers have at most so many `digits`. Where no unit of angles is chosen these are in rad, as `angles` say: alone,
+    in degrees (`deg`), or with degrees beside (`both`).
     """
 
     chosen: Mapping[Kind, _Choice] = field(default_factory=dict)
     digits: int = DIGITS
+    angles: str = ""
 
     def of(self, unit: str) -> str:
         """Return the display unit of quantities in an SI unit."""
@@ -103,6 +105,12 @@ class Units:
     def said(self, number: float, unit: str, error: float = 0.0, digits: int | None = None) -> str:
         """Return a number in an SI unit, off by at most `error`, as text in the chosen unit; `digits`: fewer."""
         size, most = self.size(unit), self.digits if digits is None else min(digits, self.digits)
+        if unit == "rad" and self.angles and self.of(unit) == unit:
+            degrees = f"{number_within(number * _DEGREES, error * _DEGREES, most)} deg"
+            if self.angles == "deg":
+                return degrees
+            plain = number_within(number, error, most)
+            return f"{plain} rad" if float(plain) == 0.0 else f"{plain} rad ({degrees})"
         return f"{number_within(number / size, error / size, most)} {self.of(unit)}".rstrip()
 
     def named(self, name: str, unit: str) -> str:
@@ -137,6 +145,7 @@ class Units:
         return _Choice("/".join(["*".join(above) or "1", *below]), factor)
 
 
+_DEGREES: Final = 180.0 / math.pi
 SI: Final = Units()
 _LONG: Final = Units(digits=MOST)
 

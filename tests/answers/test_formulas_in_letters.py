@@ -247,8 +247,8 @@ def test_letters_are_told_in_text_json_and_notebooks(
     four_bar: mbs.Solution, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lines = solution_text(four_bar).split("where, as formulas name it\n")[1]
-    assert "  crank_angle = pi/3 = 1.0472 rad\n" in lines
-    assert "  rocker_angle = 1.45301 rad, from c*sin(rocker_angle) = a*sin(crank_angle)" in lines
+    assert "  crank_angle = pi/3 = 60 deg\n" in lines
+    assert "  rocker_angle = 83.2514 deg, from c*sin(rocker_angle) = a*sin(crank_angle)" in lines
     assert "  a_rocker_angle = rocker_angle''\n" in lines
     assert "**Where**" in solution_markdown(four_bar)
     assert "`rocker_angle` from `c*sin(rocker_angle) = " in solution_markdown(four_bar)

@@ -17,7 +17,7 @@ from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.question import AskedMotion, Question
-from multibody_sym.answers.ask.sections import SectionQuestion
+from multibody_sym.answers.ask.sections import GreatestSectionQuestion, SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
 from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
@@ -44,6 +44,7 @@ QUESTIONS: Final[tuple[type[Question], ...]] = (
     LimitQuestion,
     SeriesQuestion,
     SectionQuestion,
+    GreatestSectionQuestion,
     *KINEMATIC_QUESTIONS,
 )
 

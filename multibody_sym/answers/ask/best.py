@@ -210,7 +210,7 @@ class _Search:
             slope = derivative(node, unknown)
         except (ExpressionError, *UNDEFINED):
             return None
-        at = _polished(partial(varied.of_formula, slope), *found)
+        at = polished(partial(varied.of_formula, slope), *found)
         expression, value = self._value(node, self._roots(slope, at), at)
         number = evaluate_float([expression], varied.solved.sample)[0] if expression is not None else at
         error = 0.0 if expression is not None else sqrt(EPSILON) * abs(at)
@@ -338,7 +338,7 @@ def _lowest(cost: Callable[[float], float], low: float, high: float) -> float:
     return min(chain((found,), (low, high)), key=cost)
 
 
-def _polished(slope: Callable[[float], float], at: float, low: float, high: float) -> float:
+def polished(slope: Callable[[float], float], at: float, low: float, high: float) -> float:
     """Return the root of a derivative beside the place that was found, to rounding."""
     from scipy.optimize import brentq  # scipy takes longer to import than most answers take
 

@@ -112,7 +112,7 @@ class SpeedQuestion(UniformQuestion):
 
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.of is None or ask.at is None else cls(ask.of, ask.at, ask.along)
+        return None if ask.of is None or ask.at is None or isinstance(ask.at, str) else cls(ask.of, ask.at, ask.along)
 
     def words(self) -> str:
         way = "speed of" if self.along is None else f"velocity along {direction_text(self.along)} of"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, reduce
 from itertools import pairwise
@@ -11,7 +11,9 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
-from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
+from multibody_sym.answers.ask.best import polished
+from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
+from multibody_sym.answers.ask.varied import roots_near
 from multibody_sym.answers.ask.working import Working, equation
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.records import Line, Sentence
@@ -30,18 +32,24 @@ from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.load_records import LineLoad
 from multibody_sym.model.bodies import mass_of
 from multibody_sym.model.forces import Torque
-from multibody_sym.model.settings import Ask
+from multibody_sym.model.settings import GREATEST, Ask
 from multibody_sym.model.state_words import time_of
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import Node, add, real, symbol
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import ZERO, Node, add, real, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 _WORDS: Final = {"axial": "axial force", "shear": "shear force", "moment": "bending moment"}
 _SAME: Final = 1e-9
 """Places nearer than this part of the beam's length are one."""
+_ROUNDING: Final = 1e-13
+_PARTS: Final = 48
+"""Parts of a stretch at whose ends N, V and M are compared."""
+_BESIDE_ENDS: Final = 1e-6
+"""The part of a stretch beside its ends at which they are looked at, too."""
 _PLACES: Final = ("x", "s", "xi")
 """The letters of the place along a beam, in the order of preference: the first that the model does not have."""
 
@@ -56,6 +64,26 @@ class Stretch(NamedTuple):
     cut: Cut
 
 
+class Extreme(NamedTuple):
+    """A `value` of N, V or M at the end of a stretch, or where its derivative (`slope`) vanishes within, at `place`."""
+
+    stretch: Stretch
+    place: Value
+    value: Value
+    slope: Node | None = None
+
+    @property
+    def place_text(self) -> str:
+        """The place for people."""
+        form = self.place.expression
+        return f"{self.place.value:.6g} m" if form is None else text(form)
+
+    def is_as_large_as(self, other: Extreme) -> bool:
+        """Return whether both are of one size."""
+        size = abs(other.value.value or 0.0)
+        return abs(abs(self.value.value or 0.0) - size) <= _SAME * size
+
+
 @dataclass(frozen=True)
 class SectionQuestion(SingleQuestion):
     """What the section of a beam transmits `at` a place; without one as a formula of the place."""
@@ -66,7 +94,7 @@ class SectionQuestion(SingleQuestion):
 
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
-        if ask.section is None or ask.component is None:
+        if ask.section is None or ask.component is None or ask.at == GREATEST:
             return None
         return cls(ask.section, ask.component, time_of(ask.at))
 
@@ -120,6 +148,55 @@ class SectionQuestion(SingleQuestion):
         yield from cut.lines(self.component, stretch, place)
         if len(cut.stretches) > 1:
             yield equation(symbol(LETTERS[self.component]), value)
+
+
+@dataclass(frozen=True)
+class GreatestSectionQuestion(Question):
+    """The N, V or M of a beam that is greatest in size, and its place along the beam (`.at`)."""
+
+    beam: str
+    component: str
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        if ask.section is None or ask.component is None or ask.at != GREATEST:
+            return None
+        return cls(ask.section, ask.component)
+
+    def words(self) -> str:
+        return f"greatest {_WORDS[self.component]} of {self.beam}"
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return UNITS[self.component]
+
+    def is_later(self) -> bool:
+        return False
+
+    def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
+        cut = CutBeam(motion.solved, self.beam)
+        if cut.undetermined:
+            working.notes.append(f"statics alone does not determine {cut.undetermined}")
+            return {"": Value(None, unit=UNITS[self.component])}
+        extremes = cut.extremes(self.component)
+        best = max(extremes, key=lambda each: abs(each.value.value or 0.0) - _SAME * (each.place.value or 0.0))
+        equal = [x for x in extremes if x.is_as_large_as(best) and not cut.is_one_place(x, best)]
+        if equal and best.value.value:
+            working.notes.append(f"as large in size at {', '.join(dict.fromkeys(x.place_text for x in equal))}")
+        working.steps.append(lambda: self._lines(cut, best, extremes))
+        return {"": best.value, ".at": best.place}
+
+    def _lines(self, cut: CutBeam, best: Extreme, extremes: Sequence[Extreme]) -> Iterator[Line]:
+        """Yield where it may be greatest, and what it is there."""
+        letter, kind = LETTERS[self.component], self.component
+        slope = {"moment": "the shear force vanishes or jumps", "shear": "no load acts, or a force acts"}
+        where = f"it is greatest where {slope.get(kind, 'a force acts')}, or at an end"
+        yield Sentence((f"equilibrium of the part with smaller {cut.letter}; {where}",))
+        if best.slope is not None:
+            yield from cut.lines(kind, best.stretch, symbol(cut.letter))
+            yield equation(best.slope, ZERO, f"its derivative by {cut.letter} vanishes")
+        for each in extremes:
+            value = each.value.expression or real(each.value.value or 0.0)
+            yield Sentence((f"{letter} = ", value, f" at {cut.letter} = {each.place_text}"))
 
 
 def _ends(cut: CutBeam) -> str:
@@ -189,6 +266,65 @@ class CutBeam:
             if max(abs(float(x) - found.value) for x in ends) <= _SAME * abs(found.value):
                 return replace(found, expression=real(found.value))  # a number of many digits
         return found
+
+    def number(self, component: str, stretch: Stretch, x: float) -> float:
+        """Return N, V or M at a place (m) on a stretch as a number."""
+        return float(section_force(self._actions, component, stretch.cut, x))
+
+    def is_one_place(self, one: Extreme, other: Extreme) -> bool:
+        """Return whether two extremes are at one place."""
+        return abs((one.place.value or 0.0) - (other.place.value or 0.0)) <= self._near
+
+    def extremes(self, component: str) -> list[Extreme]:
+        """Return N, V or M at the ends of all stretches, and where it is greatest or least within them."""
+        found: list[Extreme] = []
+        for stretch in self.stretches:
+            places = Value(stretch.begin, stretch.first, "m"), Value(stretch.end, stretch.last, "m")
+            ends = stretch.first, stretch.last
+            begin, end = (
+                Extreme(stretch, place, self.value(component, stretch, node))
+                for place, node in zip(places, ends, strict=True)
+            )
+            if found and found[-1].is_as_large_as(begin) and found[-1].value.value == begin.value.value:
+                found.pop()
+            found += [begin, *self._within(component, stretch), end]
+        return found
+
+    def _within(self, component: str, stretch: Stretch) -> Iterator[Extreme]:
+        """Yield where N, V or M is greatest or least within a stretch."""
+        low, high = stretch.begin, stretch.end
+        beside = _BESIDE_ENDS * (high - low)
+        places = [low, low + beside, *(low + (high - low) * k / _PARTS for k in range(1, _PARTS)), high - beside, high]
+        numbers = [self.number(component, stretch, x) for x in places]
+        least = _ROUNDING * max(map(abs, numbers))
+        turns = [
+            k
+            for k in range(1, len(places) - 1)
+            if (numbers[k] - numbers[k - 1]) * (numbers[k + 1] - numbers[k]) <= 0.0
+            and max(abs(numbers[k] - numbers[k - 1]), abs(numbers[k + 1] - numbers[k])) > least
+        ]
+        for k in turns:
+            yield self._turning(component, stretch, places[k - 1], places[k + 1])
+
+    def _turning(self, component: str, stretch: Stretch, low: float, high: float) -> Extreme:
+        """Return the extreme between two places (m)."""
+        letter = symbol(self.letter)
+        form = self.value(component, stretch, letter).expression
+        if form is not None:
+            shear = self.value("shear", stretch, letter).expression if component == "moment" else None
+            slope, known = shear or derivative(form, letter), self._solved.sample
+            x = polished(lambda x: evaluate_float([slope], {**known, letter: x})[0], (low + high) / 2, low, high)
+            for root in roots_near(slope, letter, x, self._with_place(letter, stretch)):
+                return Extreme(stretch, Value(x, root, "m"), self.value(component, stretch, root), slope)
+        from scipy.optimize import minimize_scalar  # scipy takes longer to import than most answers take
+
+        sign = -1.0 if self.number(component, stretch, (low + high) / 2) > self.number(component, stretch, low) else 1.0
+        best = minimize_scalar(
+            lambda x: sign * self.number(component, stretch, x), bounds=(low, high), method="bounded",
+            options={"xatol": _SAME * (high - low)},
+        )  # fmt: skip
+        value = Value(self.number(component, stretch, best.x), unit=UNITS[component])
+        return Extreme(stretch, Value(float(best.x), unit="m", error=_SAME ** 0.5 * (high - low)), value)
 
     def lines(self, component: str, stretch: Stretch, place: Node) -> Iterator[Line]:
         """Yield what acts on the part that is cut off, and the sum of its moments or forces by element."""
@@ -305,21 +441,24 @@ def _beam(solved: SolvedInstant, name: str) -> Beam:
             number="M112",
         ).under("section")
     beam = Beam(axis)
-    backwards = []
+    backwards, across = [], []
     for load in mechanism.loads:
         if not isinstance(load, LineLoad) or load.ends[0].body != axis.body:
             continue
         begin, end = (np.array(place_of(solved.numbers, beam, marker), dtype=float) for marker in load.ends)
         way = end - begin
-        if np.abs(way[1:]).max() > _SAME * np.abs(way).max():
+        if abs(way[0]) <= _SAME * np.abs(way).max():
+            across.append(load.name)
+        elif np.abs(way[1:]).max() > _SAME * np.abs(way).max():
+            first, second = (marker.name for marker in load.ends)
             raise ModelError(
-                f"{load.name} acts along a line that is not parallel to {name}; sections need one along its x axis, or "
-                "along that of a frame of it",
+                f"{load.name} acts along a line oblique to {name}: make the arm from {first} to {second} a body of its "
+                f"own, joints: {{corner: {{type: weld, parent: {first}, child: arm}}}}, and let {load.name} act on it",
                 number="M112",
             ).under("section")
-        if way[0] < 0.0:
+        elif way[0] < 0.0:
             backwards.append(load.name)
-    return Beam(axis, length, frozenset(backwards))
+    return Beam(axis, length, frozenset(backwards), frozenset(across))
 
 
 def _with_letter(solved: SolvedInstant, place: Node, sample: float) -> SolvedInstant:

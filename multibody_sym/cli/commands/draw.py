@@ -31,6 +31,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dimensions", action=argparse.BooleanOptionalAction, default=True, help=dimensions)
     redundant = "mark joints and constraints with rows that follow from others"
     parser.add_argument("--redundant", action="store_true", help=redundant)
+    diagrams = "show N, V and M along beams below, of the sections that `ask` names or of a structure"
+    parser.add_argument("--diagrams", action="store_true", help=diagrams)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
     strip = "leave out with what names begin, such as panda_ of a robot; may be repeated"
@@ -56,6 +58,7 @@ def run(options: argparse.Namespace) -> Reply:
             names=options.names,
             dimensions=options.dimensions,
             redundant=options.redundant,
+            diagrams=options.diagrams,
             mark=options.mark,
             strip=options.strip,
             on_progress=reached,

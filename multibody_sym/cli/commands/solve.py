@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Final
 
 from multibody_sym.cli.options import model_options
@@ -33,7 +34,5 @@ def run(options: argparse.Namespace) -> Reply:
         solution = solve(system, steps=steps, **model_options(options))
     if solution.steps is None:
         return Reply(solution.as_json(), solution_text(solution, units))
-    form = options.format or "text"
-    return Reply(
-        solution.as_json(), write_document(worked_document(solution.steps), form, units), source=form != "text"
-    )
+    form, told = options.format or "text", replace(units, angles=solution.angles)
+    return Reply(solution.as_json(), write_document(worked_document(solution.steps), form, told), source=form != "text")

@@ -33,12 +33,13 @@ Resultant = tuple[S, S, S]
 class Beam:
     """A beam along x of the marker `axis`; `length`: of the rod, from the body's origin on, over which its mass lies.
 
-    `backwards`: the names of line loads that run against the axis.
+    `backwards`: the names of line loads that run against the axis; `across`: of those square to it, on another arm.
     """
 
     axis: Marker
     length: Node | None = None
     backwards: frozenset[str] = frozenset()
+    across: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,9 @@ def actions_on(instant: StateQuantities, beam: Beam) -> Actions:
     body, motion = beam.axis.body, instant.motion
     loads = {load.name: load for load in motion.mechanism.loads if isinstance(load, LineLoad)}
     points: list[PointAction] = []
-    lines = [_of_load(instant, beam, load) for load in loads.values() if load.ends[0].body == body]
+    own = [load for load in loads.values() if load.ends[0].body == body]
+    lines = [_of_load(instant, beam, load) for load in own if load.name not in beam.across]
+    points += [_at_once(instant, beam, load) for load in own if load.name in beam.across]
     if beam.length is not None:
         lines.append(_of_mass(instant, beam, beam.length))
     homeless = []
@@ -177,6 +180,16 @@ def _of_load(instant: StateQuantities, beam: Beam, load: LineLoad) -> LineAction
         return f[0], f[1], cross(start, f)[2] + (g[1] if forwards else -g[1])
 
     return LineAction(load.name, start[0], length, forwards, integral)
+
+
+def _at_once(instant: StateQuantities, beam: Beam, load: LineLoad) -> PointAction:
+    """Return what a load along a line square to the beam does at the place of that line."""
+    motion, turned = instant.motion, instant.motion.rotation(beam.axis.body)
+    start, end = (place_of(instant, beam, marker) for marker in load.ends)
+    (length,) = motion.state.values([load.length])
+    f, g = (_local(instant, beam, apply_transposed(turned, x)) for x in line_integrals(load, motion, length))
+    along = scale(1 / length, subtract(end, start))
+    return PointAction(load.name, start[0], (f[0], f[1], cross(start, f)[2] + cross(along, g)[2]))
 
 
 def _of_mass(instant: StateQuantities, beam: Beam, length: Node) -> LineAction:
