@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.motion.switching import mode_run, prepared
+from multibody_sym.motion.switching import mode_run, modes, prepared
 from multibody_sym.program.runtime_constants import CLEAR_BY, DETERMINED
 from multibody_sym.scalars.least_norm import solve_lists
 
@@ -119,6 +119,23 @@ def compare(monkeypatch: pytest.MonkeyPatch, text: str, seeds: Iterable[int], ba
 def test_what_is_remembered_changes_no_bit_of_a_run(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     taken = compare(monkeypatch, text, (0, 1, 2, 112))
     assert taken["in C"] > 15
+
+
+def test_what_is_forgotten_changes_no_bit_of_a_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One mode and one switch are remembered, those that were needed last."""
+    values = drawn(np.random.default_rng(1), PAIR)
+    options: dict[str, Any] = {"t_end": 3.0, "rtol": 1e-6, "samples": 301, "parameters": values}
+    first = mbs.simulate(mbs.loads(PAIR), **options)
+    for module, name in ((modes, "MOST_KEPT"), (prepared, "MOST_KEPT"), (prepared, "_MOST_SWITCHES")):
+        monkeypatch.setattr(module, name, 1)
+    other = mbs.simulate(mbs.loads(PAIR), **options)
+    verify_same(first, other)
+    every, latest = (
+        (len(x.memory.legs), len(x.memory._led), len(x.modes._known))
+        for x in (run.modes.prepared for run in (first, other))
+    )
+    assert min(every) > 1
+    assert latest == (1, 1, 1)
 
 
 def test_forces_are_known_better_than_their_inequalities_are_judged() -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -49,7 +49,21 @@ _SLOW: Final = 3e-3
 """The part of the model's speed that this speed is at most."""
 _NEVER: Final = 1e300
 
+MOST_KEPT: Final = 1000
+"""Modes that the runs of a prepared system remember, those that were needed last: one among 102
+contacts takes 46 kB."""
+
 Key = tuple[tuple[tuple[str, int], ...], ...]
+_K = TypeVar("_K")
+_V = TypeVar("_V")
+
+
+def keep(known: dict[_K, _V], key: _K, value: _V, most: int) -> None:
+    """Remember a value as the latest, and no more values than `most`."""
+    known.pop(key, None)
+    known[key] = value
+    if len(known) > most:
+        del known[next(iter(known))]
 
 
 def key_of(mode: Mode) -> Key:
@@ -260,12 +274,14 @@ class ModePrograms:
     def program(self, mode: Mode, at: LawValues) -> ModeProgram:
         """Return the Programs of a mode; which speeds it holds shows at the first instant at which a run is in it."""
         key = key_of(mode), remembered_normals(at, mode)
-        if key not in self._known:
+        found = self._known.get(key)
+        if found is None:
             entered = in_mode(self.mechanism, mode)
             values = self.parameters(entered, at.laws.parameters, mode, 0)
             held = held_speeds(entered, values, at, {} if key[1] else self._holding)  # normals change rows
-            self._known[key] = self._made(replace(entered, held=held), mode)
-        return self._known[key]
+            found = self._made(replace(entered, held=held), mode)
+        keep(self._known, key, found, MOST_KEPT)
+        return found
 
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
         if self.every is None:

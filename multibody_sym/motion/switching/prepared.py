@@ -34,7 +34,7 @@ from multibody_sym.motion.switching.known_switches import KnownSwitch, known_swi
 from multibody_sym.motion.switching.law_mechanism import VertexContacts, is_tip, rounded_meeting
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.motion.switching.legs import Cause, Change, ModeLeg
-from multibody_sym.motion.switching.modes import Key, ModePrograms, key_of
+from multibody_sym.motion.switching.modes import MOST_KEPT, Key, ModePrograms, keep, key_of
 from multibody_sym.program.runtime_constants import MarginKind
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -46,6 +46,8 @@ from multibody_sym.scalars.elementary import leaves
 
 _ROWS: Final = 48
 
+_MOST_SWITCHES: Final = 4 * MOST_KEPT
+"""Switches that runs remember."""
 _MOST_ENTRIES: Final = 100_000
 """Elements of all rows, zeros too, up to which C follows switches: it looks at all of them."""
 
@@ -53,8 +55,9 @@ _MOST_ENTRIES: Final = 100_000
 class SwitchMemory:
     """Where switching functions of modes led, and the modes that C can follow, each by the first leg in it.
 
-    Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it. Those
-    that come sooner than `least` (s) after another one are not for C.
+    Whether a run goes that way is decided by the laws alone, so that it does not matter which run remembered it, nor
+    what is forgotten: the switches that were decided longest ago; of modes C knows the first `MOST_KEPT`. Switches that
+    come sooner than `least` (s) after another one are not for C.
     """
 
     def __init__(self, laws: Laws, template: Problem, least: float) -> None:
@@ -84,7 +87,8 @@ class SwitchMemory:
         switch = known_switch(found, leg.mode, cause) if self._plain else None
         others = self.known(leg, index) if cause.limits else ()
         others = tuple(x for x in others if switch is None or x.mode != switch.mode)
-        self._led[leg.program.key, index] = (*others, *(() if switch is None else (switch,)))
+        led = (*others, *(() if switch is None else (switch,)))
+        keep(self._led, (leg.program.key, index), led, _MOST_SWITCHES)
 
     # --- the loop in C ------------------------------------------------------------------------------------------------
 
@@ -105,8 +109,11 @@ class SwitchMemory:
         kept = problem.project or not rows
         if course is None or not kept or len(rows) > _ROWS or problem.independent < len(rows):
             return None
-        number = self._numbers.setdefault(program.key, len(self.legs))
+        number = self._numbers.get(program.key, len(self.legs))
+        if number == MOST_KEPT:
+            return None
         if number == len(self.legs):
+            self._numbers[program.key] = number
             rules = tuple(self._rule(one) for one in program.switchings)
             closed = tuple(int(x.name in program.active) for x in self.laws.mechanism.one_way)
             turns: list[list[KnownTurn]] = [[] for _ in rules]
