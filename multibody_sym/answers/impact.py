@@ -13,7 +13,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.answers.ask.named_answers import with_answers
+from multibody_sym.answers.ask.named_answers import in_parameters, questions_beside, with_answers
 from multibody_sym.answers.impact_solution import (
     Befores,
     Blows,
@@ -51,7 +51,6 @@ from multibody_sym.mechanics.row_records import Marker, Row
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.mechanics.vocabulary import IMPULSES, just_after
 from multibody_sym.model.bodies import Pose
-from multibody_sym.model.fields import Names
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -716,17 +715,13 @@ def system_after(solved: SolvedInstant, impact: ImpactFound, answers: Mapping[st
     Its speeds are formulas where these are of parameters alone. `answers` are those just after the impact; questions
     that name one without a value are left out. Raises ModelError for motions whose rates jump.
     """
-    system, taken = solved.system, solved.mechanism.symbols
-    after = from_impact(system)
+    system, after = solved.system, from_impact(solved.system)
     formulas = {
-        name: speed.expression
+        name: formula
         for name, speed in impact.after.items()
-        if speed.expression is not None
-        and after.speeds[name]
-        and all(leaf.data in system.parameters for leaf in leaves([speed.expression], "symbol"))
+        if after.speeds[name] and (formula := in_parameters(system, speed)) is not None
     }
-    named = {name: with_answers(x, answers, taken) for name, x in system.ask.items() if name not in answers}
-    questions = Names({name: asked[0] for name, asked in named.items() if asked is not None})
+    questions = questions_beside(system, answers, solved.mechanism.symbols)
     return replace(Overrides(initial=formulas).of(after.system), ask=questions)
 
 

@@ -340,7 +340,13 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
     """Return the freedom on the curve of positions that constraints allow, near `values` of the state."""
     mechanism = there.solved.mechanism
     pairs = {symbol(q.name): symbol(u.name) for q, u in zip(mechanism.coordinates, mechanism.speeds, strict=True)}
-    places: dict[Node, Node] = {}
+    start = there.solved.nodes.motion.state
+    resting = {
+        x: as_node(start.q[k])
+        for k, x in enumerate(pairs)
+        if x is not variable and as_node(start.u[k]) is ZERO and there.forms.udot[k].is_zero
+    }
+    places = dict(resting)
     waiting = [as_node(row.phi) for row in row_motions(there.instant.motion) if row.holonomic]
     while waiting:
         count = len(waiting)
@@ -355,7 +361,7 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
     if set(places) != set(pairs) - {variable}:
         return None
     rates = {pairs[x]: multiply(derivative(place, variable), speed) for x, place in places.items()}
-    held = [equation(node, place, "the constraint gives") for node, place in places.items()]
+    held = [equation(x, place, "the constraint gives") for x, place in places.items() if x not in resting]
     return OneFreedom(there, variable, speed, places, rates, held=held, values=values)
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multibody_sym.analysis.modes.amplitude import accuracy, part_of_difference
+from multibody_sym.dynamics.start.parameters import known_values
+from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.model.fields import AXES, Names
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.system import System
@@ -20,7 +22,9 @@ from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity, symbol
 
 ASKED: Final = "asked"
 """The output that is the expression asked for."""
@@ -153,7 +157,7 @@ class Simulated:
         time = self.moment(moment, asked)
         if time is None or time == 0.0 or isinstance(moment, Mapping):
             return None if time is None else self.value(asked, time)
-        return float(self._until(moment, asked)[ASKED][-1])
+        return float(self._values(asked, None, Names({_WHEN: moment}))[1][-1])
 
     def largest_and_rate(self, asked: Node, moment: Moment | None, time: float) -> tuple[float, float]:
         """Return the largest absolute value of an expression until a time, and by how much it changes in 1 s there.
@@ -162,19 +166,49 @@ class Simulated:
         """
         if asked.op in ("number", "real"):
             return abs(float(asked.data)), 0.0
-        if moment is None or isinstance(moment, Mapping) or not time:
-            run = self.along(asked, time or _SHORT)
-        else:
-            run = self._until(moment, asked)
-        known = np.isfinite(run[ASKED])
-        values, times = run[ASKED][known], run.t[known]
+        at_time = moment is None or isinstance(moment, Mapping) or not time
+        end = (time or _SHORT, None) if at_time else (None, Names({_WHEN: moment}))
+        every, values = self._values(asked, *end)
+        known = np.isfinite(values)
+        values, times = values[known], every[known]
         steps, changes = np.diff(times[-3:-1]), np.diff(values[-3:-1])
         rate = abs(float(changes[0] / steps[0])) if len(steps) and steps[0] > 0.0 else 0.0
         return float(np.abs(values).max(initial=0.0)), rate
 
     def _until(self, moment: Node | StateCondition, asked: Node | None) -> Trajectory:
         stop = Names({_WHEN: moment})
-        return self._simulated(self.system, None, stop) if asked is None else self.along(asked, None, stop)
+        if asked is None or self._is_of_state(asked):
+            return self._simulated(self.system, None, stop)
+        return self.along(asked, None, stop)
+
+    def _is_of_state(self, asked: Node) -> bool:
+        """Return whether an expression is of time, coordinates, speeds and parameters: it needs no output."""
+        run = self._as_far_as_known()[0]
+        moving = {TIME, *(symbol(name) for name in (*run.coordinates, *run.speeds))}
+        named = leaves([asked], "symbol")
+        return not leaves([asked], "quantity") and all(x in moving or x in self._parameters for x in named)
+
+    def _values(
+        self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None
+    ) -> tuple[Floats, Floats]:
+        """Return the samples' times of a run, and the values of an expression at them."""
+        if not self._is_of_state(asked):
+            run = self.along(asked, duration, stop)
+            return run.t, run[ASKED]
+        run = self._simulated(self.system, duration, stop)
+        named = leaves([asked], "symbol")
+        columns = {x: run.t if x == TIME else run[str(x.data)] for x in named if x not in self._parameters}
+        if asked in columns:
+            return run.t, columns[asked]
+        rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
+        known = self._parameters
+        if not columns:
+            return run.t, np.full(len(run.t), evaluate_float([asked], known)[0])
+        return run.t, np.array([evaluate_float([asked], {**known, **row})[0] for row in rows])
+
+    @cached_property
+    def _parameters(self) -> dict[Node, float]:
+        return known_values(self.system)
 
     def number(self, value: Node) -> float:
         """Return the value of an expression of parameters."""
@@ -184,8 +218,8 @@ class Simulated:
         """Return the value of an expression at a time; that of a number takes no run to be compiled."""
         if asked.op in ("number", "real"):
             return float(asked.data)
-        run = self.along(asked, time if time > 0.0 else _SHORT)
-        return float(run[ASKED][-1 if time > 0.0 else 0])
+        values = self._values(asked, time if time > 0.0 else _SHORT)[1]
+        return float(values[-1 if time > 0.0 else 0])
 
     def along(self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
         """Return a run with an expression as its output `ASKED`, which ends at a stop if one is given."""

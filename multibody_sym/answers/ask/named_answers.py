@@ -16,9 +16,11 @@ from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, clos
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.mechanics.motion import motion_of
 from multibody_sym.mechanics.vocabulary import named_by
+from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.system import with_expressions
+from multibody_sym.model.system import System, with_expressions
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import Node, as_node, real, symbol
 from multibody_sym.text.values import Value
 
@@ -42,6 +44,22 @@ def with_answers(
     known = {symbol(name): again.get(name) or form for name, form in forms.items()}
     found: Ask = with_expressions(question, lambda node: put_in(node, known))
     return found, all(name in again or answers[name].expression is not None for name in named)
+
+
+def questions_beside(system: System, answers: Mapping[str, Value], taken: Collection[Node]) -> Names:
+    """Return the questions of a system without those that have `answers`, which stand in place of their names.
+
+    Questions that name an answer without a value are left out.
+    """
+    named = {name: with_answers(x, answers, taken) for name, x in system.ask.items() if name not in answers}
+    return Names({name: asked[0] for name, asked in named.items() if asked is not None})
+
+
+def in_parameters(system: System, value: Value) -> Node | None:
+    """Return the formula of a value where it is of parameters alone."""
+    found = value.expression
+    known = found is not None and all(leaf.data in system.parameters for leaf in leaves([found], "symbol"))
+    return found if known else None
 
 
 # ----------------------------------------------------------------------------------------------------------------------
