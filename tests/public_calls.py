@@ -76,7 +76,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "until": 2, "find": None, "so": None, "between": None, "least": None, "greatest": None,
         "limit": None, "let": None, "series": None, "in_": None, "about": None, "through": None, "formula": None,
         "period_of": None,
-        "section": None, "component": None,
+        "section": None, "component": None, "stage": None,
         "velocity": None, "acceleration": None, "instant_center": None,
         "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
         "decrement": None, "damping": None,
@@ -161,6 +161,9 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "segment": None, "point": None, "inside": False, "revolution": None,
         "curve": None, "outline": None, "side": None,
     },
+    "Stage": {
+        "after": 1, "at": None, "when": None, "impact": None, "release": ["c"], "begins": None, "initial": {"u_A": 0},
+    },
     "Table": {
         "table": [[0, 0], [1, 1]], "of": "t", "interpolation": "linear", "dimension": "N", "outside": "hold",
     },
@@ -177,7 +180,7 @@ _PENDULUM: dict[str, Any] = {
     "joints": {"A": {"type": "revolute", "parent": "ground", "child": "b"}},
     "forces": {"f": {"type": "force", "on": "b", "value": [0, 0, 1]}},
     "constraints": {"c": {"type": "expression", "zero": "A"}}, "pulleys": {"P": {"at": "b"}}, "contacts": {},
-    "impact": None, "inputs": {"F": "t"},
+    "impact": None, "then": [], "inputs": {"F": "t"},
     "outputs": {"o": "A"}, "stop": {"s": "A < 0"}, "ask": {"a": "A"}, "simulation": {"t_end": 1},
 }
 

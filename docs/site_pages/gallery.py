@@ -30,6 +30,7 @@ _TITLES = {
     "textbook": "Textbook problems with friction, contacts and ropes",
     "questions": "Questions and answers",
     "impacts": "Impacts",
+    "stages": "Several stages in one file",
     "feet": "Walking, landing, toppling",
     "oscillations": "Small oscillations",
     "states": "Pressures, currents, controllers",

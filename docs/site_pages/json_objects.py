@@ -66,6 +66,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "solve": {
         "impact": "with an `impact`: jumps of speeds, impulses, losses",
+        "stages": "with `then`: stages after the first: `stage`, `begins`, `t`, `start`, and the keys of its solution",
         "coordinates": "value of each coordinate",
         "speeds": "value of each speed",
         "assembled": "coordinates and speeds that follow from the constraints: `value` and `expression`",

@@ -163,7 +163,7 @@ _GIVEN: Mapping[str, Mapping[str, Any]] = {
     "Screw": {"parent": "ground", "child": "nut", "axis": "z", "pitch": "5 mm"}, "Surface": {"sphere": 0.1},
     "Shape": {"kind": "rod", "sizes": [1], "mass": 2}, "Stabilisation": {"index_2": True},
     "SpringDamper": {"stiffness": 100, "between": ["wall", "cart"], "damping": 3},
-    "Torque": {"value": 2, "joint": "hinge"},
+    "Stage": {"at": {"theta": 0}, "release": ["string"]}, "Torque": {"value": 2, "joint": "hinge"},
     "VariableMass": {"value": "m0 - b*t", "relative_velocity": [0, 0, "-c"]},
 }  # fmt: skip
 

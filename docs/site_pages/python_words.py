@@ -19,7 +19,7 @@ GROUPS: Final[Mapping[str, Group]] = {
         "Models and files", "Declare a system in Python, read it from a file, or write it to one.",
         tuple("""
         load loads load_urdf dump dumps schema parameters variable mechanism System Body Parameter Frame
-        Turn Surface Shape Curve Table Grid StateVariable VariableMass Ask Settings Stabilisation
+        Turn Surface Shape Curve Table Grid StateVariable VariableMass Stage Ask Settings Stabilisation
         Baumgarte Initial Limits Samples UrdfNotice
         """.split()),
     ),

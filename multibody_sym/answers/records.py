@@ -283,6 +283,7 @@ class Solution:
     `labels`: the letters by which parameters that have one are known where formulas are typeset.
 
     Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
+    `stages`: those that follow the first, of a system that has several; `answers` are those of all stages.
     """
 
     name: str
@@ -317,6 +318,7 @@ class Solution:
     where: Mapping[str, Definition] = field(default_factory=dict)
     at_rest: bool = False
     angles: str = ""
+    stages: tuple[StageFound, ...] = ()
 
     def __repr__(self) -> str:
         values = self.accelerations if self.impact is None else self.impact.after
@@ -332,7 +334,8 @@ class Solution:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `solve --json` prints."""
-        found = {} if self.impact is None else {"impact": self.impact.as_json()}
+        found: dict[str, Any] = {} if self.impact is None else {"impact": self.impact.as_json()}
+        found |= {"stages": [each.as_json() for each in self.stages]} if self.stages else {}
         return found | {
             "coordinates": dict(self.coordinates),
             "speeds": dict(self.speeds),
@@ -361,6 +364,27 @@ class Solution:
             "notes": list(self.notes),
             "units": dict(self.units),
         }
+
+
+@dataclass(frozen=True)
+class StageFound:
+    """A stage after the first: when it `begins`, and with what, in words; `t`: the time.
+
+    `start`: the coordinates and speeds that it takes over from the stage before, after that its `solution`, without
+    answers: an impact or the instant just after it begins. A stage that is never reached has none of these.
+    """
+
+    number: int
+    begins: str
+    t: Value = field(default_factory=lambda: Value(None, unit="s"))
+    start: Mapping[str, Value] = field(default_factory=dict)
+    solution: Solution | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints."""
+        found = {"stage": self.number, "begins": self.begins, "t": self.t.as_json(), "start": _json(self.start)}
+        solved = {} if self.solution is None else self.solution.as_json()
+        return {**found, **{key: x for key, x in solved.items() if key != "answers"}}
 
 
 def _json(values: Mapping[str, Value]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,7 @@ def solve(
 ) -> Solution:
     """Return accelerations, forces and states at t = 0, or the result of the impact that the system declares.
 
+    Of a system with stages (`then`) the solution is that of the first; the others are its `stages`.
     `parameters` to `project` change the system for this call. `formalism` selects the route to the numbers. With
     `steps` the solution has the derivation of a book (`Solution.steps`).
     Numbers come from M udot = f + H^T lambda, H udot = gamma in floats, closed forms from the same equations over exact
@@ -54,16 +56,25 @@ def solve(
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     with numbers_of(changed):
-        if changed.impact is not None:
-            return solution_of_impact(changed, formalism, steps=flag("steps", steps))
-        solved = _solved(changed, formalism)
-        found, asked = solution_of(solved)
-        if not flag("steps", steps):
-            return found
-        from multibody_sym.answers.worked.worked import worked_steps
+        if not changed.then:
+            return _solution(changed, formalism, steps=flag("steps", steps))
+        from multibody_sym.answers.stages import solution_in_stages  # which few systems have
 
-        with stage("steps"):
-            return replace(found, steps=worked_steps(solved, found, asked))
+        return solution_in_stages(changed, partial(_solution, formalism=formalism, steps=flag("steps", steps)))
+
+
+def _solution(system: System, formalism: str | None, *, steps: bool) -> Solution:
+    """Return the solution of a system without stages, at its start or of its impact."""
+    if system.impact is not None:
+        return solution_of_impact(system, formalism, steps=steps)
+    solved = _solved(system, formalism)
+    found, asked = solution_of(solved)
+    if not steps:
+        return found
+    from multibody_sym.answers.worked.worked import worked_steps
+
+    with stage("steps"):
+        return replace(found, steps=worked_steps(solved, found, asked))
 
 
 def _solved(system: System, formalism: str | None) -> SolvedInstant:

@@ -167,7 +167,7 @@ def asked_run(options: argparse.Namespace) -> Iterator[Run]:
 
         def make(on_progress: Progressed) -> Trajectory:
             done = prepared_by(system, run_options(options)).run(on_progress=on_progress)
-            if asked is not None and not tables:  # whose files are not looked at
+            if asked is not None and not tables and not system.then:  # files of tables are not looked at
                 remember(asked.key, asked.digest, done, options.hints())
             return done
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from multibody_sym.documents.notes import redundancy_lines, shifts_text, withheld_text
 from multibody_sym.motion.loop.problem import SEVERAL
-from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, TOO_FAR
+from multibody_sym.motion.results.samples import EDGES_CROSS, ENERGY, NO_VALUE, PULLING, PUSHING, STAGE, TOO_FAR
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.program.runtime_constants import Status
 from multibody_sym.scalars.arrays import Floats
@@ -242,7 +242,7 @@ def _constraints(run: Trajectory) -> list[str]:
 
 
 def _events(run: Trajectory, units: Units) -> dict[str, list[str]]:
-    """Return what began to stick, slide, open or close, and when; as remarks singular positions and warnings."""
+    """Return the stages, and what began to stick, slide, open or close; as remarks singular positions and warnings."""
     changes = [*run.begun, *run.changes]
     changed = ["changes of what holds one way only:", *_change_lines(run, changes, units)] if changes else []
     times = [_found_time(run, t, units).partition(" ")[0] for t in run.integration.singular]
@@ -252,9 +252,14 @@ def _events(run: Trajectory, units: Units) -> dict[str, list[str]]:
         named = f"{len(times)} singular positions" if len(times) > 1 else "a singular position"
         depend = "in which constraints depend on each other"
         remarks.append(f"passed {named}, {depend}, at t = {shown} {units.of('s')}")
-    told = [x for x in run.events if x != run.stop and x["kind"] != _SINGULAR and x not in changes]
+    events = run.events
+    stages = [x for x in events if x["kind"] == STAGE]
+    times_of_stages = [_found_time(run, x["t"], units) for x in stages]
+    words = zip(times_of_stages, stages, strict=True)
+    begun = [f"stage {k} begins at t = {when}: {x['element']}" for k, (when, x) in enumerate(words, 2)]
+    told = [x for x in events if x != run.stop and x["kind"] not in (_SINGULAR, STAGE) and x not in changes]
     remarks += [_warning_text(x["kind"], x["element"], _found_time(run, x["t"], units)) for x in told]
-    return {"events": changed, "remarks": remarks}
+    return {"events": [*begun, *changed], "remarks": remarks}
 
 
 def _change_lines(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:

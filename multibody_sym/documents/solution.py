@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solution
+from multibody_sym.answers.records import ImpactFound, OtherState, RowKind, Solution, StageFound
 from multibody_sym.documents.notes import forces_text, redundancy_lines, shifts_text, withheld_lines, withheld_text
 from multibody_sym.scalars.node import negate
 from multibody_sym.text.parser import force_name
@@ -131,6 +131,23 @@ _REACTIONS: Final = "reactions of joints, on the child, in the axes of the joint
 def solution_text(solution: Solution, units: Units = SI) -> str:
     """Return a solution for people to read, in chosen units."""
     units = replace(units, angles=units.angles or solution.angles)
+    parts = [f"{solution.name} at t = 0", *_solution_lines(solution, units)]
+    return "\n".join((*parts, *(line for each in solution.stages for line in _stage_lines(each, units))))
+
+
+def _stage_lines(found: StageFound, units: Units) -> Iterator[str]:
+    """Yield when a stage begins, with which coordinates and speeds, and what holds then."""
+    yield f"stage {found.number}, {found.begins}"
+    if found.solution is None:
+        yield "  never begins"
+        return
+    yield "begins with"
+    yield from (f"  {line}" for line in _equations({"t": found.t, **found.start}, units))
+    yield from _solution_lines(found.solution, units)
+
+
+def _solution_lines(solution: Solution, units: Units) -> list[str]:
+    """Return what is found of one stage, section by section."""
     primes = {name: "''" if name in solution.coordinates else "'" for name in solution.accelerations}
     several = [f"searched: {solution.searched}", *(f"another: {_other_motion(x)}" for x in solution.others)]
     several = several if solution.verdict == "several" else []
@@ -170,7 +187,7 @@ def solution_text(solution: Solution, units: Units = SI) -> str:
         "notes": solution.notes,
     }
     parts = ["\n".join([title, *(f"  {line}" for line in lines)]) for title, lines in sections.items() if lines]
-    return "\n".join([f"{solution.name} at t = 0", *shifts_text(solution.shifts, solution.units, units), *parts])
+    return [*shifts_text(solution.shifts, solution.units, units), *parts]
 
 
 def _where(solution: Solution, primes: Mapping[str, str], units: Units) -> Iterator[str]:

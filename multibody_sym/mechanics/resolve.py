@@ -44,6 +44,7 @@ from multibody_sym.mechanics.spanning_tree import (
     speed_names,
     used_joints,
 )
+from multibody_sym.mechanics.stages import end_questions, in_stage, stage_systems
 from multibody_sym.mechanics.vocabulary import (
     Dimensions,
     meanings,
@@ -54,6 +55,7 @@ from multibody_sym.mechanics.vocabulary import (
 )
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import OnCurve, Rolling
+from multibody_sym.model.fields import Names
 from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
@@ -147,12 +149,14 @@ def _law_elements(references: References, declared: Sequence[LawElement]) -> tup
 
 
 def mechanism(system: System) -> Mechanism:
-    """Return the mechanism that a system declares.
+    """Return the mechanism that a system declares, of several stages that of the first.
 
     Raises ModelError (with the path of the field) for unknown names, wrong dimensions, bodies that nothing joins, and
     whatever else contradicts itself.
     """
     verify_system(system)
+    if system.then:
+        return _first_of_stages(system)
     if _has_surfaces(system):
         from multibody_sym.mechanics.contacts import with_feet  # which few systems need
 
@@ -165,6 +169,31 @@ def mechanism(system: System) -> Mechanism:
 
     freed = freed_bodies(system, [body.joint_name for body in relative.bodies])
     return _with_withheld(replace(_resolve(freed.system, freed), relative=relative), system)
+
+
+def _first_of_stages(system: System) -> Mechanism:
+    """Return the mechanism of the first stage of a system; those of all stages are verified."""
+    found, earlier = list[Mechanism](), dict[Node, Node]()
+    for number, part in enumerate(stage_systems(system), 1):
+        with in_stage(system, number):
+            own = {name: with_expressions(x, lambda node: _with_answers(node, earlier)) for name, x in part.ask.items()}
+            ends = end_questions(system, number) if number <= len(system.then) else {}
+            found.append(mechanism(replace(part, ask=Names({**own, **ends}))))
+        earlier.update(dict.fromkeys(map(symbol, part.ask), as_node(1)))
+    first = found[0].relative or found[0]
+    names = [each.name for group in (first.coordinates, first.speeds) for each in group]
+    for k, stage in enumerate(system.then):
+        for name in stage.initial or {}:
+            if name not in names:
+                with at("then", str(k), "initial", name):
+                    raise ModelError(
+                        f"no coordinate or speed is called {name!r}", number="M117", word=name, known=names
+                    )
+    return found[0]
+
+
+def _with_answers(node: Node, known: Mapping[Node, Node]) -> Node:
+    return as_node(evaluate([node], lambda leaf: known.get(leaf, leaf))[0])
 
 
 def _with_withheld(resolved: Mechanism, system: System) -> Mechanism:

@@ -239,6 +239,7 @@ class Ask(Element):
     `of` it, a frequency of `resonance` and of `antiresonance`, and a `transmissibility` from an input of the same unit;
     small free motions have a `decrement` and modes a `damping` ratio. `velocity`, `acceleration`: those of a point at
     the start, by components and size. `instant_center`: the point about which a body turns at the start, in the plane.
+    With `stage` a question is about that stage of the motion, and the start is that of the stage.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -334,16 +335,20 @@ class Ask(Element):
     damping: Node | None = holds(
         Scalar(""), None, says="the number of the mode whose damping ratio is asked for", such="1"
     )
-
-    @property
-    def varied(self) -> str | None:
-        """The parameter or start value whose values the question compares."""
-        return self.in_ or self.find or (None if self.let is None else self.let.name)
     velocity: str | None = holds(Text(), None, says="the point whose velocity is asked for", such="rod.pin")
     acceleration: str | None = holds(Text(), None, says="the point whose acceleration is asked for", such="rod.pin")
     instant_center: str | None = holds(
         Text(), None, says="the body whose instantaneous centre is asked for", such="rod"
     )
+    stage: int | None = holds(
+        Count(), None, such="1",
+        says="the stage of the motion that it is about, by its number; the last one if left out",
+    )
+
+    @property
+    def varied(self) -> str | None:
+        """The parameter or start value whose values the question compares."""
+        return self.in_ or self.find or (None if self.let is None else self.let.name)
 
     @property
     def is_of_vibrations(self) -> bool:
@@ -359,7 +364,7 @@ class Ask(Element):
         return bool(named) and named <= KINEMATIC
 
     def verify(self) -> None:
-        given = {name for name in fields_of(Ask) if getattr(self, name) is not None}
+        given = {name for name in fields_of(Ask) if name != "stage" and getattr(self, name) is not None}
         kind = next((x for x in sorted(_SETS, key=len, reverse=True) if given.issuperset(x)), None)
         beside = given.difference(kind or ())
         if kind is None or any(not given.intersection(_BESIDE.get(name, ())) for name in beside):

@@ -16,6 +16,7 @@ from multibody_sym.model.contacts_and_impacts import Contact, Impacts, ImpactsFi
 from multibody_sym.model.fields import (
     Count,
     Element,
+    ListOf,
     MapOf,
     Names,
     Point,
@@ -37,6 +38,7 @@ from multibody_sym.model.forces import FORCES
 from multibody_sym.model.joints import JOINTS, Joint
 from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, StateVariable, Table
 from multibody_sym.model.settings import Ask, AskField, Settings
+from multibody_sym.model.stages import Stage
 from multibody_sym.model.state_words import StateCondition, StopCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
@@ -102,6 +104,10 @@ class System(Element):
     impact: Impacts | None = holds(
         ImpactsField(), None, keyword=True, such="{impulse: [0, I, 0], at: coin.edge}",
         says="the impact at the start: one, a map of several, or closing",
+    )
+    then: tuple[Stage, ...] = holds(
+        ListOf(Record(Stage)), (), keyword=True, such="[{at: {phi: 0}, release: [string]}]",
+        says="the stages that follow the first one, in their order: when each begins, and what changes then",
     )
     states: Mapping[str, StateVariable] = holds(
         MapOf(Record(StateVariable)), None, keyword=True, such="{p: {rate: (Q - A*u_s)/C, initial: 1 bar}}",

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack
 
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.errors import InputError, at
 from multibody_sym.mechanics.changes import Overrides, with_overrides, with_settings
 from multibody_sym.mechanics.spanning_tree import start_names
@@ -129,13 +130,26 @@ class Prepared:
         if sampled is not None:
             other = replace(self, sampled=sampled)
             return other.run(parameters=parameters, initial=initial, inputs=inputs, on_progress=on_progress)
-        if inputs is None and self.sampled is None and (found := self._in_numbers(parameters, initial)) is not None:
+        alone = inputs is None and self.sampled is None and not self.system.then
+        if alone and (found := self._in_numbers(parameters, initial)) is not None:
             (one,) = self.runs(*found)
             return one(on_progress)
         if any(values is not None for values in (parameters, initial, inputs)):
             changed = Overrides(parameters, initial, inputs).of(self.system)
             return replace(self, system=changed).run(on_progress=on_progress)
+        if self.system.then:
+            return self._in_stages(on_progress)
         return run(run_start(self), on_progress)
+
+    def _in_stages(self, on_progress: Progressed) -> Trajectory:
+        from multibody_sym.motion.runs.staged import run_in_stages  # which few systems need
+
+        if self.sampled is not None:
+            raise InputError("inputs of functions and stages (then) do not go together; run each stage by itself")
+        done = run_in_stages(self.system, lambda stage: replace(self, system=stage).run())
+        if on_progress is not None:
+            on_progress(done, 1.0)
+        return done
 
     @door
     def stepper(
@@ -174,7 +188,7 @@ class Prepared:
         that are no numbers or of several lengths.
         """
         parameters, initial = self._columns(parameters, initial)
-        if self.sampled is not None:
+        if self.sampled is not None or self.system.then:
             for k in range(len(next(iter((*parameters.values(), *initial.values()))))):
                 yield partial(self._run_of, None, k, parameters, initial)
             return
@@ -253,7 +267,9 @@ class Prepared:
 
     def verify(self) -> None:
         """Prepare everything now. Raises InputError and NoSolutionError."""
-        if self.sampled is not None:
+        if self.system.then:
+            check_numbers(self.system)  # of which each stage is prepared as it is reached
+        elif self.sampled is not None:
             self._held.verify()
         elif self._problem and self._one_way is not None:
             self._one_way()

@@ -31,6 +31,7 @@ PUSHING: Final = "rope would push"
 ENERGY: Final = "energy grows"
 TOO_FAR: Final = "too far for its steps"
 EDGES_CROSS: Final = "edges cross"
+STAGE: Final = "stage"
 """Kinds of events: states that no real mechanism has, or that have no number."""
 
 # ----------------------------------------------------------------------------------------------------------------------
