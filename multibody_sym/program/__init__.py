@@ -5,7 +5,8 @@
     trace                  Programs recorded while expressions are built
     arithmetic, floats, derivatives    operations as C performs them; derivatives of Programs
     tree_passes, loops     like bodies, and like values, as loops
-    c_target, python_target    Programs as C, as Python: the files of an export
+    c_target, python_target, javascript_target    Programs as C, Python and JavaScript: the files of an export
+    list_target            what Python and JavaScript have in common: functions over lists
     fmu_target             FMUs: description in XML, sources, archive
     replay, casadi_target, jax_target    Programs over the scalars of other tools; functions of CasADi and JAX
     target_layout          names in exports, templates filled in, samples and tolerance of their self test

@@ -67,10 +67,17 @@ def _python(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]
     return {"model.py": module, "integrate.py": template_text("python/integrate.py")}
 
 
+def _javascript(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
+    from multibody_sym.program.javascript_target import javascript_source
+
+    return javascript_source(programs, samples)
+
+
 LANGUAGES: Final[Mapping[str, ExportLanguage]] = {
     "c": ExportLanguage(
         _c, "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest"
     ),
+    "javascript": ExportLanguage(_javascript, "node selftest.mjs"),
     "python": ExportLanguage(_python, "python model.py && python integrate.py 1   (nothing but NumPy is needed)"),
 }
 FMU: Final = "fmu"

@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--to", required=True, choices=sorted(TARGETS), help="the language, or fmu")
     names = ("-o", "--output", "--directory")
-    text = "the folder to write to (default: FILE_c, FILE_python), or the file (default: FILE.fmu)"
+    text = "the folder to write to (default: FILE_c, FILE_python ..), or the file (default: FILE.fmu)"
     parser.add_argument(*names, dest="directory", metavar="PATH", help=text)
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
     parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="the version of an FMU (default: 2)")

@@ -136,7 +136,7 @@ def export(
 
     The code needs nothing of this package; `integrate.py` beside Python code shows a loop that integrates it.
 
-    `to` is "c", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the path of the file.
+    `to` is "c", "javascript", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the file.
     `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one. `fold` writes
     the values of all parameters into the code, which then reads none. `fmi` is the version of an FMU, 2 or 3.
     Raises InputError for values that contradict the model and for files that no export wrote, ModelError for what an
