@@ -36,13 +36,14 @@ from multibody_sym.mechanics.load_records import JointForce, JointSpring, LineLo
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, state_of
 from multibody_sym.mechanics.points import NO_WRENCH, Wrench
-from multibody_sym.mechanics.row_kinematics import row_motion
+from multibody_sym.mechanics.row_kinematics import coefficients, row_motion
 from multibody_sym.mechanics.row_records import RopeRow, Row
 from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.model.bodies import GROUND, mass_of
 from multibody_sym.model.joints import Joint
 from multibody_sym.model.parameters import in_letters
 from multibody_sym.model.system import System
+from multibody_sym.pictures.marks.cones import FrictionCone
 from multibody_sym.pictures.scene.forces import letter_of
 from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
 from multibody_sym.pictures.scene.scene import Scene
@@ -493,6 +494,20 @@ class CutFree:
         at = np.array([self._value(element.group, f"at_{axis}") for axis in "xyz"])
         places = {k: self._within(k, at) for k in range(len(self.motion.bodies))} if np.isfinite(at).all() else None
         yield from self._exerted(part.rows[0], total, ("friction", element.group), element.path, places)
+
+    def cones(self) -> Iterator[FrictionCone]:
+        """Yield the cones of friction of contacts that stick, on each body that they press; in space there are none."""
+        for element in self.scene.mechanism.one_way:
+            parts = [part for part in element.frictions if len(part.rows) == 1]
+            pressed = element.kind == "contact" and self._value(element.name, "normal") > 0.0
+            if not pressed or not parts or parts[0].enough or element.name in self.sliding:
+                continue
+            places = self._touched(list(element.rows))
+            (coefficient,) = coefficients(self.motion, parts[0].rows, [parts[0].static])
+            for k, (force, _) in enumerate(self._unit(element.normals[0])):
+                if k in places and k not in self.ground and any(force):
+                    at, normal = Anchor(k, vector(places[k])), vector(np.array(force, dtype=float))
+                    yield FrictionCone(element.group, at, normal, float(coefficient))
 
     def _touched(self, rows: Sequence[Row]) -> dict[Body, Floats]:
         """Return for each body where an element touches it, or the lines of all its forces meet (body axes)."""

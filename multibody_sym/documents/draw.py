@@ -25,13 +25,15 @@ from multibody_sym.pictures.diagrams import below_figure
 from multibody_sym.pictures.draw import Figure, FigureContent, ending_of
 from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.marks.labels import Names
-from multibody_sym.pictures.scene.items import ArrowItem, Path
+from multibody_sym.pictures.scene.items import Path
 from multibody_sym.pictures.scene.scene import Scene, scene_of, stripped
 
 if TYPE_CHECKING:  # a figure at the start needs no run
     from multibody_sym.motion.results.trajectory import Trajectory
 
 _SECTIONS: Final = ("bodies", "joints", "constraints", "forces", "contacts", "pulleys")
+_STILL: Final = 1e-6
+"""m/s, rad/s: what is slower rests, as far as its figure says."""
 _MOMENT: Final = 1e-9
 """How long (s) a run lasts from which the forces at the start are taken."""
 
@@ -59,8 +61,9 @@ def draw(
     Arguments: `at`, a time (s, or text such as `0.5 s`) to which the system is simulated; `view`: front, back, top,
     right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
     declared forces and torques are always shown; `forces` add weights, pulls of springs and drags, `reactions` what
-    joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps (the description of the
-    figure says which are not unique); `names`: the problem's `letters` (of masses, springs, coefficients, pins A, B),
+    joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps, with the cones of
+    friction of contacts that stick at rest (the description of the figure says which are not unique); `names`: the
+    problem's `letters` (of masses, springs, coefficients, pins A, B),
     `all`, names of bodies, joints and ropes too, or `none`; what finds no room, and what is given without a place,
     stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
     constraints with rows that follow from others; `diagrams` draws N, V and M along beams below, of which `ask` names a
@@ -87,7 +90,7 @@ def draw(
         letters: dict[str, Any] = {"names": names, "dimensions": wanted["dimensions"]}
         shown = FigureContent(**letters, forces=wanted["forces"], marked=_marked_paths(asked, mark))
         if wanted["forces"] or wanted["reactions"]:
-            shown = replace(shown, reactions=_arrows(asked, scene, motion, run, wanted))
+            shown = replace(shown, **_arrows(asked, scene, motion, run, wanted))
         if wanted["reactions"] and run is not None:
             shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
@@ -161,14 +164,16 @@ def _run(
 
 def _arrows(
     system: System, scene: Scene, motion: Motion, run: Trajectory | None, wanted: Mapping[str, bool]
-) -> tuple[ArrowItem, ...]:
-    """Return what acts on the bodies beside declared forces: weights and springs, and the reactions at a run's end."""
+) -> dict[str, Any]:
+    """Return what acts on bodies beside declared forces: weights and springs, reactions at a run's end, their cones."""
     from multibody_sym.answers.free_bodies import CutFree, applied_arrows, at_end, reaction_arrows
 
     if run is None or not wanted["reactions"]:
-        return applied_arrows(CutFree(system, scene, motion, {}))
+        return {"reactions": applied_arrows(CutFree(system, scene, motion, {}))}
     cut = CutFree(system, scene, motion, *at_end(run))
-    return (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
+    arrows = (*(applied_arrows(cut) if wanted["forces"] else ()), *reaction_arrows(cut))
+    rests = not any(abs(u) > _STILL for u in motion.state.u)
+    return {"reactions": arrows, "cones": tuple(cut.cones()) if rests else ()}
 
 
 def _with_open(shown: FigureContent, run: Trajectory, scene: Scene) -> FigureContent:

@@ -61,7 +61,10 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
         return {}
     scene = scene_of(system)
     solution = solve(system)
-    arrows = all_arrows(CutFree(system, scene, scene.motion(), *at_start(solution)))
+    cut = CutFree(system, scene, scene.motion(), *at_start(solution))
+    arrows = all_arrows(cut)
+    rests = not any(x.value for x in solution.accelerations.values()) and not any(solution.speeds.values())
+    cones = tuple(cut.cones()) if rests else ()
     # the letters of joints' reactions, and the names of ropes and rods, that are not unique
     seen, letters = shown_components(scene), dict[int, list[str]]()
     bodies = {item.name: set(item.bodies) for item in scene.items if item.path[0] == "joints" and item.bodies}
@@ -79,7 +82,9 @@ def free_bodies(system: System) -> Mapping[str, Figure]:
             items = tuple(item for item in scene.items if item.body == k and item.role in _ROLES)
             others: dict[str, Any] = dict.fromkeys(("strands", "dimensions", "angles", "arrows", "ropes"), ())
             alone = replace(scene, name=body.name, items=items, **others)
-            shown = FigureContent(names="none", reactions=on_body, undrawn=tuple(sorted(letters.get(k, ()))))
+            own = tuple(cone for cone in cones if cone.at.body == k)
+            undrawn = tuple(sorted(letters.get(k, ())))
+            shown = FigureContent(names="none", reactions=on_body, undrawn=undrawn, cones=own)
             placed = replace(scene.at(), strands=(), vectors=np.zeros((0, 3)))
             figures[body.name] = Figure(draw_scene(alone, placed, shown=shown))
     return figures

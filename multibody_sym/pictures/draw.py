@@ -13,6 +13,7 @@ import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
+from multibody_sym.pictures.marks.cones import FrictionCone, cone_marks
 from multibody_sym.pictures.marks.forces import arrow_marks, arrows_beside, free_axes, strand_marks
 from multibody_sym.pictures.marks.labels import Names, angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
@@ -63,6 +64,7 @@ class FigureContent:
 
     `not_unique` tells of which elements they could be others too, and how that is shown; `undrawn` are the letters of
     those that are left out. What is declared at or under a path of `marked` stands out, with a word beside it.
+    `cones` are those of friction where contacts stick.
     """
 
     names: Names = "letters"
@@ -72,6 +74,7 @@ class FigureContent:
     not_unique: tuple[str, ...] = ()
     undrawn: tuple[str, ...] = ()
     marked: Mapping[Path, str] = field(default_factory=dict)
+    cones: tuple[FrictionCone, ...] = ()
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -165,6 +168,7 @@ def description(scene: Scene, placed: Placed, shown: FigureContent) -> str:
         _sentence("Lengths and angles", _once([*lengths, *(angle.label for angle in scene.angles)])),
         _sentence("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
         _sentence("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),
+        _sentence("Friction cones", _once(cone.name for cone in shown.cones)),
         _sentence("Not unique, because constraints depend on each other", shown.not_unique),
         _sentence("Marked", [f"{'.'.join(path)}{f' ({word})' if word else ''}" for path, word in shown.marked.items()]),
     ]
@@ -325,6 +329,7 @@ def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureCo
     lettered, told = in_legend(scene) if names != "none" and shown.dimensions else (scene, [])
     wanted: dict[str, Any] = {"names": names, "dimensions": shown.dimensions}
     found = scene_marks(lettered, placed, projection, **wanted, marked=shown.marked)
+    found += cone_marks(Sheet(lettered, placed, lettered.at(), projection), shown.cones)
     if names != "none":
         told.extend(givens_not_drawn(scene, [*found, *told], dimensions=shown.dimensions))
     return [*found, *told, *notes(shown)]

@@ -139,6 +139,15 @@ def test_a_block_on_an_incline_shows_what_presses_rubs_and_pulls() -> None:
     assert found == {(letter, str(np.round(way, 6) + 0.0)) for letter, way in ways}
 
 
+def test_the_force_of_a_foot_that_sticks_is_in_its_cone_of_friction() -> None:
+    """Sides at atan(mu) = atan(0.4) about the normal; the force leans by atan(F/N) = atan(1/(2*tan(60 deg))) within."""
+    picture = mbs.draw(mbs.load(EXAMPLES / "textbook/ladder.yaml"), reactions=True).picture
+    sides = [mark.points for mark in picture.marks if mark.role == "friction cone" and len(mark.points) == 2]
+    leans = sorted(math.atan2(*(end - begin)) for begin, end in sides)
+    assert leans == pytest.approx([-math.atan(0.4), math.atan(0.4)], abs=1e-12)
+    assert 1 / (2 * math.tan(math.radians(60))) < 0.4
+
+
 def test_a_ladder_later_on_shows_the_forces_of_both_contacts() -> None:
     """Rough foot and smooth wall: N1 and F at the foot, N2 at the wall, the last from it."""
     description = mbs.draw(mbs.load(EXAMPLES / "textbook/ladder.yaml"), at=0.01, reactions=True).description

@@ -4,5 +4,6 @@
                     contradictions
     actions         what acts on each body that is cut free: weight, forces, unknown reactions
     equations       all equations, numbered, and eliminated by hand
+    members         bodies at rest on which two or three forces act
     questions       answers to `ask`, each by its law
 """

@@ -39,6 +39,7 @@ from multibody_sym.answers.worked.equations import (
     linear,
     short,
 )
+from multibody_sym.answers.worked.members import members
 from multibody_sym.answers.worked.questions import with_questions
 from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
 from multibody_sym.derivation.notation import (
@@ -72,7 +73,7 @@ from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import apply, negate
 from multibody_sym.text.printer import COMPONENTS, text
 from multibody_sym.text.units import DIMENSIONLESS
-from multibody_sym.text.values import Quantity
+from multibody_sym.text.values import Quantity, Value
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What is given: the values of parameters, the coordinates with their directions, and how it all starts.
@@ -421,7 +422,7 @@ class _Work:
             WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths(), *self._grips())),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
-            WorkedStep("Members", tuple(self._members())),
+            WorkedStep("Members", (*self._members(), *self._bodies_at_rest())),
             WorkedStep("Conditions", tuple(_condition_lines(self.solution))),
             *rejected_alternatives(self.equations, self.notation, self._units),
         ]
@@ -450,6 +451,28 @@ class _Work:
                 yield Sentence((f"{name}: {word} ", Quantity(size, "N")))
             else:
                 yield Formula((form,), value=Quantity(size, "N"), before=(f"{word} in {name}",))
+
+    def _bodies_at_rest(self) -> Iterator[Line]:
+        """Yield on which bodies at rest nothing, two or three elements act, and along which lines."""
+        if not (self.words.plane and self.solved.rests):
+            return
+        declared = (*self.mechanism.coordinates, *self.mechanism.speeds, *self.mechanism.parameters)
+        made = (*self.symbols.coordinates, *self.symbols.speeds, *self.symbols.parameters)
+        letters = {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
+        for each in members(self.solved):
+            if not each.elements:
+                yield Sentence((f"{each.body}: a zero-force member",))
+            elif each.size is not None:
+                word = "tension" if (each.size.value or 0.0) > 0.0 else "compression"
+                along = " and ".join(each.elements)
+                yield Sentence((f"{each.body}: a two-force member, {word} along the line through {along}",))
+            elif each.place is not None:
+                *first, last = each.elements
+                named = f"{', '.join(first)} and {last}"
+                parallel = (" are parallel",)
+                at = [_told(x, letters) for x in each.place.values()]
+                where = (" meet at (", at[0], ", ", at[1], ")") if at else parallel
+                yield Sentence((f"{each.body}: a three-force member, the lines of action of {named}", *where))
 
     @property
     def hides_forces(self) -> bool:
@@ -625,6 +648,14 @@ class _Work:
     @cached_property
     def _rounding(self) -> float:
         return 1e-12 * max((abs(self.values[x]) for x in self.unknowns), default=0.0)
+
+
+def _told(value: Value, letters: Mapping[Node, Any]) -> Any:
+    """Return a value as its formula in sympy, or as its number."""
+    form = value.expression
+    if form is None or not set(leaves([form], "symbol")) <= letters.keys():
+        return Quantity(value.value or 0.0, value.unit)
+    return to_sympy(form, letters)
 
 
 def _with_speeds(solved: SolvedInstant) -> SymbolicState:
