@@ -310,6 +310,7 @@ _MODEL_HEADER: Final = "fmu_model.h"
 _PROGRAMS: Final = {
     "INPUTS": "inputs",
     "DERIVATIVE": "state_derivative",
+    "JACOBIAN": "jacobian",
     "OUTPUTS": "outputs",
     "EVENTS": "events",
     "NORMALIZE": "normalize",
@@ -363,16 +364,24 @@ def _model_header(fmu: Fmu) -> str:
         _array("char *const", "ends", fmu.ends),
     ]  # fmt: skip
     head = f"/* {_MODEL_HEADER}: sizes, names and numbers of the model, written by multibody_sym. */"
-    lines = [head, "#pragma once", '#include "runtime.h"', "", *defined, "", *arrays, *_method(fmu.method)]
-    return "\n".join([*lines, ""])
+    method = _structure("mbs_method", "method", fmu.method)
+    return "\n".join([head, "#pragma once", '#include "runtime.h"', "", *defined, "", *arrays, *method, ""])
 
 
-def _method(method: Mapping[str, Any]) -> list[str]:
-    """Return the declarations of `mbs_fmu_method` and of the arrays that it points to."""
-    arrays = {name: x for name, x in method.items() if isinstance(x, np.ndarray)}
-    lines = [_array("double", f"method_{name}", x.ravel().tolist()) for name, x in arrays.items()]
-    fields = [f".{name} = {f'mbs_fmu_method_{name}' if name in arrays else x}" for name, x in method.items()]
-    return [*lines, wrap_items("static const mbs_method mbs_fmu_method = {", fields, "};")]
+def _structure(kind: str, name: str, fields: Mapping[str, Any]) -> list[str]:
+    """Return the declarations of a structure with numbers, arrays, and structures of the kind `mbs_<field>`."""
+    lines, texts = [], []
+    for field, x in fields.items():
+        own = f"{name}_{field}"
+        if isinstance(x, np.ndarray):
+            lines.append(_array("double", own, x.ravel().tolist()))
+            texts.append(f".{field} = mbs_fmu_{own}")
+        elif isinstance(x, Mapping):
+            lines += _structure(f"mbs_{field}", own, x)
+            texts.append(f".{field} = &mbs_fmu_{own}")
+        else:
+            texts.append(f".{field} = {_number(x)}")
+    return [*lines, wrap_items(f"static const {kind} mbs_fmu_{name} = {{", texts, "};")]
 
 
 def _array(kind: str, name: str, values: Iterable[float | int | str]) -> str:

@@ -271,8 +271,7 @@ API(fmi2Status, fmi2GetEventIndicators)(fmi2Component c, fmi2Real *values, size_
 
 API(fmi2Status, fmi2GetContinuousStates)(fmi2Component c, fmi2Real *x, size_t count)
 {
-    memcpy(x, of(c)->now.x, count * sizeof *x);
-    return fmi2OK;
+    return (fmi2Status)mbs_fmu_get_states(of(c), x, count);
 }
 
 API(fmi2Status, fmi2GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real *nominals, size_t count)

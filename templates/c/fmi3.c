@@ -351,8 +351,7 @@ API(fmi3Status, fmi3GetEventIndicators)(fmi3Instance c, fmi3Float64 *values, siz
 
 API(fmi3Status, fmi3GetContinuousStates)(fmi3Instance c, fmi3Float64 *x, size_t count)
 {
-    memcpy(x, of(c)->now.x, count * sizeof *x);
-    return fmi3OK;
+    return (fmi3Status)mbs_fmu_get_states(of(c), x, count);
 }
 
 API(fmi3Status, fmi3GetNominalsOfContinuousStates)(fmi3Instance c, fmi3Float64 *nominals, size_t count)

@@ -228,7 +228,7 @@ static int put_back(mbs_fmu *f)
     double deviation, left;
     normalize(f, &deviation);
     f->known = 0;
-    if (MBS_FMU_NS == 0 || !MBS_FMU_PROJECT)
+    if (MBS_FMU_NS == 0)
         return MBS_FMU_OK;
     left = close_rows(f, MBS_FMU_POSITION_PROGRAM, 0, NQ);
     if (left <= MBS_FMU_CLOSURE)
@@ -245,7 +245,7 @@ static double drift(mbs_fmu *f)
     if (MBS_FMU_NORMALIZE_PROGRAM >= 0)
         call(f, MBS_FMU_NORMALIZE_PROGRAM, out);
     most = fabs(deviation);
-    if (MBS_FMU_NS > 0 && MBS_FMU_PROJECT) {
+    if (MBS_FMU_NS > 0) {
         most = fmax(most, missed(f, MBS_FMU_POSITION_PROGRAM, 0, NQ, change));
         most = fmax(most, missed(f, MBS_FMU_VELOCITY_PROGRAM, NQ, NX - NQ, change));
     }
@@ -298,6 +298,14 @@ int mbs_fmu_set_states(mbs_fmu *f, const double *x, size_t count)
         return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
     memcpy(f->now.x, x, NX * sizeof(double));
     f->known = 0;
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_get_states(const mbs_fmu *f, double *x, size_t count)
+{
+    if (count != NX)
+        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
+    memcpy(x, f->now.x, NX * sizeof(double));
     return MBS_FMU_OK;
 }
 
@@ -393,6 +401,7 @@ static int integrate(mbs_fmu *f, double end)
     mbs_state state;
     mbs_system system = {.inputs = MBS_FMU_NW > 0 ? &inputs : NULL,
                          .state_derivative = PROGRAM(MBS_FMU_DERIVATIVE_PROGRAM),
+                         .jacobian = PROGRAM(MBS_FMU_JACOBIAN_PROGRAM),
                          .project_position = PROGRAM(MBS_FMU_POSITION_PROGRAM),
                          .project_velocity = PROGRAM(MBS_FMU_VELOCITY_PROGRAM),
                          .normalize = PROGRAM(MBS_FMU_NORMALIZE_PROGRAM),
@@ -425,7 +434,7 @@ static int integrate(mbs_fmu *f, double end)
                            .independent = independent,
                            .max_steps = MBS_FMU_MOST_STEPS,
                            .samples = 2,
-                           .project = MBS_FMU_NS > 0 && MBS_FMU_PROJECT,
+                           .project = MBS_FMU_NS > 0,
                            .crosses = 1};
     if (!f->work)
         f->work = calloc((size_t)mbs_work(&problem), sizeof(double));

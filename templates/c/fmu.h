@@ -68,6 +68,7 @@ int mbs_fmu_end_of_beginning(mbs_fmu *f);
 
 void mbs_fmu_set_time(mbs_fmu *f, double time);
 int mbs_fmu_set_states(mbs_fmu *f, const double *x, size_t count);
+int mbs_fmu_get_states(const mbs_fmu *f, double *x, size_t count);
 int mbs_fmu_rates(mbs_fmu *f, double *rates, size_t count);
 int mbs_fmu_indicators(mbs_fmu *f, double *values, size_t count);
 

@@ -153,3 +153,24 @@ def test_a_closed_loop_stays_closed() -> None:
     crank, coupler, rocker = (found[name] for name in names)
     tip = a * np.exp(1j * crank) + b * np.exp(1j * (crank + coupler))
     assert abs(tip - d - c * np.exp(1j * rocker)) == pytest.approx(0.0, abs=1e-9)
+
+
+STIFF = """
+multibody_sym: 1
+name: stiff
+parameters: {m: 1 kg, c: 1e6 N*s/m, k: 1e6 N/m}
+bodies: {a: {mass: m}}
+joints: {path: {type: prismatic, parent: ground, child: a, axis: x, q: x, initial: {q: 1 m}}}
+forces: {spring: {type: spring_damper, between: [ground, a], stiffness: k, damping: c, length: 0}}
+simulation: {method: radau_5, rtol: 1e-8}
+"""
+
+
+def test_a_stiff_model_has_its_implicit_method(tmp_path: Path) -> None:
+    """x'' + c x' + k x = 0 has roots near -1 and -1e6 1/s: steps of an explicit method would be of 3 us."""
+    (file,) = mbs.export(mbs.loads(STIFF), "fmu", tmp_path / "stiff.fmu")
+    assert validate_fmu(str(file)) == []
+    found = run_of(str(file), "CoSimulation", ("x",), relative_tolerance=1e-10, timeout=10)
+    fast = 0.5 * (1e6 + np.sqrt(1e12 - 4e6))
+    slow = 1e6 / fast
+    assert found["x"][1:] == pytest.approx(fast / (fast - slow) * np.exp(-slow * found["time"][1:]), rel=1e-8)

@@ -24,6 +24,7 @@ from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
+from multibody_sym.motion.methods.table import COLLOCATION
 from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
 from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import spread_samples
@@ -160,7 +161,8 @@ def exported(
     placed = with_numbers_as_data(examined_state(system))
     resolved = placed.mechanism
     route = formalism_name(formalism, resolved)
-    made = programs(resolved, FORMALISMS[route]).exported()
+    implicit = to == FMU and system.simulation.method in COLLOCATION
+    made = programs(resolved, FORMALISMS[route], "implicit" if implicit else "explicit").exported()
     if to != FMU:
         return _sources(placed, made, to, folder, route, fold)
     if fold:

@@ -23,7 +23,7 @@ from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.explicit import RungeKutta
-from multibody_sym.motion.methods.table import AUTO, METHODS
+from multibody_sym.motion.methods.table import AUTO, COLLOCATION, METHODS, Method
 from multibody_sym.motion.prepare.problem import knots_before, pairing_of, terminal_of
 from multibody_sym.motion.prepare.settings import RunSettings, run_settings
 from multibody_sym.program.fmu_target import (
@@ -44,6 +44,7 @@ from multibody_sym.program.program import Program, elements_read, interpret, ope
 from multibody_sym.program.runtime_constants import Family
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot, symbol
@@ -78,8 +79,8 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
     entries = zip(mechanism.parameters, begin.parameters, strict=True)
     values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
     settings, switches, pairs = run_settings(system.simulation, values), switchings(mechanism), pairing_of(mechanism)
-    explicit = settings.method if isinstance(settings.method, RungeKutta) else METHODS[AUTO]
-    assert isinstance(explicit, RungeKutta)
+    own = isinstance(settings.method, RungeKutta) or settings.method.name in COLLOCATION
+    method = settings.method if own else METHODS[AUTO]
     inputs = _inputs(mechanism, interpret(made["inputs"], 0.0, begin.q, begin.u, begin.parameters)[0].tolist())
     units, states = MechanismUnits(mechanism), _states(mechanism, (*begin.q, *begin.u))
     found = Fmu(
@@ -99,8 +100,8 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
         moments=knots_before(mechanism, math.inf),
         plain=tuple(pairs.plain),
         balls=tuple(pairs.balls),
-        method=_method(explicit),
-        numbers=_numbers(mechanism, begin.parameters, settings, explicit is settings.method),
+        method=_method(method),
+        numbers=_numbers(mechanism, begin.parameters, settings, own),
         stop_time=settings.t_end,
         tolerance=settings.rtol,
     )
@@ -172,8 +173,10 @@ def _notes(system: System, placed: StartState, settings: RunSettings, fmu: Fmu) 
         notes.append(f"left out: {', '.join(left)}, which no state determines")
     if mechanism.state_stops:
         notes.append(f"left out: {', '.join(mechanism.state_stops)}, which stop a run where states change")
-    if not isinstance(settings.method, RungeKutta):
+    if not isinstance(settings.method, RungeKutta) and settings.method.name not in COLLOCATION:
         notes.append(f"co-simulation integrates with {METHODS[AUTO].name}, not with {settings.method.name}")
+    if mechanism.rows and not settings.project:
+        notes.append("constraints are kept by projection, as elsewhere without `constraints`")
     if not fmu.has_slopes:
         notes.append("without directional derivatives, which are too long for this model")
     return notes
@@ -282,16 +285,28 @@ def _are_whole(exponents: Iterable[Any]) -> bool:
     return all(e == int(e) for e in exponents)
 
 
-def _method(method: RungeKutta) -> dict[str, Any]:
-    """Return the fields of `mbs_method` for an explicit method."""
-    tableau = method.tableau
-    arrays = {"a": tableau.A, "c": tableau.c, "dense": tableau.dense}
-    arrays |= {
-        name: x for name, x in (("error", tableau.error), ("coarse_error", tableau.coarse_error)) if x is not None
-    }
-    sizes = {"stages": tableau.stages, "all_stages": len(tableau.c), "dense_degree": tableau.dense.shape[1]}
+def _method(method: Method) -> dict[str, Any]:
+    """Return the fields of `mbs_method`."""
     orders = {"order": method.order, "error_order": method.error_order}
-    return {"family": int(Family.EXPLICIT), **sizes, **orders, **arrays}
+    if isinstance(method, RungeKutta):
+        tableau = method.tableau
+        sizes = {"stages": tableau.stages, "all_stages": len(tableau.c), "dense_degree": tableau.dense.shape[1]}
+        arrays = {"a": tableau.A, "c": tableau.c, "dense": tableau.dense}
+        arrays |= _without_none(error=tableau.error, coarse_error=tableau.coarse_error)
+        return {"family": int(Family.EXPLICIT), **sizes, **orders, **arrays}
+    from multibody_sym.motion.methods.multistep import Collocation  # which few models take
+
+    assert isinstance(method, Collocation)
+    scheme = method.scheme
+    arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
+    arrays |= {"inverse": scheme.T_inverse, "dense": scheme.dense, **_without_none(error=scheme.error)}
+    numbers = {"gamma": scheme.gamma, "alpha": scheme.alpha, "beta": scheme.beta, "filter": scheme.filter}
+    collocation = {"stages": len(scheme.c), "hermite": int(scheme.hermite), **numbers, **arrays}
+    return {"family": int(Family.COLLOCATION), **orders, "collocation": collocation}
+
+
+def _without_none(**arrays: Floats | None) -> dict[str, Floats]:
+    return {name: x for name, x in arrays.items() if x is not None}
 
 
 def _numbers(
@@ -301,7 +316,6 @@ def _numbers(
         "RTOL": settings.rtol,
         "ATOL_BY_RTOL": settings.atol / settings.rtol,
         "FIXED_STEP": settings.step or 0.0 if own_step else 0.0,
-        "PROJECT": int(settings.project),
         "INDEPENDENT": mechanism.parameters.independent_rows(parameters),
         "CONTRADICTION": Problem.contradiction,
         "CLOSURE": Problem.closure,
