@@ -321,6 +321,29 @@ def _dynamics(rows: ConstraintRows, q: Floats) -> TreeDynamics:
 _TIMED: Final = ("t", "inputs", "u")
 
 
+_ASIDE: Final = (0.0137, -0.0211, 0.0323)
+"""How far others are displaced where rows are looked at that may not depend on them."""
+
+
+def _held_whatever_else(
+    mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float], rows: Sequence[int], jacobian: Matrix
+) -> set[int]:
+    """Return coordinates that cannot move at a position, and satisfy the rows there wherever all others are.
+
+    So a plank on two wheels keeps its height and its angle, though its rows name the place along it too.
+    """
+    _, sizes, directions = np.linalg.svd(jacobian[list(rows)])
+    loose = directions[int(np.sum(sizes > CLOSED * sizes.max(initial=0.0))) :]
+    still = {k for k in range(len(q)) if np.all(np.abs(loose[:, k]) <= CLOSED)}
+    for aside in _ASIDE:
+        moved = [x if k in still else x + aside * (1 + k) for k, x in enumerate(q)]
+        state = state_of(mechanism, float, 0.0, moved, [0.0] * len(mechanism.speeds), parameters)
+        found = row_motions(motion_of(mechanism, state))
+        if any(not abs(float(found[k].phi)) <= CLOSED for k in rows):
+            return set()
+    return still
+
+
 def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float]) -> frozenset[int]:
     """Return the places of coordinates that rows hold at a position while these act; none with quaternions.
 
@@ -347,4 +370,4 @@ def held_coordinates(mechanism: Mechanism, q: Sequence[float], parameters: Seque
                 held |= group
                 break
         else:
-            return frozenset(held)
+            return frozenset(held | _held_whatever_else(mechanism, q, parameters, [*named], jacobian))

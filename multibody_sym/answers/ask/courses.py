@@ -76,7 +76,8 @@ class LinearMotion:
         if not self.there.constant(constant):
             particular = add(particular, self._emptying(constant))
             constant = constant * 0
-        a, b = self.a, self.b
+        a = self.a * 0 if self.granted.vanishes(self.a) else self.a
+        b = self.b * 0 if a.is_zero and self.granted.vanishes(self.b) else self.b
         q1 = subtract(q0, at_start(particular))
         u1 = subtract(u0, at_start(derivative(particular, TIME)))
         if a.is_zero and b.is_zero:
@@ -288,7 +289,11 @@ class BySpeed:
         s = rate(by_u, self.u) / 2
         if constant(s) and not s.is_zero:
             b = by_u - 2 * s * u
-            return self._by_square(acceleration - b * u - s * u * u, b, s)
+            c = acceleration - b * u - s * u * u
+            if not self.granted.vanishes(s):
+                return self._by_square(c, b, s)
+            way = LinearMotion(self.there, self.granted, s * 0, b, c).course(self.q0, self.u0)
+            return None if way is None else (way, derivative(way, TIME))
         for n in _POWERS:
             factor = acceleration * u.power(-n)
             if constant(factor) and self.u0 is not ZERO:

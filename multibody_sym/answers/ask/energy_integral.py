@@ -98,12 +98,12 @@ class OneFreedom:
         """Return an expression of the variable and its rate as a quotient. Raises NoClosedFormError."""
         if not self.values:
             return self.there.forms.of([node])[0]
-        return in_letters(self.there, node, {x: self.values[x] for x in (self.variable, self.speed)})
+        return in_letters(self.there, node, self.values)
 
     def written(self, node: Node) -> Node:
         if not self.values:
             return node
-        return in_book_form(self.there, node, {self.variable: self.values[self.variable]})
+        return in_book_form(self.there, node, self.values)
 
     @cached_property
     def mass(self) -> Node:
@@ -347,7 +347,8 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
         if x is not variable and as_node(start.u[k]) is ZERO and there.forms.udot[k].is_zero
     }
     places = dict(resting)
-    waiting = [as_node(row.phi) for row in row_motions(there.instant.motion) if row.holonomic]
+    rows = row_motions(there.instant.motion)
+    waiting = [as_node(row.phi) for row in rows if row.holonomic]
     while waiting:
         count = len(waiting)
         for zero in list(waiting):
@@ -358,10 +359,18 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
                 waiting.remove(zero)
         if len(waiting) == count:
             break
-    if set(places) != set(pairs) - {variable}:
-        return None
     rates = {pairs[x]: multiply(derivative(place, variable), speed) for x, place in places.items()}
     held = [equation(x, place, "the constraint gives") for x, place in places.items() if x not in resting]
+    for row in (row for row in rows if not row.holonomic and row.kinematic):  # rolling
+        slip = put_in(as_node(row.phidot), {**places, **rates})
+        unknown = [x for x in leaves([slip], "symbol") if x in pairs.values() and x is not speed]
+        if len(unknown) != 1:
+            return None
+        rolling = negate(divide(put_in(slip, {unknown[0]: ZERO}), derivative(slip, unknown[0])))
+        rates[unknown[0]] = in_book_form(there, rolling, values)
+        held.append(equation(unknown[0], rates[unknown[0]], "without slip"))
+    if set(rates) != set(pairs.values()) - {speed}:
+        return None
     return OneFreedom(there, variable, speed, places, rates, held=held, values=values)
 
 
