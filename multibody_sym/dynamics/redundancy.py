@@ -326,7 +326,7 @@ _ASIDE: Final = (0.0137, -0.0211, 0.0323)
 
 
 def _held_whatever_else(
-    mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float], rows: Sequence[int], jacobian: Matrix
+    mechanism: Mechanism, q: Sequence[float], parameters: Sequence[float], rows: Sequence[int], jacobian: Floats
 ) -> set[int]:
     """Return coordinates that cannot move at a position, and satisfy the rows there wherever all others are.
 

@@ -19,7 +19,7 @@ from typing import Final
 from multibody_sym.algebra.antiderivatives import RootIntegral, definite_integral, powers_of
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import exact_solve
-from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factors_of, why_none
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate, roots
 from multibody_sym.answers.ask.courses import FITS, InTime
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_book_form, in_letters
@@ -123,6 +123,11 @@ class OneFreedom:
         """U(q): the potential energy, and the kinetic energy of momenta that are conserved."""
         moving, stored = (self.here(x) for x in self.energies)
         return add(put_in(moving, {self.speed: ZERO}), stored) if self.momenta else stored
+
+    @cached_property
+    def whole_potential(self) -> Node:
+        """U(q), less the work that is done by the place. Raises NoClosedFormError where it depends on the speed."""
+        return self.potential if self.power is None else subtract(self.level, self._by_work)
 
     @cached_property
     def power(self) -> Quotient | None:
@@ -284,8 +289,7 @@ class Swing:
         try:
             size = self.whole(node)
             near = evaluate_float([size], solved.sample)[0]
-        except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
-            solved.reasons.setdefault(why_none(reason))
+        except (NoClosedFormError, ExpressionError, *UNDEFINED):
             return None
         if abs(near - abs(value)) > FITS * abs(value):
             return None

@@ -8,12 +8,13 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any, Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 import sympy
 
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
+from multibody_sym.answers.ask.energy_integral import Swing
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import VariedAnswer
 from multibody_sym.answers.ask.working import Working, equation, written
@@ -42,6 +43,10 @@ _REACHED: Final = 1e-5
 """How near a formula must come to its limit there."""
 _STEP: Final = sympy.Rational(1, 10**4)
 """The larger step at which a series is tested, relative to the declared value; half of it is the smaller one."""
+_SWING: Final = 0.5
+"""The larger amplitude at which the series of a period is tested, relative to the declared one."""
+_ROUNDED: Final = 1e-9
+_HOW_PERIODS: Final = "the period is the integral of 2 dq/q' between the turning points, expanded in their distance"
 _X: Final = sympy.Symbol("what varies", real=True)
 _STEPPED: Final = sympy.Symbol("from the place", real=True)
 _INFINITIES: Final = {"oo": sympy.oo, "-oo": -sympy.oo}
@@ -129,6 +134,10 @@ class _Formula:
     def scale(self) -> Any:
         """The size of the declared value of what varies, 1 where it is zero."""
         return abs(sympy.Rational(self.varied.sample)) or sympy.S.One
+
+    def name_place(self, node: Node) -> Any:
+        """Return the symbol of a coordinate, as one more letter."""
+        return self._leaves.setdefault(node, sympy.Symbol(f"place {node.data}", real=True))
 
     def in_sympy(self, node: Node) -> Any:
         """Return an expression of letters."""
@@ -235,6 +244,48 @@ class SeriesQuestion(_FormulaQuestion):
     def _step(self) -> Node:
         return symbol(self.name) - self.about
 
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        varied = self.varied(motion)
+        asked = motion.solved.system.ask.get(str(self.expression.data)) if self.expression.op == "symbol" else None
+        if varied.closed is not None or asked is None or asked.period_of is None:
+            return super().answer(motion, working)
+        try:
+            return self._of_period(varied, asked.period_of, working)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no series of {text(self.expression)} is known")
+            return Value(None, unit=varied.unit)
+
+    def _of_period(self, varied: VariedAnswer, coordinate: str, working: Working) -> Value:
+        """Return the series of a period whose formula is no elementary function, by the energy of its one freedom."""
+        swing = Swing.of(varied.solved, coordinate)
+        if swing is None:
+            raise NoExpansionError(f"{coordinate} is no one freedom with known equations")
+        freedom, letters = swing.freedom, _Formula(varied, symbol(self.name))
+        place = letters.name_place(freedom.variable)
+        state = {x: freedom.at_start(x) for x in (freedom.variable, freedom.speed)}
+        start = [letters.in_sympy(symbol(self.name) if x.data == self.name else y) for x, y in state.items()]
+        mass, potential = (letters.in_sympy(x) for x in (freedom.mass, freedom.whole_potential))
+        about = letters.in_sympy(self.about)
+        terms = period_terms(_Well(mass, potential, place), (start[0], start[1]), about, self.through)
+        powers = {sympy.Integer(n): sympy.simplify(x) for n, x in enumerate(terms)}
+        found = letters.value(self._form(letters, powers))
+        assert found.expression is not None
+        self._verify_period(varied, found.expression)
+        exact = varied.value(varied.sample)
+        off = Value(abs((found.value or 0.0) - exact), unit=varied.unit, error=0.0)
+        working.notes.append(f"at {self.name} = {varied.sample:.6g} it differs from {text(self.expression)} by {off}")
+        working.steps.extend((lambda: freedom.lines([]), lambda: [Sentence((_HOW_PERIODS,))]))
+        return found
+
+    def _verify_period(self, varied: VariedAnswer, formula: Node) -> None:
+        """Raise NoExpansionError where the remainder does not fade as the power after the last one."""
+        about, step = varied.solved.number(self.about), _SWING * (abs(varied.sample) or 1.0)
+        places = about + step, about + step / 2
+        left = [abs(varied.of_formula(formula, x) - varied.value(x)) for x in places]
+        exact = varied.value(places[0])
+        if not (left[1] <= left[0] * 0.75 / 2**self.through or left[0] <= _ROUNDED * exact):
+            raise NoExpansionError(f"numbers do not confirm the series of {text(self.expression)}")
+
     def beside(self, varied: VariedAnswer) -> float:
         return varied.solved.number(self.about) + _BESIDE * (abs(varied.sample) or 1.0)
 
@@ -295,6 +346,59 @@ class SeriesQuestion(_FormulaQuestion):
         ratios = [(formula.in_book_form(powers[p] / powers[first]), step, p - first) for p in forms]
         together = _sum([(forms[first], step, first)]) * _sum(ratios)
         return min(apart, together, key=lambda node: len(text(node)))
+
+
+class _Well(NamedTuple):
+    """M and V of T = M(q) q'^2/2, V(q) of one freedom, over sympy, by its coordinate q."""
+
+    mass: Any
+    potential: Any
+    q: Any
+
+
+def period_terms(well: _Well, start: tuple[Any, Any], about: Any, through: int) -> list[Any]:
+    """Return the factors of powers of X - about in the period of a motion from the state `start`, of X.
+
+    With x = q - c from the equilibrium c, V - V(c) = v x^2 W(x) and h = E - V(c), the period is the sum over k of
+
+        2 pi sqrt(m/(2 v)) binom(2 k, k)/4^k [x^(2 k)] (sqrt(M(x)/m) W(x)^(-k - 1/2)) (h/v)^k
+
+    (the series of q in s, v s^2 = V - V(c), by Lagrange's inversion). Raises NoExpansionError.
+    """
+    q0, u0 = start
+    c = q0.subs(_X, about)
+
+    def expanded(function: Any, by: Any, place: Any, count: int) -> list[Any]:
+        return [sympy.simplify(function.diff(by, n).subs(by, place) / sympy.factorial(n)) for n in range(count)]
+
+    v = expanded(well.potential, well.q, c, through + 3)
+    m = expanded(well.mass, well.q, c, through + 1)
+    if v[1] != 0 or sympy.simplify(u0.subs(_X, about)) != 0 or v[2] == 0:
+        raise NoExpansionError("the place of the series is no equilibrium that oscillates")
+    energy = well.mass.subs(well.q, q0) * u0**2 / 2 + well.potential.subs(well.q, q0) - v[0]
+    height = [x / v[2] for x in expanded(energy, _X, about, through + 1)]
+    valley, inertia = [x / v[2] for x in v[2:]], [x / m[0] for x in m]
+    terms, heights = [sympy.S.Zero] * (through + 1), [sympy.S.One] + [sympy.S.Zero] * through
+    for k in range(through // 2 + 1):
+        shape = _product(_power(inertia, sympy.Rational(1, 2)), _power(valley, -sympy.Rational(2 * k + 1, 2)))
+        factor = sympy.binomial(2 * k, k) * shape[2 * k] / sympy.Integer(4) ** k
+        terms = [x + factor * y for x, y in zip(terms, heights, strict=True)]
+        heights = _product(heights, height)
+    first = 2 * sympy.pi * sympy.sqrt(m[0] / (2 * v[2]))
+    return [first * x for x in terms]
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """Return the product of two power series, as far as the shorter is known."""
+    return [sum((a[j] * b[n - j] for j in range(n + 1)), sympy.S.Zero) for n in range(min(len(a), len(b)))]
+
+
+def _power(a: list[Any], exponent: Any) -> list[Any]:
+    """Return the power of a series that begins with 1."""
+    found = [sympy.S.One]
+    for n in range(1, len(a)):
+        found.append(sum((exponent * j - n + j) * a[j] * found[n - j] for j in range(1, n + 1)) / n)
+    return found
 
 
 def _sum(terms: Any) -> Node:

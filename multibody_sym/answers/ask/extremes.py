@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.from_runs import ASKED, Simulated
+from multibody_sym.answers.ask.from_runs import ASKED, Simulated, samples_at
 from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.question import ROUNDING, AskedMotion, LaterQuestion, NeverError, RunNumbers
 from multibody_sym.answers.ask.working import time_text
@@ -24,7 +24,6 @@ from multibody_sym.mechanics.motion import state_of
 from multibody_sym.model.fields import Names
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import Moment, condition_of, moment_text, time_of
-from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
 from multibody_sym.motion.results.integrals import Adding, FineLeg, integrated_outputs
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.records import dataclass
@@ -129,9 +128,7 @@ class Sides:
     def _value(self, k: int, t: float) -> float:
         """Return the value at a time in a stretch."""
         stretch = self._stretches[k]
-        time, q, u = self._state(stretch, t)
-        own = RunLabels(ResolvedAlone(stretch.mechanism)), stretch.compiled, stretch.problem.parameters
-        part = LegSamples(*own, np.array([time]), q[None], u[None], stretch.problem.modes)
+        part = samples_at(stretch, t)
         if ASKED in part.told.outputs:
             return float(part.evaluated("outputs")[0][0, part.told.outputs.index(ASKED)])
         if ASKED not in self._asked.run_outputs:

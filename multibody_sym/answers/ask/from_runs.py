@@ -17,6 +17,8 @@ from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.model.fields import AXES, Names
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.system import System
+from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
+from multibody_sym.motion.results.integrals import FineLeg
 from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.motion.simulate import simulate
@@ -37,6 +39,7 @@ _ATOL: Final = _RTOL / 10
 """To which coordinates, and in a second paths, are known: less is no motion."""
 _MET: Final = 1e-9
 """How near to a value, as contacts touch, a coordinate has it where a state changes."""
+_RATES: Final = ("velocity", "acceleration")
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
 
@@ -81,16 +84,17 @@ class Simulated:
             return 0.0
         run = self._run(point, duration)
         v, a = _vectors(run, "velocity"), _vectors(run, "acceleration")
-        changes = [float(change["t"]) for change in run.changes]
+        changes = sorted({float(change["t"]) for change in run.changes})
         way = 0.0
         for k, (begin, end) in enumerate(pairwise(run.t.tolist())):
-            change = next((t for t in changes if begin < t < end), None)
-            if change is None:
+            edges = [begin, *(t for t in changes if begin < t < end), end]
+            if len(edges) == 2:
                 way += _way(v[k : k + 2], a[k : k + 2], end - begin)
                 continue
-            (v0, v1), (a0, a1), before, after = v[k : k + 2], a[k : k + 2], change - begin, end - change
-            there = _way(np.array([v0, v0 + a0 * before]), np.array([a0, a0]), before)
-            way += there + _way(np.array([v1 - a1 * after, v1]), np.array([a1, a1]), after)
+            for left, right in pairwise(edges):
+                leg = next(x for x in reversed(run.stretches) if x.problem.start <= (left + right) / 2)
+                ends = np.array([samples_at(leg, t).evaluated("outputs")[0][0] for t in (left, right)])
+                way += _way(ends[:, : len(AXES)], ends[:, len(AXES) :], right - left)
         return way if way > _ATOL * max(1.0, duration) else 0.0
 
     def time(self, coordinate: str, value: float) -> float | None:
@@ -294,7 +298,7 @@ class Simulated:
         return time - (q - value) / rate if abs(rate) > abs(q - value) else time
 
     def _run(self, point: str, duration: float) -> Trajectory:
-        asked = {f"{f} {axis}": quantity(f, (point, axis)) for f in ("velocity", "acceleration") for axis in AXES}
+        asked = {f"{f} {axis}": quantity(f, (point, axis)) for f in _RATES for axis in AXES}
         return self._simulated(replace(self.system, outputs=Names(asked)), duration)
 
     def _as_far_as_known(
@@ -351,6 +355,15 @@ def _along(function: str, point: str, direction: Sequence[float]) -> Node:
     """Return a component of a quantity of a point along a unit vector."""
     parts = [multiply(as_node(x), quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
     return reduce(add, parts)
+
+
+def samples_at(leg: FineLeg, time: float) -> LegSamples:
+    """Return the one sample in a leg of a run at a time, or at its nearest end."""
+    problem = leg.problem
+    time = max(min(time, leg.until), problem.start)
+    q, u = leg.at(time)
+    own = RunLabels(ResolvedAlone(leg.mechanism)), leg.compiled, problem.parameters
+    return LegSamples(*own, np.array([time]), q[None], u[None], problem.modes)
 
 
 def _vectors(run: Trajectory, function: str) -> Floats:

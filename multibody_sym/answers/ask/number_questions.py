@@ -13,6 +13,7 @@ from multibody_sym.algebra.quotient_functions import sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
+from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.energy_integral import Swing
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
@@ -202,6 +203,8 @@ class PathQuestion(UniformQuestion):
 
     def formula(self, course: MotionFormulas, _time: float) -> Quotient:
         if self.along is None:
+            if isinstance(course, BouncingFormulas) and course.bounces is not None:
+                return course.value(course.bounces.way, ZERO)
             raise NoClosedFormError("a path has no formula")
         place = course.along(component_along("position", self.of, self.along), f"place of {self.of}")
         moved = subtract(place, put_in(place, {course.variable: ZERO}))

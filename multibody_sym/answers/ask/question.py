@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Final, Self
@@ -16,6 +17,7 @@ import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.analysis.modes.forced import ForcedMotion
+from multibody_sym.answers.ask.bounces import Bounces
 from multibody_sym.answers.ask.energy_integral import courses_by_place, courses_by_speed
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.later_formulas import MotionFormulas
@@ -373,9 +375,7 @@ class AskedMotion:
 
     def _formula(self, question: LaterQuestion, number: Value, time: float, working: Working) -> Node | None:
         """Return the closed form of an answer, of what happens at a time, None where none has the number's value."""
-        if number.value is None or self.simulated.changes_before(time * (1.0 - _CONFIRMED)) is not None:
-            return None
-        if question.is_of_run():
+        if number.value is None or question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
             working.steps.append(lambda: [Sentence(("at the start",))])
@@ -404,6 +404,13 @@ class AskedMotion:
         return formula
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:
+        if self.simulated.changes_before(time * (1.0 - _CONFIRMED)) is not None:
+            there, run = self.courses.shown.there, self.simulated.until(time)
+            with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
+                bounces = None if there is None else Bounces.of(there, self.courses, run)
+                if bounces is not None:
+                    yield bounces.course(time)
+            return
         mechanism, run = self.solved.mechanism, self.simulated.until(time)
         q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
         there = anywhere(self.solved, q, u)
