@@ -53,6 +53,7 @@ class OneFreedom:
     `places` and `rates`: other coordinates and speeds as formulas of both. `held`: the lines that tell why.
     `momenta`: the speeds of coordinates on which nothing depends, which follow by an integral. `values`: a state near
     the moment, at which formulas of constraints are simplified; empty where they are fractions of no zeros.
+    `alone`: the acceleration of a coordinate whose equation names no other one; energies are those of a unit mass then.
     """
 
     there: Anywhere
@@ -63,6 +64,7 @@ class OneFreedom:
     momenta: Mapping[Node, Node] = field(default_factory=dict)
     held: Sequence[Line] = ()
     values: Mapping[Node, float] = field(default_factory=dict)
+    alone: Quotient | None = None
     granted: Granted = field(default_factory=Granted)
 
     # --- the energy at any place ----------------------------------------------------------------------------------
@@ -70,12 +72,16 @@ class OneFreedom:
     @cached_property
     def energies(self) -> tuple[Node, Node]:
         """Kinetic and potential energy at any state."""
+        if self.alone is not None:
+            return divide(multiply(self.speed, self.speed), TWO), ZERO
         motion = self.there.instant.motion
         return as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
 
     @cached_property
     def level(self) -> Node:
         """The energy at the start."""
+        if self.alone is not None:
+            return put_in(self.energies[0], {self.speed: self.at_start(self.speed)})
         motion = self.there.solved.nodes.motion
         return add(as_node(kinetic_energy(motion)), as_node(potential_energy(motion)))
 
@@ -132,6 +138,8 @@ class OneFreedom:
     @cached_property
     def power(self) -> Quotient | None:
         """The rate of the energy by the variable: what does work by the place; None where the energy is conserved."""
+        if self.alone is not None:
+            return self.alone
         mechanism = self.there.solved.mechanism
         speeds = [symbol(x.name) for x in mechanism.speeds]
         names = [*(symbol(x.name) for x in mechanism.coordinates), *speeds]
@@ -337,6 +345,9 @@ def freedom_of(there: Anywhere, variable: Node, beside: State) -> OneFreedom | N
     if mechanism.rows:
         values = dict(zip((*coordinates, *speeds), (*beside[0], *beside[1]), strict=True))
         return _on_curve(there, variable, speed, values)
+    acceleration = there.forms.udot[coordinates.index(variable)]
+    if not acceleration.symbols & (there.variables - {variable, speed}):
+        return OneFreedom(there, variable, speed, alone=acceleration)
     return _beside_momenta(there, variable, speed)
 
 

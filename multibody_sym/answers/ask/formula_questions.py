@@ -160,7 +160,8 @@ class FormulaOfQuestion(SingleQuestion):
         """Yield the expression where it is the variable of a motion that has `of`. Raises NoClosedFormError."""
         for course in (x for x in courses if x.variable is self.expression):
             along = course.along(shown.variable)
-            near = {x: shown.values[x] for x in (self.expression, shown.variable)}
+            near = {self.expression: shown.values[self.expression]}
+            near[shown.variable] = evaluate_float([along], {**there.solved.sample, **near})[0]
             for root in roots(in_letters(there, subtract(along, shown.variable), near), self.expression):
                 formula = _short(there, root)
                 yield _Candidate(formula, partial(self._solved_lines, course.lines), list(course.granted()))
