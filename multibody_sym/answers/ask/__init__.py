@@ -18,6 +18,7 @@
     uniform_motion             closed forms where no acceleration changes
     courses, linear_systems    coordinates as formulas of time: alone, and coupled
     later_formulas             closed forms at a moment, along formulas of time, of a coordinate or of a speed
+    bounces                    infinitely many bounces of a contact, as geometric series
     energy_integral            one freedom by its place: energy, work, momenta, periods; u' = f(u) by separation
     named_answers              answers in the questions that name them; the equations of motion at any state
 """
