@@ -254,7 +254,8 @@ def _assembled_values(solved: SolvedInstant) -> dict[str, Value]:
     for each, node, number in pairs:
         letter = as_node(node) is symbol(each.name)
         if each.name in begin.assembled and (letter or each.name in begin.shifts or not (each.given or number == 0.0)):
-            value = Value(number) if letter else solved.value(as_node(node), number)
+            closing = solved.symbolic.closings.get(symbol(each.name))
+            value = Value(number, closing) if letter else solved.value(as_node(node), number)
             letters = solved.lettered.found if value.expression is None and value.value else None
             known = None if letters is None else letters.definitions.get(symbol(each.name))
             if known is not None and known.expression is not None:

@@ -6,16 +6,25 @@ In: a Mechanism and its start in floats. Out: a SymbolicState, its ClosedForms o
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import field, replace
 from fractions import Fraction
+from functools import partial
 from itertools import combinations
-from math import inf
-from typing import Final
+from math import inf, tau
+from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import absolute, exact, exact_solve, register_angles, sqrt
+from multibody_sym.algebra.quotient_functions import (
+    absolute,
+    exact,
+    exact_solve,
+    register_angles,
+    sine_and_cosine,
+    sqrt,
+)
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, roots
 from multibody_sym.dynamics.closing import ConstraintRows
@@ -37,9 +46,9 @@ from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
 from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import functions
-from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.node import PI, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.vectors import S
 from multibody_sym.text.units import ENERGY, FORCE
 
@@ -49,10 +58,14 @@ _ASIDE: Final = Fraction(1, 1009)
 
 @dataclass(frozen=True)
 class SymbolicState:
-    """A state over Nodes, and the letter of each of its symbols in closed forms."""
+    """A state over Nodes, and the letter of each of its symbols in closed forms.
+
+    `closings`: formulas of coordinates that keep their letters all the same, as other formulas are shorter with these.
+    """
 
     state: State
     letters: Mapping[Node, Letter]
+    closings: Mapping[Node, Node] = field(default_factory=dict)
 
     def translated(self, mechanism: Mechanism, node: Node) -> Node:
         """Return an expression in the names of the model as one in this state's symbols; quantities stay."""
@@ -375,6 +388,7 @@ class _SymbolicStart:
     u: list[Node]
     q_guesses: dict[int, Node]
     u_guesses: dict[int, Node]
+    closings: dict[Node, Node] = field(default_factory=dict)
 
     @classmethod
     def of(cls, mechanism: Mechanism, begin: Start) -> _SymbolicStart:
@@ -409,7 +423,7 @@ class _SymbolicStart:
 
     def given(self) -> SymbolicState:
         """Return the state as far as it is known."""
-        return SymbolicState(self._motion(self.q, self.u).state, self.letters)
+        return SymbolicState(self._motion(self.q, self.u).state, self.letters, self.closings)
 
     def _motion(self, q: Sequence[Node], u: Sequence[Node]) -> Motion:
         return motion_of(self.mechanism, state_of(self.mechanism, Node, ZERO, list(q), list(u), self.parameters))
@@ -437,6 +451,8 @@ class _SymbolicStart:
             if confirmed is not None:
                 self.q = confirmed
                 return
+        with suppress(NoClosedFormError, ExpressionError):
+            self.closings = self._turned_slide(unknown)
 
     def _confirmed(self, kept: dict[int, Node], unknown: Sequence[int]) -> list[Node] | None:
         """Return coordinates with which all rows vanish whatever the parameters are, the unknown ones from the rows."""
@@ -494,6 +510,38 @@ class _SymbolicStart:
             value = self.begin.q[there[0]]
             if abs(evaluate_float([root], sample)[0] - value) <= _AS_DECLARED * max(1.0, abs(value)):
                 yield there[0], root
+
+    def _turned_slide(self, places: Sequence[int]) -> dict[Node, Node]:
+        """Return the two unknowns where an arm turns by one and the other slides along it, as in a quick-return.
+
+        The rows are linear in the sine and cosine of the angle, whose squares add up to 1. Formulas are shorter in
+        these coordinates, which therefore keep their letters.
+        """
+        q = self.q
+        units = [self.mechanism.coordinates[k].unit for k in places]
+        if sorted(units) != ["m", "rad"] or len(places) != len(self.mechanism.coordinates):
+            return {}
+        turn, slide = places if units[0] == "rad" else reversed(places)
+        field, known = self._field(expands=True)
+        rows = exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
+        sine, cosine = sine_and_cosine(known[q[turn]])
+        linear = [parts for row in rows if (parts := _parts_by(row, sine, cosine)) is not None]
+        if len(linear) != 2 or len(linear) < sum(not row.is_zero for row in rows):
+            return {}
+        (a, b, c), (d, e, f) = linear
+        across, x, y = a * e - b * d, b * f - c * e, c * d - a * f  # a cos + b sin + c = 0, d cos + e sin + f = 0
+        sample = {node: float(letter.sample) for node, letter in self.letters.items()}
+        for root in roots(x * x + y * y - across * across, q[slide]):
+            value = self.begin.q[slide]
+            if abs(evaluate_float([root], sample)[0] - value) > _AS_DECLARED * max(1.0, abs(value)):
+                continue
+            ratio = y / x
+            side = 1 if (x / across).sample * field.whole(ratio.below).sample > 0 else -1
+            sides = [book_form(field.whole(part) * side) for part in (ratio.above, ratio.below)]
+            angle = BUILD["atan2"](*evaluate(sides, partial(_instead, q[slide], root)))
+            turns = round((self.begin.q[turn] - evaluate_float([angle], sample)[0]) / tau)
+            return {q[slide]: root, q[turn]: angle + 2 * turns * PI if turns else angle}
+        return {}
 
     @staticmethod
     def _linear_ones(rows: Sequence[Quotient], q: Sequence[Node], places: Sequence[int]) -> Iterator[tuple[int, Node]]:
@@ -561,6 +609,25 @@ class _SymbolicStart:
             for x, value in zip(found, wanted, strict=True)
         )
         return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
+
+
+def _instead(letter: Node, value: Node, leaf: Node) -> Node:
+    return value if leaf is letter else leaf
+
+
+def _parts_by(row: Quotient, sine: Quotient, cosine: Quotient) -> tuple[Quotient, Quotient, Quotient] | None:
+    """Return (a, b, c) of the numerator a cos + b sin + c; None where it is no such sum, or vanishes."""
+    field = row.field
+    places = [next(k for k, n in enumerate(next(iter(field.in_ring(part.above)))) if n) for part in (cosine, sine)]
+    parts: list[dict[Any, Any]] = [{}, {}, {}]
+    for m, x in field.in_ring(row.above).items():
+        powers = [m[k] for k in places]
+        if sum(powers) > 1:
+            return None
+        rest = tuple(0 if k in places else n for k, n in enumerate(m))
+        parts[powers.index(1) if sum(powers) else 2][rest] = x
+    a, b, c = (field.whole(field.ring.from_dict(part)) for part in parts)
+    return None if a.is_zero and b.is_zero else (a, b, c)
 
 
 # --- directions in which slip in space begins ------------------------------------------------------------------------

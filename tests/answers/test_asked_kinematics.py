@@ -170,7 +170,13 @@ def test_velocity_of_a_slider_is_as_short_as_in_a_book() -> None:
 
 
 def test_steps_go_from_body_to_body() -> None:
-    lines = _lines(_solved(_QUICK_RETURN, steps=True))
+    found = _solved(_QUICK_RETURN, steps=True)
+    place = 0.3j + _turned(0.1, 0.4)
+    assert str(found.assembled["s"]).startswith("sqrt(2*h*r*sin(phi) + h^2 + r^2) = ")
+    assert found.assembled["s"].value == pytest.approx(abs(place), rel=1e-12)
+    assert str(found.assembled["psi"]).startswith("atan2(h + r*sin(phi), r*cos(phi)) = ")
+    lines = _lines(found)
+    assert "from how loops close: s = sqrt(h^2 + r^2 + 2*h*r*sin(phi))" in lines
     assert "cut free" not in lines
     assert "Elimination" not in lines
     assert "along x: s'*cos(psi) - omega_arm*s*sin(psi) = -r*w*sin(phi)" in lines

@@ -143,9 +143,11 @@ def test_a_throw_from_a_tower_goes_farthest_below_half_a_right_angle() -> None:
 def test_runs_are_compared_where_there_is_no_formula() -> None:
     """With drag the best angle is lower; a scan of runs has it between its neighbours."""
     system = mbs.loads(TOWER + DRAG)
-    found = mbs.solve(system).answers["best"]
+    solution = mbs.solve(system)
+    found = solution.answers["best"]
     assert found.expression is None
     assert found.value is not None
+    assert "best: by comparing runs, since range has no formula" in solution.conditions
     alone = mbs.loads(TOWER.replace(", best: {find: th, greatest: range, between: [-0.5, 1.5]}", "") + DRAG)
     angles = [found.value + way for way in (-0.02, 0.0, 0.02)]
     reached = [mbs.solve(alone, parameters={"th": x}).answers["range"].value or 0.0 for x in angles]

@@ -284,10 +284,23 @@ class _Search:
         found = [f"{text(self.question.expression)} = {best.value} there"]
         if best.is_end:
             found.append(f"it is an end of the range, beyond which {text(self.question.expression)} was not looked at")
+        found += [f"by comparing runs, since {why}" for why in [self._why_runs()] if best.node is None]
+        if best.node is not None and best.place.expression is None:
+            found.append(f"by numbers, since no root of its derivative by {self.question.name} is known in letters")
         if self.bounds is None:
             way = f"the first on the way from {self.varied.sample:.6g}"
             found.append(f"{way}, others were not looked for (between: ..)")
         return found
+
+    def _why_runs(self) -> str:
+        """Return why no formula has the extreme."""
+        without = [name for name, x in self.varied.known.items() if x.expression is None]
+        asked = text(self.question.expression)
+        if without:
+            return f"{' and '.join(without)} {'has' if len(without) == 1 else 'have'} no formula"
+        if self.varied.formula is None:
+            return f"the formula of {asked} does not name {self.question.name}"
+        return f"the formula of {asked} holds at {self.varied.sample:.6g}, and not at all places that were compared"
 
     def lines(self, best: _Best) -> Iterator[Line]:
         """Yield the formula, its derivative set to zero, the second derivative, and the values at the ends."""
@@ -295,7 +308,7 @@ class _Search:
         if best.node is not None and best.node != asked:
             yield equation(asked, best.node, "with the formulas put in")
         if best.node is None:
-            yield Sentence(("found by comparing runs",))
+            yield Sentence((f"found by comparing runs, since {self._why_runs()}",))
         if best.slope is not None:
             slope = min(best.slope, *self._forms(best.slope), key=lambda node: len(text(node)))
             yield equation(slope, ZERO, f"the derivative by {name} vanishes")

@@ -486,9 +486,7 @@ class PlaneMotion:
         solved = self.parts.solved
         pairs = zip(self.mechanism.coordinates, solved.symbolic.state.q, strict=True)
         letters = {symbol(c.name): as_node(q) for c, q in pairs if symbol(c.name) in self._decided}
-        for letter, value in letters.items():
-            if value is not letter:
-                yield equation(letter, value, "from how loops close")
+        found = {**letters, **solved.symbolic.closings}
         for frames, group in groupby(self._loops, lambda row: row.frames):
             left, right = (self._components(partial(position, marker=marker)) for marker in reversed(frames))
             own = [*group]
@@ -496,6 +494,9 @@ class PlaneMotion:
                 yield Sentence((f"{_element(own[0])} closes a loop: both sides have one place there",))
                 for axis, a, b in zip("xy", left, right, strict=True):
                     yield equation(a, b, f"along {axis}")
+        for letter, value in found.items():
+            if value is not letter:
+                yield equation(letter, value, "from how loops close")
 
     def _loop_lines(self, law: _Law) -> Iterator[Line]:
         """Yield which velocities or accelerations joints that close loops make equal."""
