@@ -77,7 +77,7 @@ LANGUAGES: Final[Mapping[str, ExportLanguage]] = {
     "c": ExportLanguage(
         _c, "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest"
     ),
-    "javascript": ExportLanguage(_javascript, "node selftest.mjs"),
+    "javascript": ExportLanguage(_javascript, "node selftest.mjs && node integrate.mjs 1"),
     "python": ExportLanguage(_python, "python model.py && python integrate.py 1   (nothing but NumPy is needed)"),
 }
 FMU: Final = "fmu"

@@ -94,10 +94,36 @@ constraints: {rod: {type: distance, between: [ground, a], value: 1}}
 @needs_node
 def test_an_exported_model_tests_itself_with_tables_and_a_constraint(tmp_path: Path) -> None:
     files = mbs.export(mbs.loads(MODEL), "javascript", tmp_path)
-    assert {file.name for file in files} == {"model.mjs", "selftest.mjs", "names.json"}
+    assert {file.name for file in files} == {"model.mjs", "selftest.mjs", "integrate.mjs", "names.json"}
     done = run(tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count(": ok") == 7
+
+
+BALL = """
+multibody_sym: 1
+name: ball
+gravity: [0, -10, 0]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}
+  ball: {shape: {sphere: 1, mass: 1}}
+joints: {J: {type: planar, parent: ground, child: ball, q: [x, y, a], initial: {q: [0, 1, 0], u: [7, 0, 0]}}}
+contacts: {c: {between: [ball, ground.floor], static: 0.5}}
+"""
+
+
+@needs_node
+def test_the_integrator_ends_where_the_state_of_the_start_does(tmp_path: Path) -> None:
+    """A ball that slides at v0 rolls from t = 2 v0/(7 mu g) on, with 5/7 v0, at x = 12 v0^2/(49 mu g)."""
+    mbs.export(mbs.loads(BALL), "javascript", tmp_path)
+    done = subprocess.run(
+        [str(NODE), "integrate.mjs", "1"], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "where the state of the start ends: c stops" in done.stdout
+    assert float(done.stdout.split("stopped at t = ")[1].split()[0]) == pytest.approx(0.4, abs=1e-8)
+    values = dict(line.split(" = ") for line in done.stdout.splitlines()[1:])
+    assert float(values["x"].split()[0]) == pytest.approx(2.4, abs=1e-8)
+    assert float(values["u_x"].split()[0]) == pytest.approx(5.0, abs=1e-8)
 
 
 def test_what_it_cannot_solve_is_refused() -> None:
