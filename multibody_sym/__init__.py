@@ -15,6 +15,8 @@
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
+    from multibody_sym.analysis.base_parameters import BaseParameters as BaseParameters
+    from multibody_sym.analysis.base_parameters import base_parameters as base_parameters
     from multibody_sym.analysis.check import CheckReport as CheckReport
     from multibody_sym.analysis.check import check as check
     from multibody_sym.analysis.equilibrium import Equilibrium as Equilibrium
@@ -175,6 +177,7 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import where as where
 
 _NAMES = {
+    "analysis.base_parameters": "BaseParameters base_parameters",
     "analysis.check": "CheckReport check",
     "analysis.equilibrium": "Equilibrium equilibrium Trim trim",
     "analysis.inverse_kinematics": "Posture inverse_kinematics",

@@ -252,6 +252,7 @@ def _doors(system: mbs.System) -> list[Call]:
         Call("bode", mbs.bode, {**whole, "omega": [1.0], "inputs": "F", "outputs": (), "at": {"theta": 0}}, slow=True),
         Call("trim", mbs.trim, {**whole, "at": {"theta": 0}, "unknown": "F", **trimmed}, slow=True),
         Call("inverse_kinematics", mbs.inverse_kinematics, {**whole, **reach}, slow=True),
+        Call("base_parameters", mbs.base_parameters, whole, slow=True),
         Call("period_multipliers", mbs.period_multipliers, {**period, "at": "equilibrium", **changes}, slow=True),
         Call("equilibrium", mbs.equilibrium, {**whole, **changes}, slow=True),
         Call("range_of_rest", mbs.range_of_rest, {**whole, "vary": "m", **changes}, slow=True),
@@ -346,7 +347,7 @@ def _results(system: mbs.System) -> list[Call]:
     records = [mbs.CheckReport, mbs.Equilibrium, mbs.Linearization, mbs.Solution, mbs.SymbolicEquations, mbs.Trajectory]
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
-    records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture]
+    records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture, mbs.BaseParameters]
     records += [mbs.Figure, mbs.Animation, mbs.Report, mbs.Samples]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")

@@ -47,7 +47,7 @@ def results() -> Mapping[str, Any]:
         mbs.trim(still, at={"theta": 0}, unknown="F"), mbs.modes(still, at={"theta": 0}), mbs.equilibrium(still),
         mbs.range_of_rest(still, vary="m"), mbs.derive(system), mbs.derive(system, "hamilton"), mbs.check(system),
         mbs.draw(system), mbs.animate(run), mbs.report(system), *mbs.conserved_quantities(still)[:1],
-        mbs.inverse_kinematics(system, frame="bob", position=[0, 0, 0]),
+        mbs.inverse_kinematics(system, frame="bob", position=[0, 0, 0]), mbs.base_parameters(system),
         mbs.period_multipliers(still, 0.1, at="equilibrium"), mbs.prepare(system, **code).stepper(0.01).state,
     ]  # fmt: skip
     return {f"{type(each).__name__} {k}": each for k, each in enumerate(found)}

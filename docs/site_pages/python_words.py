@@ -42,8 +42,8 @@ GROUPS: Final[Mapping[str, Group]] = {
         "Questions and their answers", "Each function takes a System and returns a result with named fields.",
         tuple("""
         solve derive check equilibrium range_of_rest least_for_motion modes conserved_quantities
-        theorems inverse_kinematics Solution SymbolicEquations CanonicalEquations CheckReport
-        Equilibrium RangeOfRest LeastForMotion Modes Conserved FirstIntegral Posture
+        theorems inverse_kinematics base_parameters Solution SymbolicEquations CanonicalEquations CheckReport
+        Equilibrium RangeOfRest LeastForMotion Modes Conserved FirstIntegral Posture BaseParameters
         """.split()),
     ),
     "motion": Group(

@@ -6,16 +6,13 @@ Run it: `python examples/control/crane.py`.
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 import multibody_sym as mbs
 
 EVERY, GOAL = 0.02, 6.0
 crane = mbs.load(Path(__file__).parent / "trolley.yaml")
 near = mbs.linearize(crane, at={"x": GOAL})  # states x, theta, u_theta, v
-step = near.discrete(EVERY)
-P = solve_discrete_are(step.A, step.B, np.diag([1.0, 10.0, 10.0, 1.0]), np.eye(1))
-K = np.linalg.solve(1 + step.B.T @ P @ step.B, step.B.T @ P @ step.A)
+K = near.discrete(EVERY).lqr(np.diag([1.0, 10.0, 10.0, 1.0]), np.eye(1))
 
 
 def law(t: float, q: np.ndarray, u: np.ndarray) -> float:

@@ -6,7 +6,6 @@ Run it: `python examples/control/lqr.py`.
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import solve_continuous_are
 
 import multibody_sym as mbs
 
@@ -22,7 +21,7 @@ def balanced(name: str) -> tuple[mbs.System, dict[str, float], dict[str, object]
     system = mbs.load(Path(__file__).parent / f"{name}.yaml")
     held = mbs.trim(system, PLACES[name])
     near = mbs.linearize(system, at=held.state, inputs=held.inputs)
-    K = near.B.T @ solve_continuous_are(near.A, near.B, np.eye(len(near.states)), np.eye(len(near.inputs)))
+    K = near.lqr(np.eye(len(near.states)), np.eye(len(near.inputs)))
     return system, dict(held.state), near.feedback(K), np.linalg.eigvals(near.A - near.B @ K)
 
 

@@ -3,16 +3,14 @@
 All 200 go on from the state of the cart, and in a batch: 40 steps ahead. Run it: `python examples/control/predict.py`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 import multibody_sym as mbs
 
-TRIES, AHEAD, KEPT = 200, 40, 2  # plans, steps of each, and steps of the best one that are taken
-MODEL = Path(__file__).parent.parent / "cart_pole.yaml"
+DT, PLANS = 0.02, (200, 40)  # s; so many plans of 40 pushes each, which change by the same for 4 steps
+MODEL = mbs.load(Path(__file__).parent.parent / "cart_pole.yaml")
 
 
 def cost(sim: mbs.Stepper) -> np.ndarray:
@@ -20,24 +18,13 @@ def cost(sim: mbs.Stepper) -> np.ndarray:
     return 1.0 - np.sin(sim["theta"]) + 0.1 * sim["x"] ** 2 + 0.02 * sim["u_theta"] ** 2
 
 
-def swing_up(seconds: float = 6.0, dt: float = 0.02, seed: int = 1) -> mbs.Stepper:
-    """Return the cart after so many seconds; the pole hangs down at first."""
-    rng = np.random.default_rng(seed)
-    prepared = mbs.prepare(mbs.load(MODEL), method="rk4", step=dt, initial={"theta": -np.pi / 2})
-    cart, plans = prepared.stepper(dt), prepared.stepper(dt, count=TRIES)
-    best = np.zeros(AHEAD)
-    while cart.t < seconds:
-        tried = best + 10.0 * np.repeat(rng.standard_normal((TRIES, AHEAD // 4)), 4, axis=1)
-        tried[0] = best
-        plans.restore(cart.state)
-        costs = np.sum([cost(plans.step(push[:, None])) for push in tried.T], axis=0)
-        best = tried[np.argmin(costs)]
-        for push in best[:KEPT]:
-            cart.step([push])
-        best = np.append(best[KEPT:], np.zeros(KEPT))
-    return cart
-
-
-if __name__ == "__main__":
-    cart = swing_up()
-    print(f"after {cart.t:.1f} s the pole leans by {np.degrees(np.arccos(np.sin(cart['theta']))):.1f} degrees")
+rng, prepared = np.random.default_rng(1), mbs.prepare(MODEL, method="rk4", step=DT, initial={"theta": -np.pi / 2})
+cart, ahead, best = prepared.stepper(DT), prepared.stepper(DT, count=PLANS[0]), np.zeros(PLANS[1])
+while cart.t < 6.0:
+    noise = np.repeat(rng.standard_normal((PLANS[0], PLANS[1] // 4)), 4, axis=1)
+    plans = np.vstack([best, best + 10.0 * noise[1:]])
+    ahead.restore(cart.state)
+    costs = np.sum([cost(ahead.step(push[:, None])) for push in plans.T], axis=0)
+    best = np.append(plans[np.argmin(costs), 1:], 0.0)
+    cart.step(plans[np.argmin(costs), :1])
+print(f"after {cart.t:.1f} s the pole leans by {np.degrees(np.arccos(np.sin(cart['theta']))):.1f} degrees")

@@ -7,6 +7,7 @@
     equilibrium           `equilibrium`: positions of rest, their stability, whether they are all; `trim`
     equilibrium_search, positions    the search for them; whether two positions are one
     rest                  ranges of a parameter in which friction holds a system at rest
+    base_parameters       `base_parameters`: the combinations of masses and inertias that forces depend on
     inverse_kinematics    `inverse_kinematics`: coordinates that bring a frame to a place
     check                 `check`: degrees of freedom, redundant constraints, conserved quantities; agreement of
                           formalisms, d'Alembert's principle, theorems along a short run

@@ -197,6 +197,30 @@ class Linearization:
         return replace(self, A=found[:, :size], B=found[:, size:], dt=step, rounding=None)
 
     @door
+    def lqr(self, Q: npt.ArrayLike, R: npt.ArrayLike) -> Floats:
+        """Return the gains K (k, m) of the law w = -K x with the least sum of x^T Q x + w^T R w: over time, or samples.
+
+        `Q` (m, m), `R` (k, k): symmetric weights of the states and the inputs. Raises InputError for other shapes and
+        weights, NoSolutionError where A is not constant or no law with these weights makes the system stable.
+        """
+        self._verify_steady("law")
+        weights = [floats(name, given) for name, given in (("Q", Q), ("R", R))]
+        for name, weight, size in zip("QR", weights, (len(self.states), len(self.inputs)), strict=True):
+            verify_finite(name, weight)
+            if weight.shape != (size, size) or not np.array_equal(weight, weight.T):
+                raise InputError(f"{name} is a symmetric matrix ({size}, {size}), not of the shape {weight.shape}")
+        from scipy.linalg import solve_continuous_are, solve_discrete_are
+
+        A, B, (of_states, of_inputs) = self.A, self.B, weights
+        try:
+            if self.dt is None:
+                return np.asarray(np.linalg.solve(of_inputs, B.T @ solve_continuous_are(A, B, of_states, of_inputs)))
+            P = solve_discrete_are(A, B, of_states, of_inputs)
+            return np.asarray(np.linalg.solve(of_inputs + B.T @ P @ B, B.T @ P @ A))
+        except (np.linalg.LinAlgError, ValueError) as error:
+            raise NoSolutionError(f"no law with these weights makes the system stable: {error}") from None
+
+    @door
     def feedback(self, K: npt.ArrayLike) -> dict[str, Node]:
         """Return the law w = w0 - K (x - x0) of the inputs, by name, as expressions of coordinates and speeds.
 
@@ -487,6 +511,11 @@ def _with_outputs(found: Linearization, flow: DeviationFlow, q: Floats, u: Float
         by_state, by_input = flow.output_slopes(flow.known(q, u))
     except TypeError as error:
         raise ModelError(f"the outputs have no derivatives: {error}", number="M110").under("outputs") from error
+    for name, *slopes in zip(mechanism.outputs, by_state, by_input, strict=True):
+        if all(np.isfinite(slope).all() for slope in slopes):
+            continue
+        message = f"C has no value in this state: {name} has no derivative there; choose one beside it"
+        raise NoSolutionError(message, where=Where(path=("outputs", name)), number="N111")
     tangents = flow.tangents(q, u)
     C, names = by_state @ tangents.X, flow.state_names(tangents)
     kept, left = ([names.index(name) for name in some] for some in (found.states, found.left_out))

@@ -15,6 +15,7 @@ from multibody_sym.scalars.functions import atan2
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
+    Mat,
     S,
     Vec,
     add,
@@ -23,6 +24,7 @@ from multibody_sym.scalars.vectors import (
     cross,
     dot,
     negate,
+    product,
     subtract,
 )
 
@@ -43,6 +45,11 @@ def position(motion: Motion, marker: Marker) -> Vec:
         R_WB, p_WB = motion.poses[marker.body]
         found = motion.places[key] = add(p_WB, apply(R_WB, motion.point(marker)))
     return found
+
+
+def axes(motion: Motion, marker: Marker) -> Mat:
+    """Return the rotation from a marker's axes to those of the world."""
+    return product(motion.rotation(marker.body), pose(motion.state, marker.pose)[0])
 
 
 def velocity(motion: Motion, marker: Marker) -> Vec:

@@ -26,7 +26,7 @@ from multibody_sym.model.constraints import (
     row_names,
 )
 from multibody_sym.model.contacts_and_impacts import contact_names
-from multibody_sym.model.fields import AXES, Element, dimension_of_unit, fields_of
+from multibody_sym.model.fields import AXES, QUATERNION, Element, dimension_of_unit, fields_of
 from multibody_sym.model.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.joints import Foot, MovingJoint, guides
 from multibody_sym.model.parameters import Tabled, input_dimensions, unit_text
@@ -529,8 +529,9 @@ def _vocabulary(system: System) -> dict[str, list[str]]:
     return {
         "point": points,
         "body": list(bodies),
+        "frame": [*bodies, *(f"{name}.{frame}" for name, body in bodies.items() for frame in body.frames)],
         "rope": [x for name, names in tensions.items() if name in pulling for x in names],
-        "axis": list(AXES),
+        "axis": list(AXES), "element": list(QUATERNION),
         "coordinate": [q for q, _ in rate_names(system)],
         "moving": [
             *(q for q, _ in rate_names(system)),

@@ -23,6 +23,7 @@ from multibody_sym.text.units import DIMENSIONLESS, Dimension, parse_unit
 
 Point = tuple[Node, Node, Node]
 AXES = ("x", "y", "z")
+QUATERNION = ("w", *AXES)
 _NOTHING = "null"
 _EQUATION = re.compile(r"(?<![<>!])=(?![<>])")
 _GAP = ("", _NOTHING, "~")

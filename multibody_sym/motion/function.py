@@ -726,14 +726,18 @@ class Function(Generic[ResultT_co]):
     # --- derivatives --------------------------------------------------------------------------------------------------
 
     @door
-    def derivative(self, by: Variable, *, inputs: Free | None = None) -> Function[ResultT_co]:
+    def derivative(self, by: Variable, *more: Variable, inputs: Free | None = None) -> Function[ResultT_co]:
         """Return the derivative by t, q, u, p, s, udot, inputs or parameters: a Function with one axis more, the last.
 
-        Its columns by q are those of the tangent, one a speed; by s those of the declared states. Declared inputs are
+        Its columns by q are those of the tangent, one a speed; by s those of the declared states. By several variables
+        they stand side by side: of d/d(q, u, inputs) by derivative("q", "u", "inputs"). Declared inputs are
         functions of the state, but for the derivative by inputs, and where `inputs` are "free": then they keep their
         values. Raises InputError for a variable that the function does not have.
         """
-        return self._differentiated(_Step((by,), inputs))
+        every = by, *more
+        if any(every.count(name) > 1 for name in every):
+            raise InputError(f"{self.name} is differentiated by variables, each once: {', '.join(self._variables)}")
+        return self._differentiated(_Step(every, inputs))
 
     @door
     def with_derivatives(

@@ -128,6 +128,11 @@ class Stepper:
         return self._span[0, 0].item() if self.count is None else self._span[:, 0].copy()
 
     @property
+    def x(self) -> Floats:
+        """Coordinates and speeds in a row (nq + nu,) or (n, nq + nu), as an `ode` takes them."""
+        return self._shown(self._x)
+
+    @property
     def q(self) -> Floats:
         """The coordinates (nq,) or (n, nq)."""
         return self._shown(self._x[:, : self._nq])

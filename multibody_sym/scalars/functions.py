@@ -222,6 +222,11 @@ def where(condition: Any, a: Any, b: Any) -> Any:
     return apply("where", condition, a, b)
 
 
+def less(a: Any, b: Any) -> Any:
+    """Return the condition a < b."""
+    return apply("less", a, b)
+
+
 def is_exactly(x: Any, value: Any) -> bool:
     """Return whether x is known to be this value; an expression that merely happens to equal it is not."""
     return x is as_node(value) if isinstance(x, Node) else bool(x == value)

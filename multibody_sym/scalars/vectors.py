@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, Final
 
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import absolute, cos, is_exactly, sin, sqrt
+from multibody_sym.scalars.functions import absolute, cos, is_exactly, less, sin, sqrt, where
 from multibody_sym.scalars.node import ZERO
 
 S = Any
@@ -142,6 +142,24 @@ def quaternion_rotation(q: Sequence[S]) -> Mat:
         (s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)),
         (s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)),
     )
+
+
+def rotation_quaternion(R: Mat) -> list[S]:
+    """Return the unit quaternion (w first, not negative) of a rotation, by its largest element (Shepperd 1978)."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R
+    rows = [  # 4 q q^T
+        [1 + xx + yy + zz, zy - yz, xz - zx, yx - xy],
+        [zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx],
+        [xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy],
+        [yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz],
+    ]
+    found, square = rows[0], rows[0][0]
+    for k in range(1, 4):
+        larger = less(square, rows[k][k])
+        found = [where(larger, a, b) for a, b in zip(rows[k], found, strict=True)]
+        square = where(larger, rows[k][k], square)
+    size = 2 * where(less(found[0], 0), -1, 1) * sqrt(square)
+    return [x / size for x in found]
 
 
 def unit_quaternion(q: Sequence[S]) -> tuple[list[S], S]:

@@ -32,7 +32,7 @@ from multibody_sym.scalars.node import (
 from multibody_sym.scalars.sign_changes import is_condition
 from multibody_sym.text.printer import AT, FORCE_NAMES, text
 from multibody_sym.text.tokens import Token, exact_number, failure, tokens
-from multibody_sym.text.units import ENERGY, FORCE, LENGTH, Dimension, InferredUnit, Kind, read_unit
+from multibody_sym.text.units import DIMENSIONLESS, ENERGY, FORCE, LENGTH, Dimension, InferredUnit, Kind, read_unit
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The quantities of the moving system that an expression can name, such as `reaction(C, fx)`.
@@ -62,6 +62,9 @@ QUANTITIES: Final[dict[str, QuantityForm]] = {
     "acceleration": QuantityForm(("point", "axis"), Dimension(0, 1, -2)),
     "angular_velocity": QuantityForm(("body", "axis"), Dimension(0, 0, -1)),
     "angular_acceleration": QuantityForm(("body", "axis"), Dimension(0, 0, -2)),
+    "rotation": QuantityForm(("frame", "axis", "axis"), DIMENSIONLESS),
+    "quaternion": QuantityForm(("frame", "element"), DIMENSIONLESS),
+    "angle": QuantityForm(("frame", "axis"), DIMENSIONLESS),
     "distance": QuantityForm(("point", "point"), Dimension(0, 1, 0)),
     "'": QuantityForm(("moving",), None),
     "''": QuantityForm(("coordinate",), None),
@@ -95,7 +98,13 @@ KINEMATIC: Final = frozenset(("position", "velocity", "acceleration", "angular_v
 """Quantities of points and bodies that need no forces."""
 SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 
-_ANGULAR: Final = {"angular_velocity": 1, "angular_acceleration": 1, "angular_momentum": None, "frequency": 1}
+_ANGULAR: Final = {
+    "angle": 1,
+    "angular_velocity": 1,
+    "angular_acceleration": 1,
+    "angular_momentum": None,
+    "frequency": 1,
+}
 _ENERGIES: Final = ("total_energy", "kinetic_energy", "potential_energy", "jacobi_integral", "work")
 
 

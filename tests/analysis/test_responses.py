@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 import multibody_sym as mbs
 
@@ -220,6 +222,29 @@ def test_feedback_is_a_law_of_the_inputs() -> None:
     text += "forces: {m: {type: torque, on: b, value: [M, 0, 0]}}\n"
     with pytest.raises(mbs.InputError, match=r"J\.rx is no coordinate"):
         mbs.linearize(mbs.loads(text)).feedback(np.zeros((1, 6)))
+
+
+def test_an_lqr_costs_as_little_as_its_riccati_equation_says() -> None:
+    """x^T P x is the cost from x on: P solves Lyapunov's equation of the closed loop, and any other law costs more."""
+    near, Q, R = mbs.linearize(mbs.loads(MASS)), np.diag([4.0, 1.0]), np.array([[0.3]])
+    for system, solve in ((near, solve_continuous_lyapunov), (near.discrete(0.1), solve_discrete_lyapunov)):
+        K = system.lqr(Q, R)
+
+        def cost(K: np.ndarray, system: mbs.Linearization = system, solve: Any = solve) -> float:
+            sign = -1.0 if system.dt is None else 1.0
+            return float(np.trace(solve((system.A - system.B @ K).T, sign * (Q + K.T @ R @ K))))
+
+        assert all(cost(K + d) > cost(K) for d in 1e-3 * np.array([[[1, 0]], [[-1, 0]], [[0, 1]], [[0, -1]]]))
+    for wrong in (([1, 1], R), (np.array([[1, 1], [0, 1]]), R), (Q, np.eye(2))):
+        with pytest.raises(mbs.InputError, match="is a symmetric matrix"):
+            near.lqr(*wrong)
+    with pytest.raises(mbs.NoSolutionError, match="no law with these weights"):
+        near.lqr(Q, [[0.0]])
+
+
+def test_an_output_without_a_slope_is_named() -> None:
+    with pytest.raises(mbs.NoSolutionError, match="C has no value in this state: v has no derivative there"):
+        mbs.linearize(mbs.loads(MASS.replace("outputs: {", "outputs: {v: sqrt(u_x^2 + x^2), ")))
 
 
 def test_transfer_matrices_take_numbers_alone() -> None:

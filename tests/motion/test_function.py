@@ -455,6 +455,9 @@ def test_results_come_together_with_their_derivatives(what: Any) -> None:
     for found, one in zip(parts(g(*given)), alone, strict=True):
         wanted = dict(zip(one.names, parts(one(*given)), strict=True))[name]
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * max(1.0, np.abs(wanted).max()))
+    beside = f.derivative(*by)
+    for k, together in enumerate(parts(beside(*given))):
+        np.testing.assert_array_equal(together, np.concatenate([parts(one(*given))[k] for one in alone[1:]], axis=-1))
     slow = mbs.function(f.system, what, backend="python").with_derivatives(*by, of=name)
     for quick, plain in zip(parts(g(*given)), parts(slow(*given)), strict=True):
         np.testing.assert_array_equal(quick, plain)
@@ -464,6 +467,8 @@ def test_results_come_together_with_their_derivatives(what: Any) -> None:
         f.with_derivatives("q", of="speed")
     with pytest.raises(mbs.InputError, match="each result once"):
         f.with_derivatives("q", "q")
+    with pytest.raises(mbs.InputError, match="by variables, each once"):
+        f.derivative("q", "q")
     with pytest.raises(mbs.InputError, match="no function of"):
         f.with_derivatives("force")  # type: ignore[arg-type]
 

@@ -173,6 +173,25 @@ def test_a_mode_in_words_is_found_where_its_conditions_say_so() -> None:
     assert every["0"].mode == {"a": "open", "b": "open"}
 
 
+def test_a_ball_that_does_not_slip_has_derivatives() -> None:
+    """It sticks, and |p| of the impulses along the floor has the slope 0 where they vanish, as |x| has."""
+    ball = mbs.loads("""
+multibody_sym: 1
+name: ball
+gravity: [0, 0, -9.81]
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: z}}}
+  ball: {shape: {sphere: 0.1, mass: 1}, surfaces: {skin: {sphere: 0.1}}}
+joints: {free: {type: free, parent: ground, child: ball, initial: {q: [0, 0, 0.1, 1, 0, 0, 0], u: [0, 0, -1, 0, 0, 0]}}}
+contacts: {c: {between: [ball.skin, ground.floor], restitution: 0.5, static: 0.3, kinetic: 0.3}}
+impact: closing
+""")
+    f = mbs.function(ball, "impact", mode={"c": "stick"}, backend="python")
+    found = f.derivative("u")(0.0, [0, 0, 0.1, 1, 0, 0, 0], [0, 0, -1, 0, 0, 0])
+    np.testing.assert_allclose(found.after[0], [5 / 7, 0, 0, 0, 2 / 70, 0], atol=1e-14)
+    np.testing.assert_allclose(found.holds[f.conditions.index("c sticks")], [0, 0, -0.45, 0, 0, 0], atol=1e-14)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -70,6 +70,7 @@ def test_a_held_input_is_that_of_a_run(cart: mbs.Prepared) -> None:
     assert np.allclose([*sim.q, *sim.u], [whole[name][-1] for name in ("x", "phi", "u_x", "u_phi")], rtol=1e-13)
     assert sim["tip"] == pytest.approx(whole["tip"][-1], rel=1e-13)
     assert sim["F"] == 1.5
+    assert sim.x.tolist() == [*sim.q, *sim.u]
     assert set(sim.outputs) == {"tip", "work"}
 
 

@@ -70,7 +70,7 @@ from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, where
-from multibody_sym.scalars.functions import absolute, evaluate
+from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
 from multibody_sym.scalars.limits import room
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, slot
 from multibody_sym.scalars.vectors import (
@@ -476,8 +476,10 @@ class StruckMode:
                 yield "speed", f"{part.name} rests", -sum((absolute(x) for x in after_all), ZERO)
             elif not part.enough and element.unilateral and part.normals == (0,):
                 static: S = coefficients(motion, part.rows, [part.static])[0] if motion else part.static
-                along, N = [impulses.get(name, ZERO) for name in names], impulses.get(normal, ZERO)
-                yield "impulse", f"{part.name} sticks", room(static, N, along)
+                along = [impulses.get(name, ZERO) for name in names]
+                if len(along) > 1:  # its slope is 0 where it is, as that of |x|: the square has a kink there
+                    along = [sqrt(maximum(sum((x * x for x in along), ZERO), ZERO))]
+                yield "impulse", f"{part.name} sticks", room(static, impulses.get(normal, ZERO), along)
 
     def wanted(self, before: Motion, pushed: Motion) -> dict[int, S]:
         """Return the jumps of rows: normal speeds are reversed, rows that stick or begin stop, motions jump as given.

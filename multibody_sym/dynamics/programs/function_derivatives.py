@@ -6,6 +6,7 @@ configuration, a quaternion on its sphere.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
@@ -37,6 +38,8 @@ Variable = Literal["t", "q", "u", "p", "s", "udot", "inputs", "parameters"]
 """By what a function is differentiated; by q along the tangent, by s along the declared states, the last of q."""
 VARIABLES: Final[tuple[Variable, ...]] = get_args(Variable)
 Columns = list[list[Node]]
+_LANES: Final = 4
+"""Columns that a vector register holds: of floats in 256 bits."""
 Elements = tuple[tuple[int, ...], Sequence[Node]]
 """The shape of a result and its elements, row by row."""
 
@@ -55,8 +58,13 @@ class Derivatives:
         self.slopes[name, by] = (*shape, width), [column[row] for row in range(len(values)) for column in columns]
 
     def alone(self) -> Program:
-        """Return the Program of the derivatives by one variable, which have the names of the values."""
-        return self.trace.finish({name: found for (name, _), found in self.slopes.items()})
+        """Return the Program of the derivatives, which have the names of the values: columns by variable, in a row."""
+        found = {}
+        for name, (shape, values) in self.values.items():
+            blocks = [(each[0][-1], each[1]) for (own, _), each in self.slopes.items() if own == name]
+            rows = [x for row in range(len(values)) for n, block in blocks for x in block[n * row : n * row + n]]
+            found[name] = (*shape, sum(n for n, _ in blocks)), rows
+        return self.trace.finish(found)
 
     def with_values(self, names: Sequence[str]) -> Program:
         """Return the Program of some values, and of their derivatives as NAME_by_VARIABLE."""
@@ -279,20 +287,48 @@ class _Tree:
                 if moving := {i for i in places if each[i] is not ZERO}:
                     branch = next((branch for branch in branches if moving <= {*branch}), places)
                     together.setdefault(branch, []).append(k)
-            for branch, members in together.items():
+            for branch, members in self._joined(places, together).items():
                 right = {i: [columns[k][i] for k in members] for i in branch}
                 for i, row in zip(places, self._solved_together(trace, places, right), strict=True):
                     for k, x in zip(members, row, strict=True):
                         found[k][i] = x
         return found
 
+    def _joined(
+        self, places: tuple[int, ...], together: dict[tuple[int, ...], list[int]]
+    ) -> dict[tuple[int, ...], list[int]]:
+        """Return columns by branch, those of a small branch in a larger one where that takes less turns of registers.
+
+        A turn takes the factors of a branch twice, forward and back, and those of speeds beyond it once.
+        """
+        found = dict(sorted(together.items(), key=lambda item: len(item[0])))
+        terms = {
+            branch: sum(map(len, self._below(places, branch))) + sum(len(self._factors.below[k]) for k in branch)
+            for branch in found
+        }
+
+        def turns(columns: list[int], branch: tuple[int, ...]) -> int:
+            return math.ceil(len(columns) / _LANES) * terms[branch]
+
+        for small in list(found)[:-1]:
+            gains = {
+                large: turns(found[small], small) + turns(others, large) - turns([*found[small], *others], large)
+                for large, others in found.items()
+                if large != small and {*small} <= {*large}
+            }
+            best = max(gains, key=gains.__getitem__, default=small)
+            if gains.get(best, 0) > 0:
+                found[best] = found[best] + found.pop(small)
+        return found
+
     @cached_property
     def _groups(self) -> list[tuple[tuple[int, ...], list[tuple[int, ...]]]]:
-        """Speeds that the mass matrix couples, in groups with their branches: a last speed and those that carry it."""
+        """Speeds that the mass matrix couples, in groups with their branches: a speed, those that carry it, and those
+        that it carries. The smallest come first."""
         carrying = [{k, *(i for i, _ in row)} for k, row in enumerate(self._factors.below)]
-        last = set(range(len(carrying))) - {i for row in self._factors.below for i, _ in row}
+        branches = [carrying[k] | {m for m, row in enumerate(carrying) if k in row} for k in range(len(carrying))]
         groups = coupled_groups([*carrying, *(set(axes.speeds) for axes in self.along)])
-        return [(tuple(sorted(x)), [tuple(sorted(carrying[k])) for k in sorted(last & x)]) for x in groups]
+        return [(tuple(sorted(x)), sorted({tuple(sorted(branches[k])) for k in x}, key=len)) for x in groups]
 
     def _solved_together(
         self, trace: Trace, places: tuple[int, ...], right: Mapping[int, list[Node]]

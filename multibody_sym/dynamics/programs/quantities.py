@@ -41,15 +41,27 @@ from multibody_sym.mechanics.row_kinematics import RowMotion, along_reactions, r
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.model.bodies import COM, Pose
 from multibody_sym.model.contacts_and_impacts import without_number
-from multibody_sym.model.fields import AXES
+from multibody_sym.model.fields import AXES, QUATERNION
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate, sqrt
+from multibody_sym.scalars.functions import atan2, evaluate, sqrt
 from multibody_sym.scalars.node import Node, as_node
-from multibody_sym.scalars.vectors import ZERO_VECTOR, S, Vec, add, apply, cross, dot, negate, scale, subtract
+from multibody_sym.scalars.vectors import (
+    ZERO_VECTOR,
+    S,
+    Vec,
+    add,
+    apply,
+    cross,
+    dot,
+    negate,
+    rotation_quaternion,
+    scale,
+    subtract,
+)
 from multibody_sym.text.parser import OWN_CENTRE, SYSTEM, WEIGHT
 from multibody_sym.text.printer import COMPONENTS
 
@@ -372,6 +384,18 @@ def _turning_of_body(instant: StateQuantities, quantity: str, body: str, axis: s
     return _axis_component(apply(instant.motion.rotation(index), local), axis)
 
 
+def _orientation(instant: StateQuantities, quantity: str, frame: str, *asked: str) -> S:
+    motion = instant.motion
+    R = points.axes(motion, motion.mechanism.markers[frame])
+    if quantity == "quaternion":
+        return rotation_quaternion(R)[QUATERNION.index(asked[0])]
+    k, *column = map(AXES.index, asked)
+    if quantity == "rotation":
+        return R[k][column[0]]
+    j, k = (k + 1) % 3, (k + 2) % 3
+    return atan2(R[k][j], R[j][j])
+
+
 def _distance(instant: StateQuantities, _quantity: str, a: str, b: str) -> S:
     first, second = (points.position(instant.motion, point_named(instant.motion.mechanism, name)) for name in (a, b))
     difference = subtract(second, first)
@@ -494,6 +518,9 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "acceleration": _motion_of_point,
     "angular_velocity": _turning_of_body,
     "angular_acceleration": _turning_of_body,
+    "rotation": _orientation,
+    "quaternion": _orientation,
+    "angle": _orientation,
     "distance": _distance,
     "'": _of_speed,
     "''": _of_speed,

@@ -34,11 +34,12 @@ from multibody_sym.dynamics.programs.tree_functions import (
 from multibody_sym.errors import InputError, ModelError
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces, varies
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, arrays, motion_of, pose, slot_state, spread
+from multibody_sym.mechanics.motion import Motion, accelerations, arrays, motion_of, slot_state, spread
 from multibody_sym.mechanics.points import (
     NO_WRENCH,
     Wrench,
     acceleration,
+    axes,
     carried_wrenches,
     joint_projection,
     position,
@@ -64,7 +65,6 @@ from multibody_sym.scalars.vectors import (
     cross,
     dot,
     negate,
-    product,
     subtract,
 )
 from multibody_sym.text.printer import COMPONENTS
@@ -365,13 +365,13 @@ class _Moved:
 
     @staticmethod
     def of(motion: Motion, marker: Marker) -> _Moved:
-        of_body, turned = motion.rotation(marker.body), pose(motion.state, marker.pose)[0]
+        of_body = motion.rotation(marker.body)
         bodies = accelerations(motion, [0] * len(motion.state.u))
         turning = motion.bodies[marker.body].w_WB if marker.body >= 0 else ZERO_VECTOR
         growing = bodies[marker.body][1] if marker.body >= 0 else ZERO_VECTOR
         return _Moved(
             position(motion, marker),
-            product(of_body, turned),
+            axes(motion, marker),
             (velocity(motion, marker), apply(of_body, turning)),
             (acceleration(motion, marker, bodies), apply(of_body, growing)),
         )

@@ -40,6 +40,7 @@ from multibody_sym.model.bodies import GROUND, Pose
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.vectors import rotation_quaternion
 
 NEAR: Final = 1e-6
 """Values that are all given change as little as possible where rows are missed by less than this part of their size."""
@@ -294,23 +295,7 @@ def _body_coordinates(motion: Motion, index: int, free: TreeBody) -> tuple[Float
     if not free.quaternions:
         angle = math.atan2(R_GB[1, 0], R_GB[0, 0])
         return np.array([p[0], p[1], angle]), np.array([v[0], v[1], w @ R_WG[:, 2]])
-    return np.array([*p, *_quaternion(R_GB)]), np.array([*v, *(R_WB.T @ w)])
-
-
-def _quaternion(R: Floats) -> Floats:
-    """Return the unit quaternion (w first) of a rotation, from its largest component (Shepperd 1978)."""
-    trace = float(np.trace(R))
-    squares = [trace, *(2 * R[k, k] - trace for k in range(3))]  # 4 q_k^2 - 1
-    largest = int(np.argmax(squares))
-    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    if largest == 0:
-        found = np.array([1 + trace, *skew])
-    else:
-        k = largest - 1
-        found = np.array([skew[k], *(R[j, k] + R[k, j] for j in range(3))])
-        found[largest] = 1 + squares[largest]
-    unit: Floats = found / np.linalg.norm(found)
-    return unit
+    return np.array([*p, *rotation_quaternion(R_GB.tolist())]), np.array([*v, *(R_WB.T @ w)])
 
 
 def _same_poses(body: TreeBody, q: Floats, angles: Sequence[float]) -> list[Floats]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mechanisms import Case, random_case, random_state
+from scipy.spatial.transform import Rotation
 
 from multibody_sym.analysis.check import partial_velocities
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -96,10 +97,26 @@ def test_every_quantity_of_the_language_is_known() -> None:
     _, motion, found = instant(3)
     row = motion.mechanism.rows[0].name
     names = {"point": "b1", "body": "b1", "axis": "x", "joint": "j1", "component": "fx", "constraint": row}
-    names |= {"whole": "b1", "about": "com", "store": "b1", "exerting": "weight"}
+    names |= {"frame": "b1", "element": "w", "whole": "b1", "about": "com", "store": "b1", "exerting": "weight"}
     names |= dict.fromkeys(("freedom", "moving"), motion.mechanism.speeds[0].name)
     names["coordinate"] = motion.mechanism.coordinates[0].name
     for function, known in QUANTITIES.items():
         for arguments in (known.arguments, *known.others):
             if "rope" not in arguments and not known.of_mode:
                 assert np.isfinite(value(motion, found, function, *(names[a] for a in arguments)))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_orientations_are_those_of_scipy(seed: int) -> None:
+    case, motion, found = instant(seed)
+    body = case.mechanism.bodies[-1].name
+    R = np.array(motion.poses[-1][0], dtype=float)
+    elements = [[value(motion, found, "rotation", body, i, j) for j in "xyz"] for i in "xyz"]
+    np.testing.assert_array_equal(elements, R)
+    unit = [value(motion, found, "quaternion", body, element) for element in "wxyz"]
+    expected = Rotation.from_matrix(R).as_quat(canonical=True)
+    np.testing.assert_allclose(unit, [expected[3], *expected[:3]], atol=1e-15)
+    for k, axis in enumerate("xyz"):  # taken back by its angle, the next axis has no component along the one after
+        back = Rotation.from_rotvec(-value(motion, found, "angle", body, axis) * np.eye(3)[k]).apply(R[:, (k + 1) % 3])
+        assert back[(k + 2) % 3] == pytest.approx(0.0, abs=1e-14)
+        assert back[(k + 1) % 3] > 0.0
