@@ -94,7 +94,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "constraints": 'how constraints are kept: "projection", "baumgarte" or "index_2"',
     "coordinates": '"relative" (of joints) or "absolute" (of bodies)',
     "damping": "read the damping of the joints",
-    "diagrams": "draw N, V and M along beams below",
+    "diagrams": "draw N, V, M of beams and plans of velocities below",
     "digits": "how many digits numbers have",
     "dimensions": "draw named lengths",
     "directory": "the folder to write to; of an FMU the file",

@@ -67,8 +67,9 @@ def draw(
     `all`, names of bodies, joints and ropes too, or `none`; what finds no room, and what is given without a place,
     stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
     constraints with rows that follow from others; `diagrams` draws N, V and M along beams below, of which `ask` names a
-    section, else along those of a structure; `mark` what stands at places of the model such as `joints.A`, with a
-    word each if it is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`);
+    section, else along those of a structure, and plans of the velocities and accelerations that `ask` names;
+    `mark` what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
+    `strip`, text or several with which names begin and that letters leave out (`panda_`);
     `parameters` to `project` change the system for this call; `formalism` for a run,
     of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
     Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
@@ -97,9 +98,11 @@ def draw(
             shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
         if wanted["diagrams"]:
+            from multibody_sym.documents.motion_diagrams import motion_diagrams
             from multibody_sym.documents.section_diagrams import section_diagrams
 
-            figure = Figure(below_figure(figure.picture, section_diagrams(asked)))
+            plans = motion_diagrams(asked)
+            figure = Figure(below_figure(figure.picture, [*plans, *section_diagrams(asked, needed=not plans)]))
     if path is not None:
         figure.write(path)
     return figure

@@ -23,19 +23,21 @@ _LONGEST: Final = 14
 """Letters of a formula that stands at a value; numbers stand for longer ones."""
 
 
-def section_diagrams(system: System, units: Units = SI) -> list[Diagram]:
+def section_diagrams(system: System, units: Units = SI, *, needed: bool = True) -> list[Diagram]:
     """Return N, V and M of each beam at the start, those that are zero all along left out.
 
     Beams are those of the questions about sections; of a structure without one all bodies that loads cut in stretches.
-    Raises NoSolutionError where there is no beam, or statics alone does not
+    Raises NoSolutionError where there is no beam, though one is `needed`, or statics alone does not
     determine its sections; ModelError where a load has no place on it.
     """
     names = list(dict.fromkeys(x.section for x in system.ask.values() if x.section is not None))
+    if not names and not needed:
+        return []
     solved = solved_start(system)
     if not names:
         beams = list(_beams_of_structure(solved)) if solved.is_structure else []
         if not beams:
-            message = "no beam to cut: ask for a section, such as M: {section: beam, component: moment}"
+            message = "no beam to cut: ask for a section or a velocity, such as M: {section: beam, component: moment}"
             raise NoSolutionError(message, number="N111")
     else:
         beams = [(name, CutBeam(solved, name)) for name in names]

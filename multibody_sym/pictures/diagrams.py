@@ -1,19 +1,23 @@
-"""Diagrams along a beam, such as N, V and M: areas between a base line and a curve, signed, with values at their ends.
+"""Diagrams to scale: N, V and M along a beam as signed areas, and plans of velocities and accelerations.
 
-In: numbers along beams, with their letters. Out: a Picture, or one with them below another.
+In: numbers along beams with their letters, vectors of points. Out: a Picture, or one with them below another.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from multibody_sym.pictures.page.picture import (
+    HIDDEN,
     INK,
     THIN,
+    VELOCITY,
+    Arc,
+    Arrow,
     Picture,
     Placed,
     Run,
@@ -21,6 +25,7 @@ from multibody_sym.pictures.page.picture import (
     TextMark,
     formula,
     shifted_mark,
+    small,
     width_of,
 )
 from multibody_sym.records import dataclass
@@ -28,6 +33,8 @@ from multibody_sym.scalars.arrays import Floats
 
 _WIDTH, _HEIGHT, _GAP, _MARGIN, _SIDE = 260.0, 44.0, 10.0, 8.0, 30.0
 """Points: a beam's length, the largest value, between areas, around all, and beside the base line."""
+_PLAN: Final = 150.0
+"""Points of the longest vector of a plan."""
 _SIZE: Final = 9.0
 _ROOM: Final = 16.0
 """Points of height and width that a sign needs."""
@@ -72,9 +79,70 @@ class Diagram:
         return max(float(np.abs(y).max()) for _, y in self.curves)
 
 
-def below_figure(picture: Picture | None, diagrams: Sequence[Diagram]) -> Picture:
+@dataclass(frozen=True, eq=False)
+class VectorPlan:
+    """The velocities or accelerations (`name`) of `points` of a linkage in the plane, all from one origin.
+
+    `joined` are pairs of points of one body, whose difference is drawn.
+    """
+
+    name: str
+    unit: str
+    points: Mapping[str, tuple[float, float]]
+    joined: Sequence[tuple[str, str]]
+
+    @property
+    def _scale(self) -> float:
+        """Points for one unit."""
+        return _PLAN / max(float(np.hypot(*v)) for v in self.points.values())
+
+    @property
+    def _tips(self) -> dict[str, Floats]:
+        return {name: self._scale * np.array(v) for name, v in self.points.items()}
+
+    @property
+    def _box(self) -> tuple[Floats, Floats]:
+        every = np.array([*self._tips.values(), np.zeros(2)])
+        return every.min(0), every.max(0)
+
+    @property
+    def high(self) -> float:
+        """How far it reaches above its origin, letters included."""
+        return float(self._box[1][1]) + 2 * _SIZE
+
+    @property
+    def low(self) -> float:
+        """How far it reaches below its origin, as a negative number."""
+        return float(self._box[0][1]) - 2 * _SIZE
+
+    @property
+    def words(self) -> str:
+        """The plan in words."""
+        told = (f"{name} {float(np.hypot(*v)):.4g} {self.unit}" for name, v in self.points.items())
+        return f"Plan of {self.name}: {', '.join(told)}."
+
+    def marks(self) -> Iterator[Placed]:
+        """Yield the vectors from their origin, what points of one body differ by, and names at the tips."""
+        named: Any = {"role": "plan", "name": self.name}
+        low, high = self._box
+        at = np.array([(_WIDTH - low[0] - high[0]) / 2, 0.0])
+        for one, other in self.joined:
+            yield Stroke(np.array([self._tips[one], self._tips[other]]) + at, HIDDEN, **named)
+        for name, tip in self._tips.items():
+            if np.hypot(*tip) < 1.0:
+                continue
+            yield Arrow(np.array([np.zeros(2), tip]) + at, VELOCITY, **named)
+            runs = small(f"{name}: {float(np.hypot(*self.points[name])):.4g} {self.unit.replace('^2', _RAISED['2'])}")
+            wide, side = width_of(runs, _SIZE), tip / np.hypot(*tip)
+            left = tip[0] + (4.0 if side[0] >= 0.0 else -4.0 - wide)
+            yield TextMark(np.array([left, tip[1] + 4.0 * side[1] - 3.0]) + at, runs, _SIZE, **named)
+        yield Arc(at, 1.6, None, fill=INK.colour, **named)
+
+
+def below_figure(picture: Picture | None, diagrams: Sequence[Diagram | VectorPlan]) -> Picture:
     """Return a picture with diagrams below it, or of these alone; those of one name have one scale."""
-    rows = [_Area(diagram, _scale(diagram, diagrams)) for diagram in diagrams]
+    areas = [each for each in diagrams if isinstance(each, Diagram)]
+    rows = [_Area(each, _scale(each, areas)) if isinstance(each, Diagram) else each for each in diagrams]
     heights = [row.high - row.low + _GAP for row in rows]
     wide = _WIDTH + 2 * (_MARGIN + _SIDE)
     width = max(wide, picture.width if picture is not None else 0.0)
@@ -89,7 +157,7 @@ def below_figure(picture: Picture | None, diagrams: Sequence[Diagram]) -> Pictur
         marks += [shifted_mark(mark, at) for mark in row.marks()]
         top -= room
     told = " ".join(row.words for row in rows)
-    title = picture.title if picture is not None else ", ".join(dict.fromkeys(each.beam for each in diagrams))
+    title = picture.title if picture is not None else "diagrams"
     description = f"{picture.description} {told}" if picture is not None else told
     return Picture(width, height, marks, title, description)
 

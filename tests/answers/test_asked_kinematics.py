@@ -10,6 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.documents.document import worked_document, write_document
+from multibody_sym.pictures.page.picture import Arrow, Stroke
 
 _SLIDER_CRANK = """
 multibody_sym: 1
@@ -182,6 +183,25 @@ def test_steps_go_from_body_to_body() -> None:
     assert "along x: s'*cos(psi) - omega_arm*s*sin(psi) = -r*w*sin(phi)" in lines
     assert "so: omega_arm = r*w*cos(phi - psi)/s" in lines
     assert "- 2*omega_arm*s'*sin(psi)" in lines  # Coriolis
+
+
+def test_plans_of_velocities_and_accelerations_are_to_scale() -> None:
+    """The pin has r*w and r*w^2; the difference of both ends of the rod is square to it in the plan of velocities."""
+    picture = mbs.draw(mbs.loads(_SLIDER_CRANK), diagrams=True).picture
+    assert "Plan of velocities: crank.pin 1 m/s, rod.pin" in picture.description
+    plans = {name: [x for x in picture.marks if x.role == "plan" and x.name == name] for name in _PLANS}
+    for name, quantity in _PLANS.items():
+        pin, end = (mark.points[1] - mark.points[0] for mark in plans[name] if isinstance(mark, Arrow))
+        value = _solved(_SLIDER_CRANK).answers[quantity].value
+        assert value is not None
+        largest = {"velocities": 1.0, "accelerations": 10.0}[name]
+        assert np.hypot(*end) / np.hypot(*pin) == pytest.approx(value / largest, rel=1e-9)
+    (across,) = (mark.points for mark in plans["velocities"] if isinstance(mark, Stroke))
+    rod = complex(_slider(0)) - _turned(0.1, 0.7)
+    assert (across[1] - across[0]) @ [rod.real, rod.imag] == pytest.approx(0.0, abs=1e-9)
+
+
+_PLANS = {"velocities": "v", "accelerations": "a"}
 
 
 def test_loops_are_closed_first_and_their_speeds_keep_letters() -> None:

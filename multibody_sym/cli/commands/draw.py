@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dimensions", action=argparse.BooleanOptionalAction, default=True, help=dimensions)
     redundant = "mark joints and constraints with rows that follow from others"
     parser.add_argument("--redundant", action="store_true", help=redundant)
-    diagrams = "show N, V and M along beams below, of the sections that `ask` names or of a structure"
+    diagrams = "show N, V, M of beams below, and plans of velocities and accelerations that `ask` names"
     parser.add_argument("--diagrams", action="store_true", help=diagrams)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
