@@ -7,21 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(_WIN32)
-#define EXPORTED __declspec(dllexport)
-#elif defined(__GNUC__)
-#define EXPORTED __attribute__((visibility("default")))
-#else
-#define EXPORTED
-#endif
-
 /* Linked statically, functions bear the name of the model in front. */
 #ifdef FMI3_FUNCTION_PREFIX
-#define JOINED(a, b) a##b
-#define JOIN(a, b) JOINED(a, b)
-#define API(type, name) type JOIN(FMI3_FUNCTION_PREFIX, name)
+#define API(type, name) type MBS_FMU_JOIN(FMI3_FUNCTION_PREFIX, name)
 #else
-#define API(type, name) EXPORTED type name
+#define API(type, name) MBS_FMU_EXPORTED type name
 #endif
 
 typedef void *fmi3Instance, *fmi3FMUState, *fmi3InstanceEnvironment;

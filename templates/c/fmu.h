@@ -10,6 +10,16 @@
 
 #include <stddef.h>
 
+#if defined(_WIN32)
+#define MBS_FMU_EXPORTED __declspec(dllexport)
+#elif defined(__GNUC__)
+#define MBS_FMU_EXPORTED __attribute__((visibility("default")))
+#else
+#define MBS_FMU_EXPORTED
+#endif
+#define MBS_FMU_JOINED(a, b) a##b
+#define MBS_FMU_JOIN(a, b) MBS_FMU_JOINED(a, b)
+
 /* Value references: time, states (q, u), their rates, inputs, outputs, parameters, event indicators. */
 enum {
     MBS_FMU_TIME = 0,

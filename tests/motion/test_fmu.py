@@ -143,6 +143,13 @@ def test_the_archive_has_its_sources_and_is_the_same_twice(fmi: int) -> None:
     assert {f"sources/{name}" for name in listed} == {name for name in names if name.endswith(".c")}
 
 
+def test_slip_that_is_undetermined_at_the_start_does_not_end_the_motion() -> None:
+    """The corners of a box share its friction in many ways: one of them would slip by the least forces at the start."""
+    content = exported(mbs.load(EXAMPLES / "textbook" / "slips_or_tips.yaml"))
+    header = archive_of(content).read("sources/fmu_model.h").decode()
+    assert "mbs_fmu_margins[] = {1e-09, -1e-09, 1e-09, 1e-09, 1e-09, 1e-09};" in header
+
+
 @pytest.mark.usefixtures("library")
 def test_a_file_that_no_export_wrote_stays(tmp_path: Path) -> None:
     path, heavier = tmp_path / "cart.fmu", exported(cart(), k=4)

@@ -12,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+import numpy as np
+
 from multibody_sym.dynamics.programs.function_derivatives import state_jacobian
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.start.parameters import evaluation_order
@@ -57,7 +59,10 @@ _MOST_OPERATIONS: Final = 30_000
 _MOST_EVENTS: Final = 100_000
 """Kinks in one step of a co-simulation that are too many: a force jumps to and fro."""
 _MARGIN: Final = 1e-9
-"""By how much a switching function of the state at the start may exceed zero, as it does by rounding."""
+"""By how much a switching function of the state at the start may exceed zero, as it does by rounding.
+
+One that does so at the start, where forces are not unique, ends the motion once it has been below.
+"""
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,10 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
     settings, switches, pairs = run_settings(system.simulation, values), switchings(mechanism), pairing_of(mechanism)
     own = isinstance(settings.method, RungeKutta) or settings.method.name in COLLOCATION
     method = settings.method if own else METHODS[AUTO]
-    inputs = _inputs(mechanism, interpret(made["inputs"], 0.0, begin.q, begin.u, begin.parameters)[0].tolist())
+    state = 0.0, begin.q, begin.u, begin.parameters
+    given = interpret(made["inputs"], *state)[0]
+    inputs = _inputs(mechanism, given.tolist())
+    ending = interpret(made["events"], *state, given, np.empty(0))[0][-len(switches) :] if switches else ()
     units, states = MechanismUnits(mechanism), _states(mechanism, (*begin.q, *begin.u))
     found = Fmu(
         name=mechanism.name,
@@ -96,7 +104,7 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
         units={},
         ends=_ends(mechanism),
         terminal=terminal_of(mechanism, len(switches)),
-        margins=(_MARGIN,) * len(switches),
+        margins=tuple(-_MARGIN if value > _MARGIN else _MARGIN for value in ending),
         moments=knots_before(mechanism, math.inf),
         plain=tuple(pairs.plain),
         balls=tuple(pairs.balls),
