@@ -127,6 +127,20 @@ def test_the_integrator_stops_where_the_state_of_the_start_ends(tmp_path: Path) 
     assert float(after.split("u_x = ")[1].split()[0]) == pytest.approx(5.0, abs=0.06)
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("impacts/superball", "begins with an impact, which is left out; `impact` returns the speeds after it"),
+        ("stages/rope_cut", "of the first stage only; the stages of `then` are left out"),
+    ],
+)
+def test_the_command_names_what_it_leaves_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, words: str
+) -> None:
+    assert main(["export", str(EXAMPLES / f"{name}.yaml"), "--to", "javascript", "-o", str(tmp_path)]) == 0
+    assert words in capsys.readouterr().out
+
+
 def test_the_command_tells_of_which_state_its_files_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "ball.yaml").write_text(BALL, encoding="utf-8")
     assert main(["export", str(tmp_path / "ball.yaml"), "--to", "c", "-o", str(tmp_path / "out")]) == 0

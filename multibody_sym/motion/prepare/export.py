@@ -163,15 +163,19 @@ def exported(
     route = formalism_name(formalism, resolved)
     implicit = to == FMU and system.simulation.method in COLLOCATION
     made = programs(resolved, FORMALISMS[route], "implicit" if implicit else "explicit").exported()
+    first = ("of the first stage only; the stages of `then` are left out",) if system.then else ()
     if to != FMU:
-        return _sources(placed, made, to, folder, route, fold)
+        begins = system.impact is not None or placed.closing
+        left = "the motion begins with an impact, which is left out; `impact` returns the speeds after it"
+        found = _sources(placed, made, to, folder, route, fold)
+        return found._replace(notes=(*first, *((left,) if begins else ()), *found.notes))
     if fold:
         with at("fold"):
             raise InputError("an FMU has parameters: leave out fold", number="M110")
     from multibody_sym.motion.prepare.fmu import fmu_of, write_fmu  # which other exports do without
 
     made_fmu = fmu_of(system, placed, made)
-    return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], made_fmu.notes)
+    return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], (*first, *made_fmu.notes))
 
 
 def _sources(
