@@ -49,6 +49,7 @@ _ROUNDED: Final = 1e-9
 _HOW_PERIODS: Final = "the period is the integral of 2 dq/q' between the turning points, expanded in their distance"
 _X: Final = sympy.Symbol("what varies", real=True)
 _STEPPED: Final = sympy.Symbol("from the place", real=True)
+_NO_VALUES: Final = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
 _INFINITIES: Final = {"oo": sympy.oo, "-oo": -sympy.oo}
 
 
@@ -157,7 +158,8 @@ class _Formula:
         """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""
         roots = [x.base for x in expression.atoms(sympy.Pow) if x.exp.is_Rational and x.exp.q == 2]
         for root in sorted(roots, key=str):
-            for factor, power in sympy.factor_list(root)[1]:
+            factors = (x for part in sympy.fraction(sympy.together(root)) for x in sympy.factor_list(part)[1])
+            for factor, power in factors:
                 if power % 2 == 0 and not factor.is_positive:
                     way = 1 if self.evaluated(factor, self.scale) > 0 else -1
                     yield f"while {text(self.in_book_form(way * factor))} > 0"
@@ -192,7 +194,7 @@ class LimitQuestion(_FormulaQuestion):
 
     def expanded(self, formula: _Formula, working: Working) -> Value:
         places = list(self._sides(formula))
-        found = [sympy.limit(formula.sympy, _X, end, side) for end, side, _ in places]
+        found = [self._at(formula.sympy, end, side) for end, side, _ in places]
         name = text(self.expression)
         if len({*found}) > 1:
             raise NoExpansionError(f"{name} tends to {found[0]} from above and to {found[1]} from below")
@@ -208,6 +210,14 @@ class LimitQuestion(_FormulaQuestion):
                 raise NoExpansionError(f"numbers do not confirm the limit of {name} as {self.to}")
         working.notes.extend(formula.signs(limit))
         return formula.value(formula.in_book_form(limit))
+
+    def _at(self, expression: Any, end: Any, side: str) -> Any:
+        """Return the value at the place where there is one, which the numbers beside it confirm, else the limit."""
+        value = expression.subs(_X, end)
+        try:
+            return sympy.limit(expression, _X, end, side) if value.has(*_NO_VALUES) else value
+        except sympy.PolynomialError:
+            raise NoExpansionError(f"no limit of {text(self.expression)} is known as {self.to}") from None
 
     def _sides(self, formula: _Formula) -> Iterator[tuple[Any, str, Any]]:
         """Yield the place, a side of it, and a value close by on that side."""
@@ -309,7 +319,7 @@ class SeriesQuestion(_FormulaQuestion):
         found, derived = {}, rest
         for k in range(self.through + 1):
             factor = derived.subs(_STEPPED, 0) / sympy.factorial(k)
-            if factor.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+            if factor.has(*_NO_VALUES):
                 return self._by_series(rest)
             found[sympy.Integer(k)] = factor
             derived = derived.diff(_STEPPED)

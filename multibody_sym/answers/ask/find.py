@@ -56,6 +56,8 @@ _ASIDE: Final = 0.01
 """How far from a value that runs found, relative to it, the formulas are made of which it is a root."""
 _HOLDS: Final = 1e-6
 """The part of its size at the sample that a formula's equation may miss in numbers where that formula holds."""
+_SHORT_OF: Final = 1e-3
+"""How far from the end of a formula's range, as a part of the way to the sample, it is confirmed."""
 
 
 @dataclass(frozen=True)
@@ -252,7 +254,7 @@ class ValueSearch:
         value = partial(varied.of_formula, node)
         found = zeros(value, varied.sample, self.bounds, cheap=True, limits=varied.limits)
         scale = abs(value(varied.sample))
-        found = [x for x in found if abs(varied.confirmed(x.at)) <= _HOLDS * scale]
+        found = [x for x in found if self._is_confirmed(x, value, _HOLDS * scale)]
         if not found:
             return None
         expression = root_near(node, symbol(self.name), found[0].at, self.solved)
@@ -260,6 +262,14 @@ class ValueSearch:
         first, *others = (self._number(x, value, varied.rounding(node, x.at)) for x in found)
         first = first if expression is None else self._of(expression)
         return first, [*how, *self._others(first, found, others), *varied.notes(found[0].at)]
+
+    def _is_confirmed(self, zero: Zero, formula: Callable[[float], float], tolerance: float) -> bool:
+        """Return whether the model has the formula's value at its zero: short of it where the formula ends there.
+
+        A frequency that vanishes is no longer the first one.
+        """
+        at = zero.at + (_SHORT_OF * (self.varied.sample - zero.at) if zero.is_last else 0.0)
+        return abs(self.varied.confirmed(at) - formula(at)) <= tolerance
 
     def _by_formula_beside(self, zero: Zero) -> Node | None:
         """Return a value that runs found as the root of the formula which the equation has beside it.
