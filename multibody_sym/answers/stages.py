@@ -12,17 +12,19 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import field, replace
 from typing import Final
 
+from multibody_sym.answers.ask.ask import question_of
 from multibody_sym.answers.ask.named_answers import in_parameters, questions_beside
-from multibody_sym.answers.records import Definition, Solution, StageFound, Worked, WorkedStep
+from multibody_sym.answers.records import Definition, Sentence, Solution, StageFound, Worked, WorkedStep
 from multibody_sym.derivation.notation import Label, latex_name
 from multibody_sym.dynamics.start.parameters import known_values
+from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.stages import at_end, end_questions, going_on, in_own_time, in_stage, stage_systems
 from multibody_sym.model.fields import Names
 from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.system import System
+from multibody_sym.model.system import System, expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
@@ -31,6 +33,7 @@ from multibody_sym.text.units import parse_unit
 from multibody_sym.text.values import Value
 
 _AT_START: Final = Value(0.0, ZERO, "s")
+_OWN_TIME: Final = Sentence(("t counts from here on in the steps of this stage",))
 
 
 def solution_in_stages(system: System, solve: Callable[[System], Solution]) -> Solution:
@@ -98,7 +101,9 @@ class _Chain:
         }
         own = replace(own, parameters=Names({**own.parameters, **letters}))
         start = {name: x.expression if x.expression is not None else ZERO for name, x in begins.start.items()}
-        return going_on(own, begins.t.expression or ZERO, start)
+        found = going_on(own, begins.t.expression or ZERO, start)
+        _verify_varied(found, begins.letters, number)
+        return found
 
     def add(self, found: Solution, ends: Mapping[str, Ask]) -> None:
         """Add the solution of a stage, of whose answers some are about its end."""
@@ -106,7 +111,9 @@ class _Chain:
         for name, value in found.answers.items():
             if name not in ends:
                 is_time = name in asked and asked[name].when is not None and asked[name].value is None
-                self._answers[name] = replace(value, unit="s") if is_time and asked[name].of is None else value
+                unit = "s" if is_time and asked[name].of is None else value.unit
+                t = None if value.t is None else value.t + (self.begins.t.value or 0.0)
+                self._answers[name] = replace(value, unit=unit, t=t)
         self._found.append((self.begins, found))
         self._ends.append({*ends})
 
@@ -118,8 +125,10 @@ class _Chain:
         else:
             ended = Value(evaluate_float([stage.after], values)[0], stage.after, "s")
         end = evaluate_float([self.system.simulation.t_end], values)[0]
-        ends, units = {name: _rounded(found.answers[at_end(name, number)]) for name in names}, found.units
-        start = {name: replace(value, unit=units.get(name, "")) for name, value in ends.items()}
+        places = {name: Value(evaluate_float([x], values)[0], x) for name, x in (stage.at or {}).items()}
+        ends = {name: found.answers[key] for name in names if (key := at_end(name, number)) in found.answers}
+        known = {**places, **{name: _rounded(value) for name, value in ends.items()}}
+        start = {name: replace(known[name], unit=found.units.get(name, "")) for name in names}
         if ended.value is None or ended.value >= end or any(x.value is None for x in start.values()):
             whys = (x.partition(": ") for x in found.conditions)
             why = next((reason for name, _, reason in whys if name == at_end("t", number)), "")
@@ -178,18 +187,35 @@ class _Chain:
                 places={**own.notation.places, **notation.places},
             )
             for step in own.steps:
+                name = step.title.partition(": ")[0]
                 if number > 1:
                     lines = tuple(x for x in step.lines if step.title != "Given" or x not in known)
-                    step = replace(step, lines=lines, is_later=True)
-                if step.title.partition(": ")[0] not in ends:
+                    asked = self.system.ask.get(name)
+                    title = step.title if asked is None else f"{name}: {question_of(asked).words()}"
+                    step = replace(step, title=title, lines=lines, is_later=True)
+                if name not in ends:
                     steps.append(step)
             if number <= len(self.system.then):
                 moved = [name for name in ends if _rounded(self._found[number - 1][1].answers[name]).value]
                 reached = [step for step in own.steps if step.title.partition(": ")[0] in moved]
-                lines = tuple(dict.fromkeys(line for step in reached for line in step.lines))
+                lines = (*dict.fromkeys(line for step in reached for line in step.lines), _OWN_TIME)
                 title = f"Stage {number + 1}: {self.system.then[number - 1].words()}"
                 steps.append(WorkedStep(title, lines, is_later=True))
         return replace(found, steps=tuple(steps), notation=notation)
+
+
+def _verify_varied(system: System, letters: Collection[str], number: int) -> None:
+    """Raise ModelError for questions that vary what letters of start values hang on in ways that no formula says."""
+    named = leaves([x.node for x in expressions(system) if x.path[0] != "parameters"], "symbol")
+    unknown = [name for name in letters if symbol(name) in named]
+    for name, question in system.ask.items():
+        if unknown and question.varied is not None:
+            with at("ask", name):
+                raise ModelError(
+                    f"stage {number} begins with {', '.join(unknown)}, of which only a number is known, and that would "
+                    f"change; ask for the value itself and vary the parameter: --set {question.varied}=..",
+                    number="M121",
+                )
 
 
 def _rounded(value: Value) -> Value:

@@ -32,10 +32,11 @@ _STARTING: Final = ("contacts", "forces")
 def end_questions(system: System, number: int, names: Iterable[str] = ()) -> dict[str, Ask]:
     """Return the questions about the end of a stage by its number: `t`, and coordinates and speeds by `names`.
 
-    They are called `at_end(name, number)`. Where the next stage begins after a time, that needs no question.
+    They are called `at_end(name, number)`. The time after which the next stage begins, or the coordinate with whose
+    value it does, needs no question.
     """
     stage = system.then[number - 1]
-    values = {**{name: symbol(name) for name in names}, **(stage.initial or {})}
+    values = {**{name: symbol(name) for name in names if name not in (stage.at or {})}, **(stage.initial or {})}
     asked: dict[str, Any] = {"after": stage.after} if stage.after is not None else {"when": stage.moment}
     found = {} if stage.after is not None else {at_end("t", number): Ask(**asked)}
     return {**found, **{at_end(name, number): Ask(value=value, **asked) for name, value in values.items()}}

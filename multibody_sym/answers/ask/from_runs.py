@@ -40,6 +40,8 @@ _ATOL: Final = _RTOL / 10
 _MET: Final = 1e-9
 """How near to a value, as contacts touch, a coordinate has it where a state changes."""
 _RATES: Final = ("velocity", "acceleration")
+_ALL, _FIRST, _LAST = slice(None), slice(1), slice(-1, None)
+"""Samples of runs at which an expression is evaluated."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _STEPS: Final = 50
 
@@ -161,7 +163,7 @@ class Simulated:
         time = self.moment(moment, asked)
         if time is None or time == 0.0 or isinstance(moment, Mapping):
             return None if time is None else self.value(asked, time)
-        return float(self._values(asked, None, Names({_WHEN: moment}))[1][-1])
+        return float(self._values(asked, None, Names({_WHEN: moment}), _LAST)[1][-1])
 
     def largest_and_rate(self, asked: Node, moment: Moment | None, time: float) -> tuple[float, float]:
         """Return the largest absolute value of an expression until a time, and by how much it changes in 1 s there.
@@ -193,22 +195,20 @@ class Simulated:
         return not leaves([asked], "quantity") and all(x in moving or x in self._parameters for x in named)
 
     def _values(
-        self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None
+        self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None, places: slice = _ALL
     ) -> tuple[Floats, Floats]:
-        """Return the samples' times of a run, and the values of an expression at them."""
+        """Return times of samples of a run, and the values of an expression at them."""
         if not self._is_of_state(asked):
             run = self.along(asked, duration, stop)
-            return run.t, run[ASKED]
-        run = self._simulated(self.system, duration, stop)
-        named = leaves([asked], "symbol")
-        columns = {x: run.t if x == TIME else run[str(x.data)] for x in named if x not in self._parameters}
+            return run.t[places], run[ASKED][places]
+        run, named = self._simulated(self.system, duration, stop), leaves([asked], "symbol")
+        moving = [x for x in named if x not in self._parameters]
+        columns = {x: (run.t if x == TIME else run[str(x.data)])[places] for x in moving}
+        t, known = run.t[places], self._parameters
         if asked in columns:
-            return run.t, columns[asked]
-        rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
-        known = self._parameters
-        if not columns:
-            return run.t, np.full(len(run.t), evaluate_float([asked], known)[0])
-        return run.t, np.array([evaluate_float([asked], {**known, **row})[0] for row in rows])
+            return t, columns[asked]
+        rows = [{x: float(column[k]) for x, column in columns.items()} for k in range(len(t))]
+        return t, np.array([evaluate_float([asked], {**known, **row})[0] for row in rows])
 
     @cached_property
     def _parameters(self) -> dict[Node, float]:
@@ -222,8 +222,8 @@ class Simulated:
         """Return the value of an expression at a time; that of a number takes no run to be compiled."""
         if asked.op in ("number", "real"):
             return float(asked.data)
-        values = self._values(asked, time if time > 0.0 else _SHORT)[1]
-        return float(values[-1 if time > 0.0 else 0])
+        place = _LAST if time > 0.0 else _FIRST
+        return float(self._values(asked, time if time > 0.0 else _SHORT, None, place)[1][0])
 
     def along(self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None) -> Trajectory:
         """Return a run with an expression as its output `ASKED`, which ends at a stop if one is given."""

@@ -97,8 +97,8 @@ class MotionFormulas:
 
         Raises NoClosedFormError.
         """
-        found = self._along(asked)
-        if asked.op != "symbol":
+        found, moving = self._along(asked), self.there.variables - {self.variable}
+        if leaves([asked], "quantity") or (asked.op != "symbol" and moving.intersection(leaves([asked], "symbol"))):
             self.asked[:] = [Formula((found,) if words else (asked, found), before=(words or "along the motion",))]
         return found
 
