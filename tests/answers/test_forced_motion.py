@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
+from multibody_sym.answers.records import Formula
 
 DRIVEN = """
 multibody_sym: 1
@@ -86,3 +87,32 @@ def test_twenty_periods_begun_on_the_steady_motion_stay_on_it(
     wanted = A[:, None] * np.cos(omega * t + ahead - lag[:, None])
     assert np.abs(run.y[: len(A)] - wanted).max() <= 1e-8 * A.max()
     assert all((each.expression is None) == (model == CHAIN) for each in found.values())
+
+
+@pytest.mark.parametrize(
+    ("kind", "inputs"),
+    [
+        ("driven by a sine", "{F: F0*sin(w*t), base: '0'}"),
+        ("shaken by a cosine", "{F: '0', base: Y*cos(w*t)}"),
+    ],
+)
+def test_equations_of_steps_hold_at_amplitude_and_lag(kind: str, inputs: str) -> None:
+    """The factors of sine and cosine are those of the equation of motion with x = X sin(w t - phi) put in."""
+    of = "F" if "driven" in kind else "base"
+    text = DRIVEN.replace("{F: F0*sin(w*t), base: Y*cos(w*t)}", inputs).replace(
+        "parent: machine, child: small, axis: x, q: s}", "parent: machine, child: small, axis: x, motion: '0'}"
+    )
+    asked = f"ask: {{A: {{amplitude: x, of: {of}}}, lag: {{phase: x, of: {of}}}}}\n"
+    held = text.replace("  own: {type: spring_damper, joint: track, stiffness: ka}\n", "")
+    solution = mbs.solve(mbs.loads(held + asked), steps=True)
+    assert solution.steps is not None
+    amplitude, lag = (solution.answers[name].value for name in ("A", "lag"))
+    values = {"M": 20, "m": 2, "k": 2000, "c": 30, "F0": 10, "Y": 0.01, "w": 7, "X": amplitude, "phi": lag}
+    lines = [line for step in solution.steps.steps if step.title.startswith(("A:", "lag:")) for line in step.lines]
+    names = ("put in", "factors of", "squared", "divided")
+    checked = [x for x in lines if isinstance(x, Formula) and str((*x.before, "")[0]).startswith(names)]
+    assert len(checked) == 4
+    for line in checked:
+        known = {s: values[solution.steps.notation.text(s)] for side in line.sides for s in side.free_symbols}
+        left, right = (float(side.subs(known)) for side in line.sides)
+        assert left == pytest.approx(right, rel=1e-10)

@@ -419,7 +419,8 @@ class ResonanceQuestion(_FrequencyQuestion):
             square = multiply(multiply(force, force), divide(written(a * a + b * b), written(c * c + d * d)))
             yield Sentence(("the amplitude is greatest where the derivative of its square vanishes, of ", square))
         yield self.vanishing_line(linear)
-        if len(linear.small.names) == 1 and not d.is_zero:
+        push = linear.exact(linear.drive.amplitude) * a
+        if len(linear.small.names) == 1 and b.is_zero and not d.is_zero and self.unknown(linear) not in push.symbols:
             yield Sentence(("such a frequency exists for a damping ratio below 1/sqrt(2)",))
 
 

@@ -104,7 +104,7 @@ class SteadySteps:
         if not self.forced.is_linear:
             about = f"linearised about {place_of_motion(small)}, each coordinate counted from there"
             yield Sentence((f"{about}; products of small terms are left out, sines are angles, cosines 1",))
-        elif small.place.found:
+        elif small.place.found or any(small.place.begin.q):
             yield Sentence((f"coordinates counted from {place_of_motion(small)}",))
         yield from self._equations()
         if self.has_phase:

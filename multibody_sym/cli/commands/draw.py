@@ -27,11 +27,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--reactions", action="store_true", help="show what joints, contacts, ropes and rods exert")
     names = "letters of the problem (default), all: names of bodies, joints and ropes too, or none"
     parser.add_argument("--names", choices=("letters", "all", "none"), default="letters", help=names)
-    dimensions = "named lengths (default); --no-dimensions leaves them out"
+    dimensions = "named lengths (default), or none"
     parser.add_argument("--dimensions", action=argparse.BooleanOptionalAction, default=True, help=dimensions)
     redundant = "mark joints and constraints with rows that follow from others"
     parser.add_argument("--redundant", action="store_true", help=redundant)
-    diagrams = "show N, V, M of beams below, and plans of velocities and accelerations that `ask` names"
+    diagrams = "show N, V, M of beams and plans of velocities below"
     parser.add_argument("--diagrams", action="store_true", help=diagrams)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
