@@ -368,3 +368,80 @@ def test_what_is_free_in_the_plane_shows_the_coordinates_that_a_question_names()
     assert arrows("questions/over_a_wall", "j") == [2, 2]
     assert not of(picture("textbook/pulled_box"), "joint", "free")
     assert not of(picture("scattering"), "joint", "flight")
+
+
+def drawn(text: str) -> Picture:
+    scene = scene_of(mbs.loads("multibody_sym: 1\nname: drawn\n" + text))
+    return draw(scene, scene.at())
+
+
+def written(shown: Picture) -> list[str]:
+    return ["".join(run for run, _ in m.runs) for m in shown.marks if isinstance(m, TextMark) and m.role != "legend"]
+
+
+def test_moments_and_speeds_stand_at_their_bodies_and_names_only_where_they_tell_apart() -> None:
+    shown = drawn("""
+gravity: [0, -9.81, 0]
+parameters: {m: 1 kg, J: 1, R: 20 cm, W: 3 rad/s, v: 2 m/s, a: 1 m/s^2, u: 1 m/s, w: 2 m/s, mu: 0.3}
+bodies:
+  drum: {mass: m, inertia: {Izz: J}, surfaces: {rim: {disc: R}}}
+  bob: {mass: 2 kg, com: [0, -R, 0]}
+  cart: {mass: 3 kg}
+  stone: {mass: 4 kg}
+joints:
+  axle: {type: revolute, parent: ground, child: drum, q: phi, initial: {u: W}}
+  string: {type: revolute, parent: ground, child: bob, q: psi, initial: {u: v/R}}
+  road: {type: prismatic, parent: ground, child: cart, axis: x, motion: -a*t^2/2}
+  flight: {type: point, parent: ground, child: stone, q: [x, y], initial: {q: [1, 1], u: [u, -w]}}
+ask: {T: fy(string), x: x}
+""")
+    assert {"m, J", "W", "v", "a", "u", "w", "bob", "cart", "stone", "string", "x"} <= {*written(shown)}
+    assert not {"drum", "axle", "y", "v/R"} & {*written(shown)}
+    (spin,) = [mark for mark in of(shown, "velocity", "axle") if isinstance(mark, Arrow)]
+    one, two = np.diff(spin.points, axis=0)[:-1], np.diff(spin.points, axis=0)[1:]
+    assert np.all(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] > 0.0)  # as W turns
+    speeds = {tuple(np.sign(np.round(m.points[1] - m.points[0], 6))) for m in of(shown, "velocity", "flight")}  # type: ignore[attr-defined]
+    assert speeds == {(1.0, 0.0), (0.0, -1.0)}
+    (brake,) = [mark for mark in of(shown, "velocity", "road") if isinstance(mark, Arrow)]
+    assert brake.points[1][0] < brake.points[0][0]
+
+
+def test_sliders_on_one_line_share_a_floor_and_have_short_coordinates() -> None:
+    shown = picture("textbook/t8_blocks_in_a_row")
+    arrows = [m for m in shown.marks if isinstance(m, Arrow) and m.role == "coordinate" and m.name.startswith("x")]
+    assert sorted(m.name for m in arrows) == ["x1", "x2", "x3"]
+    assert {round(float(np.ptp(m.points[:, 0])), 6) for m in arrows} == {24.0}
+    floors = [m for m in drawn("""
+gravity: [0, -9.81, 0]
+bodies: {a: {mass: 1}, b: {mass: 1}}
+joints:
+  A: {type: prismatic, parent: ground, child: a, axis: x, q: p}
+  B: {type: prismatic, parent: ground, child: b, axis: x, q: r, initial: {q: 2}}
+""").marks if isinstance(m, Hatch)]
+    assert len(floors) == 1
+
+
+def test_chains_wires_and_bodies_that_spin_have_the_form_that_the_model_says() -> None:
+    (chain,) = of(picture("variable_mass/chain_on_a_scale"), "body", "falling")
+    assert len(np.asarray(chain.points)) == 2  # type: ignore[attr-defined]
+    assert "y\u2009=\u2009x²/(2\u2009p)".replace("\u2009", "") in {
+        each.replace(" ", "").replace("\u2009", "") for each in written(picture("guides/bead_on_a_parabola"))
+    }
+    turn = "{type: revolute, parent: arm.end, child: wheel, axis: x, q: phi, initial: {u: 9}}"
+    scene = scene_of(mbs.loads(f"""
+multibody_sym: 1
+name: gyro
+gravity: [0, 0, -9.81]
+parameters: {{m: 4 kg, r: 0.25 m}}
+bodies:
+  arm: {{mass: 1, com: [0.1, 0, 0], inertia: {{Ixx: 0.1, Iyy: 0.1, Izz: 0.1}}, points: {{end: [0.2, 0, 0]}}}}
+  wheel: {{mass: m, inertia: {{Ixx: m*r^2/2, Iyy: m*r^2/4, Izz: m*r^2/4}}}}
+joints: {{A: {{type: revolute, parent: ground, child: arm, axis: z, q: psi}}, B: {turn}}}
+"""))
+    (wheel,) = [item.form for item in scene.items if item.role == "body" and item.name == "wheel"]
+    assert (wheel.radius, tuple(map(abs, wheel.axis))) == (pytest.approx(0.25), (1.0, 0.0, 0.0))  # type: ignore[attr-defined]
+
+
+def test_letters_of_many_alike_stand_once_and_open_contacts_have_none() -> None:
+    assert written(picture("chain")).count("m") == 1
+    assert written(picture("feet/rimless_wheel")).count("μ") == 1

@@ -443,7 +443,7 @@ def _torque(
     yield Wish(points, formula(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
 
 
-_SPIN: Final = (0.9, 18.0, 6.0)
+_SPIN, _SPIN_IN_SPACE = (0.9, 18.0, 6.0), 2.6
 """The angle of the bow of an angular velocity, its radius about a hinge, and how far outside of a round body (pt)."""
 _STARTS: Final = np.arange(0.0, 2.0 * np.pi, np.pi / 6.0)
 
@@ -467,6 +467,7 @@ def _spin(
     """Yield an angular velocity: a bow about its axis where it crosses the fewest lines, outside of what is round."""
     span, radius, beyond = _SPIN
     axis = np.array(unit(vector))
+    span = span if sheet.flat else _SPIN_IN_SPACE
     wheel = round_radius(sheet, item.at.body, at, axis)
     radius = max(radius, wheel + beyond) if wheel else radius
     e1 = np.array(across(axis))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final, Literal
@@ -72,6 +73,8 @@ _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit"
 _SILENT: Final = ("tie", "point", "used_point")
 """Symbols without a name on the figure."""
 _SECOND: Final = ("weld", "torsion_damper", "torsion_spring", "motor", "friction")
+_ALIKE: Final = 6
+"""Of so many bodies, springs or contacts with the same letters one has them."""
 _MANY: Final = 20
 """Of more bodies and joints the welds, and springs, dampers and motors in hinges, have no names."""
 
@@ -123,13 +126,17 @@ def label_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = 
     named: set[tuple[str, str]] = {("force", arrow.name) for arrow in sheet.scene.arrows}
     many = len({(i.role, i.name) for i in sheet.scene.items if i.role in ("body", "joint")}) > _MANY
     silent = (*_SILENT, *(_SECOND if many else ()))
+    shared = _Shared(sheet.scene, names)
     for item in sheet.scene.items:
         key, runs = (item.role, ".".join(item.path) if item.role == "contact" else item.name), _NOTHING
-        if item.role in _NAMED and key not in named and not isinstance(item.form, Axes):
+        if (item.role in _NAMED or item.letters) and key not in named and not isinstance(item.form, Axes):
             runs = name_runs(sheet.scene, item, names)
         if not runs or (item.symbol is not None and item.symbol.kind in silent):
             continue
-        if item.role == "guide" and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
+        if _is_apart(sheet, item) or shared.has(item, runs):
+            continue
+        joined = item.role == "guide" and not item.letters
+        if joined and any(i.role == "joint" and i.name == item.name for i in sheet.scene.items):
             continue
         named.add(key)
         if not isinstance(item.form, (Stop, TurnStop)):
@@ -140,7 +147,33 @@ def label_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = 
             x, y = sheet.way(item.body, form.axis if isinstance(form, Stop) else np.cross(form.axis, form.way))
             prefer, text = (float(x), float(y)), _text(item.role, item.name)
             yield Wish(line.mean(axis=0)[None, :], runs, prefer=prefer, clear=7.0, **text)
-    yield from _strand_names(sheet, names)
+    yield from _strand_names(sheet, names, shared)
+
+
+class _Shared:
+    """Which letters of bodies, springs and so on are drawn already that so many share that one has them for all."""
+
+    def __init__(self, scene: Scene, names: Names) -> None:
+        every: tuple[Item | Strand, ...] = (*scene.items, *scene.strands)
+        each = {(_looks(i)[0], i.letters, i.name) for i in every if i.letters}
+        count = Counter((kind, letters) for kind, letters, _ in each)
+        self._many = {key for key, n in count.items() if n >= _ALIKE and names == "letters"}
+        self._first: dict[tuple[str, str], str] = {}
+
+    def has(self, item: Item | Strand, runs: Sequence[Run]) -> bool:
+        """Return whether another one has these letters already."""
+        key = _looks(item)[0], item.letters
+        if key not in self._many or tuple(runs) != formula(item.letters):
+            return False
+        return self._first.setdefault(key, item.name) != item.name
+
+
+def _is_apart(sheet: Sheet, item: Item) -> bool:
+    """Return whether a contact is open while another one with its letters is closed."""
+    if item.role != "contact" or item.symbol is None or touching_place(sheet, item, item.symbol) is not None:
+        return False
+    alike = (i for i in sheet.scene.items if i.role == "contact" and i.letters == item.letters and i.name != item.name)
+    return any(i.symbol is not None and touching_place(sheet, i, i.symbol) is not None for i in alike)
 
 
 def _middle(item: Item, drawn: Sequence[Mark]) -> Floats | None:
@@ -153,10 +186,12 @@ def _middle(item: Item, drawn: Sequence[Mark]) -> Floats | None:
     return None if largest is None else np.asarray(largest.mean(axis=0))
 
 
-def _strand_names(sheet: Sheet, names: Names) -> Iterator[Mark]:
+def _strand_names(sheet: Sheet, names: Names, shared: _Shared) -> Iterator[Mark]:
     for placed in sheet.placed.strands:
         pieces, runs = drawn_pieces(sheet, placed), name_runs(sheet.scene, placed.strand, names)
         seen = placed.strand.kind != "tie" or float(np.ptp(pieces, axis=(0, 1)).max()) > _SAME
+        if shared.has(placed.strand, runs):
+            continue
         if runs and len(pieces) and np.all(np.isfinite(pieces)) and seen:
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
             strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
@@ -187,6 +222,8 @@ def _name(sheet: Sheet, item: Item, runs: tuple[Run, ...], inside: Floats | None
     about = bounds if len(bounds) == 2 or round_it else bounds.mean(axis=0)[None, :]
     if item.role == "body" and item.form.endless and sheet.flat:
         about = outline_of(sheet, item).mean(axis=0)[None, :]
+    if item.role in ("guide", "surface") and item.letters:  # the equation of a curve, near its end
+        about = bounds[len(bounds) // 12 : len(bounds) // 4]
     if item.symbol is not None:
         about = _beside(sheet, item, item.symbol, about)
     clear = 7.0 if item.symbol is not None and len(about) == 1 else 5.0

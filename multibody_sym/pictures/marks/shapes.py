@@ -293,6 +293,9 @@ def wedge(sheet: Sheet, item: Item, form: Face) -> Floats:
     if centre is not None:  # a plate is as long on either side of its centre of mass
         half = max(centre - low, high - centre)
         low, high = centre - half, centre + half
+    held = [i.form.bounds for i in sheet.touched.get(item.body, ()) if i.role == "point" and level]
+    reach = [float((sheet.at(item.body, each[0]) - through) @ along) for each in held]
+    low, high = min([low, *(way - 8.0 for way in reach)]), max([high, *(way + 8.0 for way in reach)])
     points = np.array([through + low * along, through + high * along])
     if level:
         foot = sheet.at(item.body, (0.0, 0.0, 0.0)) + sheet.settled.seats.get(item.body, np.zeros(2))

@@ -65,7 +65,7 @@ _FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
 """Sums and quotients of symbols of a letter or two, and of functions; names with a hyphen are longer words."""
 
 
-_TOKENS: Final = re.compile(r"[A-Za-z]\w*|[0-9.]+|[-+*/=,()]|(?<=[-+*/=,]) | (?=[-+*/=])", re.ASCII)
+_TOKENS: Final = re.compile(r"[A-Za-z]\w*|[0-9.]+|[-+*/=,()²³]|(?<=[-+*/=,]) | (?=[-+*/=])", re.ASCII)
 """Names and numbers with signs between them, and spaces around signs only."""
 _TIME: Final = re.compile(r"\bt((?:\*[A-Za-z]\w*(?![\w(]))+)", re.ASCII)
 _RELATION: Final = re.compile(r"(.+) ([≤≥]) (.+)")
@@ -112,7 +112,7 @@ def formula(text: str) -> tuple[Run, ...]:
 
     The time stands behind other letters. What is no expression stands in upright letters.
     """
-    shown = _TIME.sub(lambda product: f"{product[1][1:]}*t", printable(text))
+    shown = _TIME.sub(lambda product: f"{product[1][1:]}*t", printable(text)).replace("^2", "²").replace("^3", "³")
     return _formula(shown) if "".join(_TOKENS.findall(shown)) == shown else letters(text)
 
 

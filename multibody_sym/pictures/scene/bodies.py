@@ -77,6 +77,7 @@ _BESIDE: Final = 0.25
 """The centre of mass of a bar is nearer to it than this part of its length."""
 _THIN: Final = 0.05
 """Below this part of its moment across, the moment about its axis is that of a rod."""
+_THINNEST: Final = 0.03
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Sizes = Sequence[float]
 _SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
@@ -137,8 +138,9 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
     yield from wires
     if solid:
         shown = next(item.form for item in surface_items(stage, name) if is_solid(item))
-        if body.com is not None and shown.sized:
-            yield from _arms(shown, [centre])
+        if shown.sized:
+            held = places if isinstance(shown, (Disc, Sphere)) and not shown.hollow else ()
+            yield from _arms(shown, [centre, *held] if body.com is not None else held)
         return
     if wires:
         return
@@ -151,6 +153,10 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
         yield Symbol("bob", centre)
         return
     if not apart:
+        equal = _equal_form(stage, name, body)
+        if equal is not None:
+            yield equal
+            return
         nut = isinstance(stage.carrying(name), Screw)  # which the joint's sign shows
         yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
         return
@@ -208,6 +214,25 @@ def _top(stage: Stage, name: str, body: Body) -> ConeBody | None:
     return ConeBody(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
 
 
+def _equal_form(stage: Stage, name: str, body: Body) -> Block | Disc | None:
+    """Return the box with the moments of a body that flies in space, the disc with that of one that spins there."""
+    joint, mass = stage.carrying(name), stage.number(mass_of(body).mass)
+    if joint is None or body.inertia is None or mass <= 0.0 or moves_in_plane(stage.system):
+        return None
+    moments = np.array([stage.number(node) for node in body.inertia[:3]])
+    centre, size = stage.centre(name), stage.lengths.get("size", 1.0)
+    if joint.kind == "free" and any(moments):
+        squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+        largest = float(np.sqrt(max(squares)))
+        sizes = np.sqrt(np.maximum(squares, (_THINNEST * largest) ** 2))
+        return Block(centre, _UNIT, (float(sizes[0]), float(sizes[1]), float(sizes[2])))
+    if joint.kind == "revolute":
+        axis = stage.axis(stage.place(joint.child), joint.steps[0].turns[0])
+        radius = float(np.sqrt(2.0 * float(moments @ np.square(axis)) / mass))
+        return Disc(centre, axis, radius) if _THINNEST * size < radius < size else None
+    return None
+
+
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
     """Yield lines from the middle of a shape to places that are far from it, which it must hold."""
     bounds = form.bounds
@@ -221,7 +246,8 @@ def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
 def _particle(stage: Stage, name: str, body: Body) -> str:
     """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
     joint = stage.carrying(name)
-    if body.inertia is None and mass_of(body).mass.shadow == 0 and joint is not None and joint.steps:
+    light = body.inertia is None or not any(stage.number(node) for node in body.inertia)
+    if light and mass_of(body).mass.shadow == 0 and joint is not None and joint.steps:
         return "nut_body"
     if isinstance(joint, Prismatic) and is_led(stage, joint):
         return "bob"
@@ -305,10 +331,11 @@ def pulley_items(stage: Stage) -> Iterator[Item]:
         radius, axis = stage.number(pulley.radius), stage.axis(place, pulley.axis)
         grounded = pulley.body is None and stage.is_ground(pulley.at or GROUND)
         wheel = Disc(place.point, axis, radius) if radius > 0.0 else Symbol("pulley", place.point, axis)
-        item = Item("pulley", name, name, ("pulleys", name), place.body, wheel, on_ground=grounded)
+        found = "" if pulley.rough is None else coefficients(pulley.rough.static, pulley.rough.kinetic)
+        item = Item("pulley", name, name, ("pulleys", name), place.body, wheel, on_ground=grounded, letters=found)
         yield item
         if radius > 0.0 and pulley.body is None:
-            yield replace(item, label="", form=Symbol("axle", place.point, axis))
+            yield replace(item, label="", letters="", form=Symbol("axle", place.point, axis))
 
 
 # --- constraints ---------------------------------------------------------------------------------------------------

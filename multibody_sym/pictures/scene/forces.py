@@ -333,13 +333,24 @@ def _speeds(stage: Stage, name: str) -> Iterator[Arrow]:
         given = [derivative(driven, t)]
     freedoms = len(made.slides) + len(made.turns)
     at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
-    if made.turns and len(given) == freedoms and freedoms in (1, 3) and speed_letter(stage, given[-1]):
+    swung = _swung(stage, made, given) if freedoms == 1 else None
+    if swung is not None:
+        yield swung
+    elif made.turns and len(given) == freedoms and freedoms in (1, 3) and speed_letter(stage, given[-1]):
         spin = stage.number(given[-1]) * np.array(made.on_parent(made.turns[-1]))
         world = vector(stage.turned(made.parent.body, spin))
         if np.any(world):
             item = ArrowItem("velocity", name, speed_letter(stage, given[-1]), path, at, world, turning=True)
             yield item, _constant(np.array(world))
-    if joint.kind in _FREE or (joint.kind == "prismatic" and leaves(given, "symbol")):
+    if driven is not None and not given and joint.kind == "prismatic":
+        yield from _drives(stage, made, driven)
+    for k, node in enumerate(given[3:] if joint.kind == "free" else ()):
+        letter = speed_letter(stage, node)
+        if letter and not getattr(joint, "angles", None):  # about an axis of the body
+            world = vector(stage.number(node) * stage.turned(made.child.body, np.eye(3)[k]))
+            yield ArrowItem("velocity", name, letter, path, at, world, turning=True), _constant(np.array(world))
+    lettered = {"prismatic": bool(leaves(given, "symbol")), "free": any(speed_letter(stage, x) for x in given)}
+    if joint.kind in _FREE or lettered.get(joint.kind):
         speeds = given[: len(made.slides)]
         if not speeds:
             return
@@ -358,6 +369,44 @@ def _speeds(stage: Stage, name: str) -> Iterator[Arrow]:
             axis = np.copysign(1.0, stage.number(speeds[turned.cosine])) * np.array(ways[turned.cosine])
             item = replace(item, angle=turned.angle, beside=Anchor(made.parent.body, vector(axis)))
         yield item, _constant(np.array(world))
+
+
+def _swung(stage: Stage, made: PlacedJoint, given: Sequence[Node]) -> Arrow | None:
+    """Return the speed v of what turns at v/R and is at R from the axis; None of another one."""
+    rate = given[-1] if made.turns and given else None
+    if rate is None or rate.op != "div":
+        return None
+    speed, reach = rate.args
+    axis = np.array(unit(made.on_parent(made.turns[-1])))
+    about = stage.turned(made.parent.body, axis)
+    base = stage.world(made.parent.body, made.parent.point)
+    ends = [(made.child.body, stage.centre(stage.body(made.joint.child)))]
+    for name, joint in stage.system.joints.items():  # what slides on an arm
+        if joint.kind == "prismatic" and stage.body(joint.parent) == stage.body(made.joint.child):
+            ends.append((stage.number_of(stage.body(joint.child)), placed_joint(stage, name).child.point))
+    for body, point in ends:
+        arm = stage.world(body, point) - base
+        arm = arm - float(arm @ about) * about
+        size = float(np.linalg.norm(arm))
+        if letters(reach).isidentifier() and size > 0.0 and abs(size - stage.number(reach)) < 1e-6 * size:
+            way = stage.number(speed) * np.cross(about, arm / size)
+            path = ("joints", made.name, "initial", "u")
+            item = ArrowItem("velocity", made.name, speed_letter(stage, speed), path, Anchor(body, point), vector(way))
+            return (item, _constant(way)) if item.label else None
+    return None
+
+
+def _drives(stage: Stage, made: PlacedJoint, driven: Node) -> Iterator[Arrow]:
+    """Yield the motion that a slider is given if that is short, or its constant acceleration."""
+    acceleration = derivative(derivative(driven, t), t)
+    steady = t not in leaves([acceleration], "symbol")
+    label, sign = short_formula(driven, stage.system.inputs), 1.0
+    if steady:
+        label, sign = speed_letter(stage, acceleration), float(np.sign(stage.number(acceleration)))
+    if label and sign:
+        way = sign * np.array(stage.turned(made.parent.body, made.on_parent(made.slides[0])))
+        at, path = Anchor(made.child.body, made.child.point), ("joints", made.name, "motion")
+        yield ArrowItem("velocity", made.name, label, path, at, vector(way)), _constant(way)
 
 
 def components(stage: Stage, values: Sequence[Node]) -> list[tuple[int, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -38,6 +39,8 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.letters import (
     asked_names,
+    circle_of,
+    curve_equation,
     given_motion,
     is_letter,
     is_titled,
@@ -269,7 +272,8 @@ def wire_of(joint: PlacedJoint) -> Polyline:
 
 
 def _wire(joint: PlacedJoint) -> Iterator[Item]:
-    yield joint.item("guide", wire_of(joint))
+    assert isinstance(joint.joint, CurveJoint)
+    yield replace(joint.item("guide", wire_of(joint)), letters=curve_equation(joint.joint.curve))
     yield joint.item("joint", Symbol("bead", joint.child.point), on_child=True)
 
 
@@ -383,6 +387,13 @@ def _radii(stage: Stage) -> Iterator[NamedLength]:
         if letters(pulley.radius):
             place = stage.place(pulley.at or pulley.body or GROUND)
             yield radius_of(name, letters(pulley.radius), place.body, place.point, stage.number(pulley.radius))
+    for name, joint in stage.system.joints.items():
+        circle = circle_of(joint.curve) if isinstance(joint, CurveJoint) else None
+        if circle is not None and circle.size in stage.system.parameters:
+            place, axes = stage.place(joint.parent), np.eye(3)
+            axis = place.turned(np.cross(axes[circle.cosine], axes[circle.sine]))
+            radius = stage.number(stage.system.parameters[circle.size].value)
+            yield radius_of(name, circle.size, place.body, place.point, radius, axis=axis)
     for name, element in stage.system.constraints.items():
         if isinstance(element, Distance) and letters(element.value):
             first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from multibody_sym.model.forces import Damper, Friction, Motor, SpringDamper
 from multibody_sym.model.joints import Joint, Prismatic
 from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.settings import Settings
+from multibody_sym.model.steps import Curve
 from multibody_sym.model.system import System, t
 from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
 from multibody_sym.pictures.scene.stage import Stage
@@ -30,7 +31,7 @@ from multibody_sym.text.printer import is_word, read_parts, text
 
 _LONGEST: Final = 9
 """The longest expression (characters) that is written at a length; longer ones, unless names, are read in the model."""
-_LONGEST_VALUE: Final = 12
+_LONGEST_VALUE, _LONGEST_CURVE = 12, 16
 """The same for the value of a force."""
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
 _Z: Final = (0.0, 0.0, 1.0)
@@ -65,7 +66,8 @@ def mass_letters(stage: Stage, name: str) -> str:
 def law_letters(element: Any) -> str:
     """Return the letters of a spring, a damper, friction in a joint or a motor; nothing for numbers."""
     if isinstance(element, Friction):
-        return coefficients(element.static, element.kinetic)
+        arms = [letters(arm) for arm in (element.radius, element.length) if isinstance(arm, Node)]
+        return ", ".join(filter(None, (coefficients(element.static, element.kinetic), *arms)))
     nodes: list[Node] = []
     if isinstance(element, SpringDamper):
         nodes = [element.stiffness, element.damping]
@@ -181,8 +183,27 @@ class Turned(NamedTuple):
 
 def turned_by(value: Any) -> Turned | None:
     """Return by which angle a declared vector is turned from an axis, None for another one."""
-    given = [k for k, node in enumerate(value) if node.shadow != 0] if isinstance(value, tuple) else []
-    found = [_TURNED.fullmatch(text(value[k])) for k in given]
+    return _turned([text(node) if node.shadow != 0 else "" for node in value]) if isinstance(value, tuple) else None
+
+
+def circle_of(curve: Curve) -> Turned | None:
+    """Return the size and the axes of a curve that is a circle R*cos(s), R*sin(s), None for another one."""
+    tree = fields_tree(curve)
+    return _turned([str(tree.get(axis, "")) for axis in "xyz"])
+
+
+def curve_equation(curve: Curve) -> str:
+    """Return a curve as an equation of coordinates, y = x^2/(2*p), if that is short; else nothing."""
+    tree = fields_tree(curve)
+    given = [(axis, str(tree[axis])) for axis in "xyz" if axis in tree]
+    if curve.parameter is not None or len(given) != 1 or len(given[0][1]) > _LONGEST_CURVE:
+        return ""
+    return " = ".join(given[0])
+
+
+def _turned(texts: Sequence[str]) -> Turned | None:
+    given = [k for k, each in enumerate(texts) if each]
+    found = [_TURNED.fullmatch(texts[k]) for k in given]
     if len(found) != 2 or found[0] is None or found[1] is None:
         return None
     (*sizes, first, angle), (*other_sizes, second, other_angle) = (

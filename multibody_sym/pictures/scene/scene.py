@@ -13,6 +13,8 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.resolve import mechanism as resolved
 from multibody_sym.mechanics.spanning_tree import letters_of
+from multibody_sym.model.bodies import GROUND
+from multibody_sym.model.forces import SpringDamper
 from multibody_sym.model.joints import CurveJoint
 from multibody_sym.model.parameters import in_letters
 from multibody_sym.model.system import System, verify_system
@@ -47,7 +49,15 @@ from multibody_sym.pictures.scene.items import (
     View,
 )
 from multibody_sym.pictures.scene.joints import angles, dimensions, joint_items, stop_items, ways
-from multibody_sym.pictures.scene.letters import Given, asked_names, givens, is_static
+from multibody_sym.pictures.scene.letters import (
+    Given,
+    asked_names,
+    curve_equation,
+    givens,
+    is_letter,
+    is_static,
+    letters,
+)
 from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
 from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
@@ -156,11 +166,12 @@ def scene_of(system: System) -> Scene:
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
     book, (view, plane) = letters_of(stage.system), natural_view(stage, found)
-    lengths = (_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage)))
+    lengths = [_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage))]
+    numbers = {name: k for k, name in enumerate(ropes)}
     supports = list(support_items(stage, bodies))
     stood_on = {item.path for item in supports}
     items = (
-        *(item for item in surface_items(stage, "ground") if item.path not in stood_on),
+        *(_with_equation(stage, item) for item in surface_items(stage, "ground") if item.path not in stood_on),
         *supports,
         *riser_items(stage),
         *struck_items(stage),
@@ -181,7 +192,7 @@ def scene_of(system: System) -> Scene:
         view=view,
         size=size,
         items=tuple(_lettered(item, book) for item in items),
-        strands=tuple(_lettered(each, book) for each in strands(stage, {name: k for k, name in enumerate(ropes)})),
+        strands=tuple(_lettered(_with_length(stage, each, lengths), book) for each in strands(stage, numbers)),
         dimensions=(
             *(replace(x, component=in_letters(x.component, book)) for x in lengths),
             *(_spelt(x, book) for x in ways(stage)),
@@ -197,6 +208,22 @@ def scene_of(system: System) -> Scene:
         book=book,
         static=is_static(system),
     )
+
+
+def _with_equation(stage: Stage, item: Item) -> Item:
+    """Return a surface of ground with the equation of its curve, if it has one."""
+    curve = stage.declared(GROUND).surfaces[item.path[-1]].guide
+    return item if curve is None else replace(item, letters=curve_equation(curve))
+
+
+def _with_length(stage: Stage, strand: Strand, lengths: Sequence[NamedLength]) -> Strand:
+    """Return a spring with the letter of its length without load too, unless a dimension has that."""
+    element = stage.system.forces.get(strand.name)
+    letter = letters(element.length) if isinstance(element, SpringDamper) else ""
+    shown = letter and is_letter(stage.system, letter) and strand.letters
+    if not shown or any(each.label == letter for each in lengths):
+        return strand
+    return replace(strand, letters=f"{strand.letters}, {letter}")
 
 
 _Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem)
