@@ -306,6 +306,12 @@ def _power(a: Quotient, b: Quotient) -> Quotient:
     return _opaque("pow", a, b)
 
 
+def odd_root(a: Quotient, n: int) -> Quotient:
+    """Return the real n-th root of a quotient, n odd, by its sign at the sample."""
+    side = sign(a)
+    return a * 0 if side == 0 else _power(a * side, a.field.constant(Fraction(1, n))) * side
+
+
 def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
     """Return an angle such as atan2(1, 0) that is a multiple of pi / 12, by its exact sine and cosine; else None."""
     field = arguments[0].field

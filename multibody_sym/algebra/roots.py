@@ -19,7 +19,7 @@ from sympy.simplify.fu import TR8
 
 from multibody_sym.algebra.book_form import book_form, exact_root, with_doubles
 from multibody_sym.algebra.inequalities import surely_positive
-from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import exact, odd_root, sqrt, with_whole_angles
 from multibody_sym.algebra.quotients import (
     PRECISE,
     Field,
@@ -193,7 +193,7 @@ class Roots:
         return self.field.whole(self.field.ring.from_dict(terms))
 
     def polynomial_roots(self, coefficients: list[Quotient]) -> Iterator[Quotient]:
-        """Yield the roots of a polynomial of the first or second degree, of the letter or of its square."""
+        """Yield the roots of a polynomial of the first or second degree, of the letter or its square, or c + a x^n."""
         while coefficients and coefficients[-1].is_zero:
             coefficients = coefficients[:-1]
         if len(coefficients) in (3, 5) and all(x.is_zero for x in coefficients[1::2]):
@@ -212,6 +212,9 @@ class Roots:
                 return
             for signed in (root, -root):
                 yield (signed - b) / (2 * a)
+        elif len(coefficients) % 2 == 0 and all(x.is_zero for x in coefficients[1:-1]):
+            with suppress(NoClosedFormError):
+                yield odd_root(-(coefficients[0] / coefficients[-1]), len(coefficients) - 1)
 
     # --- functions of the symbol ----------------------------------------------------------------------------------
 

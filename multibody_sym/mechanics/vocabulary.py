@@ -780,7 +780,7 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
     varied = {"find": question.find, "in": question.in_, "let": None if question.let is None else question.let.name}
     for key, name in varied.items():
         if name is not None:
-            yield key, name, (*system.parameters, *moving)
+            yield key, name, (*system.parameters, *moving, *([str(_TIME.data)] if key == "let" else ()))
     if question.formula is not None and question.of is None:
         yield "formula", text(question.formula), moving
     if question.period_of is not None:

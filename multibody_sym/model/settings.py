@@ -141,7 +141,7 @@ INFINITE: Final = ("oo", "-oo")
 class Tendency(Element):
     """A parameter or start value that tends to a value, or beyond all bounds."""
 
-    name: str = holds(Text(), says="the parameter or start value", such="M")
+    name: str = holds(Text(), says="the parameter or start value, or the time t", such="M")
     to: Node | None = holds(Scalar(), None, says="the value to which it tends", such="0")
     bound: str | None = holds(Choice(INFINITE), None, says="the infinity to which it tends", such="oo")
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final, NamedTuple, Self
 
@@ -14,10 +15,14 @@ import sympy
 
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
+from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.energy_integral import Swing
+from multibody_sym.answers.ask.extremes import zeros
+from multibody_sym.answers.ask.later_formulas import in_letters
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
-from multibody_sym.answers.ask.varied import VariedAnswer
+from multibody_sym.answers.ask.varied import VariedAnswer, value_of
 from multibody_sym.answers.ask.working import Working, equation, written
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.records import Sentence
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
@@ -25,7 +30,7 @@ from multibody_sym.mechanics.vocabulary import named_by
 from multibody_sym.model.settings import Ask, Tendency
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
-from multibody_sym.scalars.node import Node, number, symbol
+from multibody_sym.scalars.node import ZERO, Node, number, symbol
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -184,6 +189,49 @@ class LimitQuestion(_FormulaQuestion):
 
     def words(self) -> str:
         return f"the limit of {text(self.expression)} as {self.to}"
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        if self.name != TIME.data:
+            return super().answer(motion, working)
+        unit = motion.unit_of(self.expression)
+        try:
+            if self.to.bound != "oo":
+                raise NoExpansionError("the time tends to oo; a value at a time is {value: .., after: 2 s}")
+            return replace(self._at_last(motion, working), unit=unit)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no limit of {text(self.expression)} is known")
+            return Value(None, unit=unit)
+
+    def _at_last(self, motion: AskedMotion, working: Working) -> Value:
+        """Return the value to which a speed tends whose rate u' = f(u) depends on itself alone: a root of f.
+
+        Raises NoExpansionError.
+        """
+        solved, there = motion.solved, motion.courses.shown.there
+        speeds = [symbol(x.name) for x in solved.mechanism.speeds]
+        if there is None or self.expression not in speeds:
+            raise NoExpansionError(f"limits in time are those of speeds, and {text(self.expression)} is none")
+        k, variables = speeds.index(self.expression), there.variables - {self.expression}
+        rate = there.forms.udot[k]
+        if rate.symbols & variables:
+            raise NoExpansionError(f"the rate of {text(self.expression)} depends on more than itself")
+        node, run = written(rate), motion.simulated.whole
+        first, last = (float(run[str(self.expression.data)][j]) for j in (0, -1))
+
+        def value(u: float) -> float:
+            return value_of({**solved.sample, self.expression: u}, node)
+
+        ahead = zeros(value, last, None, cheap=True)
+        sides = [x.at for x in ahead if (x.at - last) * (last - first) >= 0.0 or abs(x.at - last) <= _HOLDS * abs(last)]
+        if run.changes or not sides:
+            raise NoExpansionError(f"{text(self.expression)} tends to no value that the run shows")
+        final = min(sides, key=lambda x: abs(x - last))
+        for root in roots(in_letters(there, node, {self.expression: final}), self.expression):
+            found = value_of(solved.sample, root)
+            if abs(found - final) <= _HOLDS * abs(final):
+                working.steps.append(lambda: [equation(node, ZERO, "at last the speed is constant")])
+                return Value(found, root)
+        raise NoExpansionError(f"the root of the rate of {text(self.expression)} has no formula")
 
     def beside(self, varied: VariedAnswer) -> float:
         scale = abs(varied.sample) or 1.0

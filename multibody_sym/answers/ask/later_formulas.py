@@ -53,6 +53,8 @@ from multibody_sym.text.printer import text
 
 NO_TIME: Final = "the time has no formula"
 _POLISHED: Final = 4
+_PLAIN: Final = 40
+"""Letters of an equation in steps up to which it stands as it was put together."""
 _ZERO: Final = 1e-14
 _NEAR: Final = 1e-6
 """How near, relative to its size or 1, a number must be to a root that it is taken for."""
@@ -140,6 +142,8 @@ class MotionFormulas:
             if abs(value - at) <= AGREEMENT * max(1.0, abs(at)):
                 others = {x: y for x, y in every.items() if x is not root and self.variable is TIME}
                 so = equation(self.variable, root, "so")
+                if len(text(zero)) > _PLAIN:
+                    zero = min(zero, book_form(with_whole_angles(vanishing)), key=lambda x: len(text(x)))
                 self.places[:] = equation(*(sides or (zero, ZERO)), where), so, *other_times(at, others)
                 return root
         raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
