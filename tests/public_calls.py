@@ -75,7 +75,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "value": None, "of": None, "after": 0, "when": None, "at": None, "along": None, "max": 1, "min": None,
         "until": 2, "find": None, "so": None, "between": None, "least": None, "greatest": None,
         "limit": None, "let": None, "series": None, "in_": None, "about": None, "through": None, "formula": None,
-        "period_of": None,
+        "period_of": None, "advance": None,
         "section": None, "component": None, "stage": None,
         "velocity": None, "acceleration": None, "instant_center": None,
         "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
