@@ -80,4 +80,4 @@ def _value_text(value: Value, component: str, units: Units) -> str:
         formula = text(value.expression)
         if len(formula) <= _LONGEST:
             return formula
-    return units.said(value.value or 0.0, UNITS[component], digits=4).replace("*", "\u2009")
+    return units.said(value.value or 0.0, UNITS[component], digits=5).replace("*", "\u2009")

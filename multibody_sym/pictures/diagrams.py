@@ -142,9 +142,11 @@ class VectorPlan:
 def below_figure(picture: Picture | None, diagrams: Sequence[Diagram | VectorPlan]) -> Picture:
     """Return a picture with diagrams below it, or of these alone; those of one name have one scale."""
     areas = [each for each in diagrams if isinstance(each, Diagram)]
-    rows = [_Area(each, _scale(each, areas)) if isinstance(each, Diagram) else each for each in diagrams]
+    several = len({each.beam for each in areas}) > 1
+    rows = [_Area(each, _scale(each, areas), named=several) if isinstance(each, Diagram) else each for each in diagrams]
+    side = max([_SIDE, *(width_of(small(each.beam), _SIZE) for each in areas if several)])
     heights = [row.high - row.low + _GAP for row in rows]
-    wide = _WIDTH + 2 * (_MARGIN + _SIDE)
+    wide = _WIDTH + 2 * (_MARGIN + side)
     width = max(wide, picture.width if picture is not None else 0.0)
     total = sum(heights) + 2 * _MARGIN
     height = total + (picture.height if picture is not None else 0.0)
@@ -170,10 +172,11 @@ def _scale(diagram: Diagram, diagrams: Sequence[Diagram]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Area:
-    """A diagram on the page, its base line from (0, 0) to (_WIDTH, 0)."""
+    """A diagram on the page, its base line from (0, 0) to (_WIDTH, 0); `named`: with the name of its beam."""
 
     diagram: Diagram
     scale: float
+    named: bool = False
 
     @property
     def _sign(self) -> float:
@@ -214,6 +217,9 @@ class _Area:
         yield Stroke(np.array([[-4.0, 0.0], [_WIDTH + 4.0, 0.0]]), THIN, **named)
         letter = _runs(self.diagram.name)
         yield TextMark(np.array([-8.0 - width_of(letter, _SIZE + 1), -3.0]), letter, _SIZE + 1, **named)
+        if self.named:
+            beam = small(self.diagram.beam)
+            yield TextMark(np.array([-8.0 - width_of(beam, _SIZE), -3.0 - _SIZE]), beam, _SIZE, **named)
         for at, sign in self._signs(x, y):
             yield TextMark(at, ((sign, "roman"),), _SIZE, **named)
         yield from (TextMark(at, runs, _SIZE, **named) for at, runs in self._values())
