@@ -209,7 +209,9 @@ class LimitQuestion(_FormulaQuestion):
         """
         solved, there = motion.solved, motion.courses.shown.there
         speeds = [symbol(x.name) for x in solved.mechanism.speeds]
-        if there is None or self.expression not in speeds:
+        if there is None:
+            raise NoExpansionError("the equations of motion have no closed form")
+        if self.expression not in speeds:
             raise NoExpansionError(f"limits in time are those of speeds, and {text(self.expression)} is none")
         k, variables = speeds.index(self.expression), there.variables - {self.expression}
         rate = there.forms.udot[k]

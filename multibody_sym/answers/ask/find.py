@@ -295,8 +295,7 @@ class ValueSearch:
         system, unknown = self._with_letter(beside)
         solved, answers, _ = self.motion.solve(system)
         node = answers[VARIED].expression
-        part = TOLERATED if zero.is_last else AGREEMENT
-        found = None if node is None else self._root_near(node, unknown, zero.at, beside, solved, part)
+        found = None if node is None else self._root_near(node, unknown, zero.at, beside, solved, AGREEMENT)
         if found is not None or zero.through is None:
             return found
         forms = (solved.value_of(condition.value) for condition in conditions_of_mode(solved))

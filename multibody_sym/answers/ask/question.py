@@ -299,6 +299,8 @@ _STANDS: Final = 1e-7
 """The part of its largest value below which a speed is zero."""
 _CONFIRMED: Final = 1e-8
 """How near, relative to it, a closed form must come to a number of runs."""
+_DIGITS_LOST: Final = 1e-12
+"""The part of its value by which a formula may miss in floats that is taken in place of a longer one."""
 _LONGEST: Final = 400
 """Letters of a formula that tells more than its number does."""
 SHORT: Final = 60
@@ -383,13 +385,16 @@ class AskedMotion:
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
         for course in self._courses(time):
             try:
-                found = self._confirmed(question.formula(course, time), number.value)
+                closed = question.formula(course, time)
+                found = self._confirmed(closed, number.value)
                 if found is not None and len(text(found)) > SHORT:
                     found = question.shorter(found, course)
             except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
                 self.solved.reasons.setdefault(why_none(reason))
                 continue
-            if found is not None and (shortest is None or len(text(found)) < len(text(shortest[0]))):
+            if found is None or (shortest is not None and self._loses_digits(found, float(closed.sample))):
+                continue
+            if shortest is None or len(text(found)) < len(text(shortest[0])):
                 shortest = found, list(course.granted()), course
             if shortest is not None and len(text(shortest[0])) <= SHORT:
                 break
@@ -402,6 +407,10 @@ class AskedMotion:
         working.notes.extend(granted)
         working.steps.append(course.lines)
         return formula
+
+    def _loses_digits(self, found: Node, value: float) -> bool:
+        """Return whether terms of a formula cancel, as its value in floats shows beside the exact one."""
+        return abs(evaluate_float([found], self.solved.sample)[0] - value) > _DIGITS_LOST * abs(value)
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:
         if self.simulated.changes_before(time * (1.0 - _CONFIRMED)) is not None:
