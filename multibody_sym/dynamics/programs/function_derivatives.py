@@ -288,9 +288,10 @@ class _Tree:
                     branch = next((branch for branch in branches if moving <= {*branch}), places)
                     together.setdefault(branch, []).append(k)
             for branch, members in self._joined(places, together).items():
-                right = {i: [columns[k][i] for k in members] for i in branch}
+                idle = [ZERO] * (-len(members) % _LANES)  # which cost less than columns one by one
+                right = {i: [*(columns[k][i] for k in members), *idle] for i in branch}
                 for i, row in zip(places, self._solved_together(trace, places, right), strict=True):
-                    for k, x in zip(members, row, strict=True):
+                    for k, x in zip(members, row, strict=False):
                         found[k][i] = x
         return found
 
