@@ -237,7 +237,7 @@ def _without_letters(found: StageFound, names: Collection[str]) -> StageFound:
     return replace(found, start=start, t=replace(found.t, expression=None) if found.t.expression in unused else found.t)
 
 
-_OF_ENDS: Final = re.compile(r"[^:,]+ at the end of stage \d+(, |(?=:))")
+_OF_ENDS: Final = re.compile(r"(,|(?<=:))[^:,]+ at the end of stage \d+")
 
 
 def _shown(found: Solution, ends: Collection[str]) -> Solution:

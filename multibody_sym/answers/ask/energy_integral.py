@@ -344,11 +344,14 @@ def freedom_of(there: Anywhere, variable: Node, beside: State) -> OneFreedom | N
         return OneFreedom(there, variable, speed)
     if mechanism.rows:
         values = dict(zip((*coordinates, *speeds), (*beside[0], *beside[1]), strict=True))
-        return _on_curve(there, variable, speed, values)
+        if (found := _on_curve(there, variable, speed, values)) is not None:
+            return found
     acceleration = there.forms.udot[coordinates.index(variable)]
+    if mechanism.rows and variable not in acceleration.symbols:
+        return None
     if not acceleration.symbols & (there.variables - {variable, speed}):
         return OneFreedom(there, variable, speed, alone=acceleration)
-    return _beside_momenta(there, variable, speed)
+    return None if mechanism.rows else _beside_momenta(there, variable, speed)
 
 
 def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node, float]) -> OneFreedom | None:
@@ -378,6 +381,8 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
     held = [equation(x, place, "the constraint gives") for x, place in places.items() if x not in resting]
     for row in (row for row in rows if not row.holonomic and row.kinematic):  # rolling
         slip = put_in(as_node(row.phidot), {**places, **rates})
+        if in_letters(there, slip, values).is_zero:  # of what is at rest
+            continue
         unknown = [x for x in leaves([slip], "symbol") if x in pairs.values() and x is not speed]
         if len(unknown) != 1:
             return None
