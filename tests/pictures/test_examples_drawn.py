@@ -30,7 +30,10 @@ def missing(scene: Scene, picture: Picture) -> list[str]:
     unseen = ("free", "hanger")  # the freedoms of a particle: its carriers have no mass
     signs = [item for item in scene.items if item.role == "joint" and getattr(item.form, "kind", "") not in unseen]
     asked = scene.asked
-    joints = {i.name for i in signs if not isinstance(i.form, Axes) or asked.intersection(i.form.names)}
+    turns = {each.name for each in scene.angles}  # a coordinate that an angle shows
+    joints = {i.name for i in signs if not isinstance(i.form, Axes) or asked.intersection(i.form.names) - turns}
+    floors = {i.name for i in scene.items if i.role == "guide" and i.on_ground}
+    joints -= floors if floors & drawn else set()  # sliders on one line share a floor
     lengths = {each.name for each in scene.dimensions}
     return [*sorted(joints - drawn), *sorted(lengths - written)]
 
