@@ -202,11 +202,17 @@ class MotionFormulas:
         """Return a formula of the variable at a place. Raises NoClosedFormError."""
         field = Field(WORK)
         known = {node: field.letter(node, letter) for node, letter in self.there.solved.symbolic.letters.items()}
-        signs = [put_in(self.put_in(sign), {self.variable: place}) for sign in self.signs]
+        signs = [put_in(self.put_in(sign), {self.variable: place}) for sign in (*self.signs, *self._signs_of_time())]
         found, *positive = exact(field, [put_in(formula, {self.variable: place}), *signs], known)
         unsure = [x for x in positive if not surely_positive(field.whole(x.above * x.below))]
         self.moving.extend(map(str, least_conditions(unsure)))
         return found
+
+    def _signs_of_time(self) -> Iterator[Quotient]:
+        """Yield the signs on which the equations rest of functions of time alone, as of an input until it ends."""
+        if self.variable is TIME:
+            others = self.there.variables - {TIME}
+            yield from (x for x in self.there.forms.field.positive if TIME in x.symbols and not x.symbols & others)
 
 
 def in_book_form(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Node:
