@@ -636,24 +636,25 @@ def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[
         for name, element in system.constraints.items()
         for row in (run_names(system, name) if isinstance(element, Rope) else row_names(name, element))
     ]
-    rows = {"constraint": [*of_constraints, *cut]}
     for written in expressions_in(system, _MAY_ASK):
         for leaf in _asked_quantities(written.node) if written.node.shadow is None else ():
             with at(*written.path):
                 if leaf.data[0] == "reaction":
-                    _verify_component(leaf, known)
+                    _verify_component(leaf, known, of_constraints)
                 elif leaf.data[0] == "multiplier":
-                    _verify_arguments(leaf, rows)
+                    _verify_arguments(leaf, {"constraint": [*of_constraints, *cut]})
 
 
 _EXERTING: Final = {"contact": "a contact", "stop": "a stop", "friction": "friction"}
 
 
-def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]) -> None:
+def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]], rows: Sequence[str]) -> None:
     element, component = leaf.data[1]
     if element not in known:
-        what = "no joint, contact, stop or friction"
-        raise ModelError(f"{text(leaf)}: {element!r} is {what}", number="M106", word=element, known=list(known))
+        own = " and ".join(f"multiplier({row})" for row in rows if element in (row, row.partition(".")[0]))
+        what = f"a constraint, which exerts {own}" if own else "no joint, contact, stop or friction"
+        others = [] if own else list(known)
+        raise ModelError(f"{text(leaf)}: {element!r} is {what}", number="M106", word=element, known=others)
     what, components = known[element]
     if component not in FORCE_NAMES:
         message = f"{text(leaf)}: {component!r} is no component"
@@ -664,8 +665,7 @@ def _verify_component(leaf: Node, known: Mapping[str, tuple[str, Sequence[str]]]
 
 
 def _plurals(words: tuple[str, ...]) -> str:
-    plain = [w.removeprefix("a ").removeprefix("an ") for w in words]
-    return ", ".join("the time" if w == "the time" else w + "s" for w in plain)
+    return ", ".join(w if w == "the time" else w.removeprefix("a ").removeprefix("an ") + "s" for w in words)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

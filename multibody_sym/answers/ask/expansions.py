@@ -163,9 +163,8 @@ class _Formula:
         """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""
         roots = [x.base for x in expression.atoms(sympy.Pow) if x.exp.is_Rational and x.exp.q == 2]
         for root in sorted(roots, key=str):
-            factors = (x for part in sympy.fraction(sympy.together(root)) for x in sympy.factor_list(part)[1])
-            for factor, power in factors:
-                if power % 2 == 0 and not factor.is_positive:
+            for factor, power in (x.as_base_exp() for x in sympy.Mul.make_args(sympy.factor(root))):
+                if power.is_even and not factor.is_positive:
                     way = 1 if self.evaluated(factor, self.scale) > 0 else -1
                     yield f"while {text(self.in_book_form(way * factor))} > 0"
 

@@ -122,7 +122,7 @@ class SectionQuestion(SingleQuestion):
         found = cut.value(self.component, stretch, place)
         if cut.jumps_at(self.component, stretch, x):
             working.notes.append(f"just behind {text(place)}")
-        elif len(cut.stretches) > 1 and place.shadow is None and not cut.begins(stretch, x):
+        elif len(cut.stretches) > 1 and place.shadow is None and cut.is_within(stretch, x):
             working.notes.append(f"for {text(stretch.first)} <= {text(place)} <= {text(stretch.last)}")
         working.steps.append(lambda: cut.lines(self.component, stretch, place))
         return found
@@ -194,9 +194,9 @@ class GreatestSectionQuestion(Question):
         if best.slope is not None:
             yield from cut.lines(kind, best.stretch, symbol(cut.letter))
             yield equation(best.slope, ZERO, f"its derivative by {cut.letter} vanishes")
-        for each in extremes:
-            value = each.value.expression or real(each.value.value or 0.0)
-            yield Sentence((f"{letter} = ", value, f" at {cut.letter} = {each.place_text}"))
+        told = [(each.value.expression or real(each.value.value or 0.0), each.place_text) for each in extremes]
+        for value, place in dict.fromkeys(told):
+            yield Sentence((f"{letter} = ", value, f" at {cut.letter} = {place}"))
 
 
 def _ends(cut: CutBeam) -> str:
@@ -243,6 +243,10 @@ class CutBeam:
     def begins(self, stretch: Stretch, x: float) -> bool:
         """Return whether a place (m) is where a stretch begins."""
         return abs(x - stretch.begin) <= self._near
+
+    def is_within(self, stretch: Stretch, x: float) -> bool:
+        """Return whether a place (m) is at no end of a stretch."""
+        return stretch.begin + self._near < x < stretch.end - self._near
 
     def jumps_at(self, component: str, stretch: Stretch, x: float) -> bool:
         """Return whether N, V or M has another value before the place where a stretch begins."""
@@ -338,7 +342,7 @@ class CutBeam:
         order = sorted(range(len(terms)), key=lambda k: self._begins(stretch.cut)[k])
         known = [(self._names(stretch.cut)[k], terms[str(k)]) for k in order if terms[str(k)].value]
         along = place == symbol(self.letter)
-        inside = len(self.stretches) > 1 and (along or not self.begins(stretch, self._solved.number(place)))
+        inside = len(self.stretches) > 1 and (along or self.is_within(stretch, self._solved.number(place)))
         where = f"for {text(stretch.first)} < {text(place)} < {text(stretch.last)}: " if inside else ""
         yield Sentence((f"{where}{', '.join(dict.fromkeys(name for name, _ in known)) or 'nothing'}",))
         forms = [x.expression for _, x in known if x.expression is not None]

@@ -699,7 +699,7 @@ def validity(solved: SolvedInstant, reactions: Reactions) -> Validity:
     found.conditions |= told_conditions(solved, found.closed)
     found.conditions |= dict.fromkeys(open_ropes, "")
     found.conditions |= dict(_couples_of_corners(solved))
-    for name in normal_forces(solved.mechanism):
+    for name in reactions.keys() & normal_forces(solved.mechanism):
         force = reactions[name]["tension"]
         if force.unique and (force.value or 0.0) < least:
             pulls = "fails: the plane would pull; in truth the wheel lifts off"
