@@ -187,6 +187,8 @@ class MotionFormulas:
 
     def _polished(self, zero: Node) -> float:
         """Return the root near `at`, to rounding."""
+        if (self.there.variables - {self.variable}).intersection(leaves([zero], "symbol")):
+            raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
         slope, x = derivative(zero, self.variable), self.at
         sample = self.there.solved.sample
         for _ in range(_POLISHED):
