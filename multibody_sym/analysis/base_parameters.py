@@ -18,6 +18,7 @@ from multibody_sym.motion.function import Function, function
 from multibody_sym.motion.function_results import Regressor
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.rank import first_columns
 
 _OF_BODY: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """The parameters of a body in the order of `theta`: mass, m times the centre, inertia about the origin."""
@@ -52,11 +53,10 @@ def base_parameters(system: System) -> BaseParameters:
     Y = _sampled(regressor)
     sizes = np.linalg.norm(Y, axis=0)
     seen = np.flatnonzero(sizes > _DEPENDENT * sizes.max(initial=0.0))
-    _, R = np.linalg.qr(Y[:, seen] / sizes[seen])
-    first = np.abs(np.diag(R)) > _DEPENDENT
+    first, of_seen = first_columns(Y[:, seen] / sizes[seen], _DEPENDENT)
     columns = seen[first]
     combination = np.zeros((len(columns), len(sizes)))
-    of_seen = np.linalg.lstsq(R[:, first], R, rcond=None)[0] * sizes[seen] / sizes[columns][:, None]
+    of_seen *= sizes[seen] / sizes[columns][:, None]
     combination[:, seen] = np.where(np.abs(of_seen) > _DEPENDENT, of_seen, 0.0)
     declared = mechanism(system)
     bodies = (declared.relative or declared).bodies

@@ -28,7 +28,7 @@ from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import as_node
 from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE, contradiction, dependence, support
-from multibody_sym.scalars.rank import CLOSED, last_share, rank, scaled_rows
+from multibody_sym.scalars.rank import CLOSED, last_share, null_space, rank, scaled_rows
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import COMPONENTS
 
@@ -332,9 +332,8 @@ def _held_whatever_else(
 
     So a plank on two wheels keeps its height and its angle, though its rows name the place along it too.
     """
-    _, sizes, directions = np.linalg.svd(jacobian[list(rows)])
-    loose = directions[int(np.sum(sizes > CLOSED * sizes.max(initial=0.0))) :]
-    still = {k for k in range(len(q)) if np.all(np.abs(loose[:, k]) <= CLOSED)}
+    loose = null_space(jacobian[list(rows)], CLOSED)
+    still = {k for k in range(len(q)) if np.all(np.abs(loose[k]) <= CLOSED)}
     for aside in _ASIDE:
         moved = [x if k in still else x + aside * (1 + k) for k, x in enumerate(q)]
         state = state_of(mechanism, float, 0.0, moved, [0.0] * len(mechanism.speeds), parameters)

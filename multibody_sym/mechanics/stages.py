@@ -74,10 +74,13 @@ def _declared_path(system: System, number: int, path: tuple[str, ...]) -> tuple[
 def stage_systems(system: System) -> tuple[System, ...]:
     """Return the system of each stage: its elements, impact, outputs and questions; one for a system without stages.
 
-    Raises ModelError for names of no element, and for elements that act in no stage.
+    Raises ModelError for names of no element, for elements that act in no stage, and for absolute coordinates.
     """
     if not system.then:
         return (system,)
+    if system.simulation.coordinates == "absolute":
+        with at("simulation", "coordinates"):
+            raise ModelError("stages begin with coordinates of joints: leave out coordinates: absolute", number="M110")
     with at("ask"):
         _verify_numbers(system)
     absent = [name for stage in system.then for _, name in stage.beginning()]

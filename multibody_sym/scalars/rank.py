@@ -209,6 +209,16 @@ def principal_axes(points: Floats) -> tuple[Floats, int]:
     return np.asarray(axes, dtype=float), int(np.sum(sizes > TYPED * max(sizes[0], np.finfo(float).tiny)))
 
 
+def first_columns(matrix: Floats, tolerance: float) -> tuple[npt.NDArray[np.bool_], Floats]:
+    """Return which columns of length one (m x n, m >= n) the earlier ones do not give, and the factors (k x n) of all.
+
+    Column j is the sum of these k columns by the factors in its column.
+    """
+    factor = np.linalg.qr(matrix)[1]
+    first = np.abs(np.diag(factor)) > tolerance
+    return first, np.linalg.lstsq(factor[:, first], factor, rcond=None)[0]
+
+
 def leading_columns(matrix: Floats, tolerance: float) -> list[int]:
     """Return as many columns as the matrix (s x n) has rank: the longest first of what those before it leave.
 

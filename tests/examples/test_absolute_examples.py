@@ -19,11 +19,15 @@ STIFF = {"elastic_rod": "push"}
 """A force of 1e8 N/m, which shows the error of coordinates 1e8 times."""
 ALIKE = [name for name, path in FILES.items() if path.parent.name == "textbook"]
 """Problems with blocks, planes and contacts, like each other: one of three is run always, as of others."""
-OTHERS = [name for name in FILES if name not in {*LARGE, *ALIKE}]
+STAGED = [name for name, path in FILES.items() if path.parent.name == "stages"]
+"""Motions of several stages are in coordinates of joints alone."""
+OTHERS = [name for name in FILES if name not in {*LARGE, *ALIKE, *STAGED}]
 LATER = {*LARGE, *ALIKE[1::3], *ALIKE[2::3], *OTHERS[1::3], *OTHERS[2::3]}
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LATER else n for n in FILES])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.long) if n in LATER else n for n in FILES if n not in STAGED]
+)
 def test_an_example_moves_alike(name: str) -> None:
     system = from_file(name)
     t_end = 0.001 if name == "andrews_squeezer" else 0.02

@@ -1,4 +1,4 @@
-"""FMUs: their description and archive, without a compiler; `tests/peers/test_fmu.py` runs them."""
+"""FMUs: their description and archive, without a compiler; `tests/peers/test_fmu_by_fmpy.py` runs them."""
 
 from __future__ import annotations
 

@@ -143,9 +143,9 @@ def value(node: Node, values: Mapping[str, float]) -> float:
 
 
 def rounding(node: Node, values: Mapping[str, float]) -> float:
-    """Return a bound of what is lost in an expression's value, where terms cancel; 0 where none is known."""
+    """Return a bound of what is lost in an expression's value, where terms cancel: half the digits under a root."""
     (found,) = bound_rounding([node], {symbol(name): Bounded(x, EPSILON * abs(x)) for name, x in values.items()})
-    return 2 * found.bound if math.isfinite(found.bound) else 0.0
+    return 2 * found.bound if math.isfinite(found.bound) else math.sqrt(EPSILON) * max(map(abs, values.values()))
 
 
 VALUES = dict(zip(sorted(LEAVES), (0.7, 1.3, 2.1, 0.4, 1.9, 3.2, 0.9, 1.7, 2.6, 0.3, 1.1, 4.3, 0.6), strict=True))

@@ -162,7 +162,8 @@ class _Formula:
     def signs(self, expression: Any) -> Iterator[str]:
         """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""
         roots = [x.base for x in expression.atoms(sympy.Pow) if x.exp.is_Rational and x.exp.q == 2]
-        for root in sorted(roots, key=str):
+        squares = [x.args[0] ** 2 for x in expression.atoms(sympy.Abs)]
+        for root in sorted((*roots, *squares), key=str):
             for factor, power in (x.as_base_exp() for x in sympy.Mul.make_args(sympy.factor(root))):
                 if power.is_even and not factor.is_positive:
                     way = 1 if self.evaluated(factor, self.scale) > 0 else -1
