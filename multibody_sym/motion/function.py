@@ -69,6 +69,8 @@ from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.numbers import floats
 
 _FLOAT: Final = np.dtype(np.float64)
+_EXACT: Final = 2**53
+"""Whole numbers below are floats, too."""
 _MOST_THREADS: Final = 1024
 _ASKED: Final = ("what", "given", "drives", "mode", "frame", "axes", "formalism", "by")
 """What `functions` takes for each."""
@@ -448,21 +450,20 @@ class Function(Generic[ResultT_co]):
         the elements at its places of `sparsity` alone, in a row. Raises InputError for wrong names and shapes.
         """
         if (
-            inputs is None
-            and parameters is None
-            and out is None
+            parameters is None
             and sparse is False
-            and type(t) is float
+            and type(threads) is int
+            and threads == 1
+            and (type(t) is float or (type(t) is int and abs(t) < _EXACT))
             and type(q) is type(u) is np.ndarray
             and (q.shape, u.shape) == self._sizes
             and q.dtype is u.dtype is _FLOAT
-            and (udot is None) is not self._takes_udot
+            and (_is_array(udot, u.shape) if self._takes_udot else udot is None)
+            and (inputs is None or _is_array(inputs, self._shape_of_inputs))
             and self._in_c
+            and (out is None or self._is_apart(out, (q, u, udot, inputs)))
         ):
-            if udot is None:
-                return self._at_once(t, q, u)
-            if type(udot) is np.ndarray and udot.shape == u.shape and udot.dtype is _FLOAT:
-                return self._at_once(t, q, u, udot)
+            return self._at_once(t, q, u, udot, inputs, out)
         results = self._call(t, q, u, udot, inputs, parameters, out, threads)
         found: ResultT_co = self._at_places(results, out) if flag("sparse", sparse) else results
         return found
@@ -513,24 +514,42 @@ class Function(Generic[ResultT_co]):
             mode = {}
         return _asked(question.system, "constraints", self._code, mode=mode, formalism=question.formalism)
 
-    def _at_once(self, t: float, q: Floats, u: Floats, udot: Floats | None = None) -> Any:
+    def _at_once(self, t: float, q: Floats, u: Floats, udot: Any, inputs: Any, out: Any) -> Any:
         """Return the results at a state whose arrays are as C reads them."""
+        doors = self._doors if inputs is None else self._doors_of_inputs
         try:
-            door = self._doors.pop()
+            door = doors.pop()
         except IndexError:  # the first call, or one beside another in a thread
-            door = Door.of(cast(NativeFunction, self._function), self._question.parameters)
+            function = self._function if inputs is None else self._compiled["given"]
+            door = Door.of(cast(NativeFunction, function), self._question.parameters)
         arrays = door.arrays
         arrays["t"][0], arrays["q"][:], arrays[self._third_array][:] = t, q, u
         if udot is not None:
             arrays["udot"][:] = udot
+        if inputs is not None:
+            arrays["inputs"][:] = inputs
         door.run(door.given, door.results)
+        if out is not None:
+            every = out if isinstance(out, (tuple, list)) else (out,)
+            for array, (first, last, shape) in zip(every, self._pieces, strict=True):
+                array[...] = door.outputs[first:last].reshape(shape)
+            doors.append(door)
+            return out
         whole = door.outputs.copy()
-        self._doors.append(door)
+        doors.append(door)
         if len(self._pieces) == 1:
             return whole if self._flat else whole.reshape(self._pieces[0][2])
         if self._flat:
             return self._tuple(*[whole[first:last] for first, last, _ in self._pieces])
         return self._tuple(*[whole[first:last].reshape(shape) for first, last, shape in self._pieces])
+
+    def _is_apart(self, out: Any, given: Sequence[Any]) -> bool:
+        """Return whether results of one state find their places in `out`, and no argument has these too."""
+        arrays = out if isinstance(out, (tuple, list)) else (out,)
+        if len(arrays) != len(self._pieces):
+            return False
+        fits = (_is_array(x, shape) and x.flags.carray for x, (_, _, shape) in zip(arrays, self._pieces, strict=True))
+        return all(fits) and not share_memory(arrays, [x for x in given if x is not None])
 
     def _call(
         self, t: Any, q: Any, u: Any, udot: Any, inputs: Any, parameters: Any, out: Any, threads: int
@@ -695,6 +714,17 @@ class Function(Generic[ResultT_co]):
         return []
 
     @cached_property
+    def _doors_of_inputs(self) -> list[Door]:
+        """The same of calls that give all inputs as a vector."""
+        return []
+
+    @cached_property
+    def _shape_of_inputs(self) -> tuple[int, ...] | None:
+        """The shape of a vector of all inputs, None where there are none or some drive motions."""
+        count = len(self.inputs)
+        return (count,) if 0 < count == len(self._question.mechanism.inputs) else None
+
+    @cached_property
     def _compiled(self) -> Compiled:
         if self._library is not None:
             library, name = self._library
@@ -837,6 +867,11 @@ class Function(Generic[ResultT_co]):
             raise InputError(f"{self.name} is no state derivative; function(system, 'state_derivative').ode()")
         question, rates = self._question, cast(Callable[[Any, Floats, Floats], Rates], self)
         return OrdinaryEquations(rates, self.program, question.mechanism, question.parameters, self._code)
+
+
+def _is_array(value: Any, shape: tuple[int, ...] | None) -> bool:
+    """Return whether a value is an array of floats of a shape."""
+    return type(value) is np.ndarray and value.shape == shape and value.dtype is _FLOAT
 
 
 def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function[Any]:
