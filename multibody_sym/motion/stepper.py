@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
+from threading import Event
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 import numpy as np
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 _STATE: Final = np.dtype(StateStruct)
 _MOST_STEPS: Final = 1_000_000
 """Steps of the method within one step of a Stepper that are taken by one call; what takes more is driven in pieces."""
+_PIECE: Final = 256
+"""Systems of which one call takes the step."""
 _MOST_SYSTEMS: Final = 10_000_000
 _FLOAT: Final = np.dtype(np.float64)
 
@@ -538,12 +541,16 @@ class _Calls:
         self._all: Any = np.frombuffer(memoryview(self._states), dtype=_STATE)
         bounds = np.linspace(0, count, min(threads, count) + 1).astype(int).tolist()
         self._kept: list[Floats] = []
-        self._given = [self._arguments(a, b) for a, b in pairwise(bounds)]
+        self._given = [self._pieces(a, b) for a, b in pairwise(bounds)]
         self._pool = ThreadPoolExecutor(len(self._given)) if len(self._given) > 1 else None
 
-    def _arguments(self, first: int, last: int) -> tuple[Any, ...]:
+    def _pieces(self, first: int, last: int) -> list[tuple[Any, ...]]:
+        """Return the arguments of the calls of a thread: between them Ctrl-C is heard."""
         work = np.empty(self._native.work)
         self._kept.append(work)
+        return [self._arguments(a, min(a + _PIECE, last), work) for a in range(first, last, _PIECE)]
+
+    def _arguments(self, first: int, last: int, work: Floats) -> tuple[Any, ...]:
         states = ctypes.byref(self._states, first * ctypes.sizeof(StateStruct))
         return (
             self._native.handle,
@@ -561,17 +568,33 @@ class _Calls:
 
     def run(self) -> list[int]:
         """Take the step; return the numbers of the systems that are not at its end."""
-        call = self._native.library.mbs_integrate_each
         if self._pool is None:
-            call(*self._given[0])
+            self._run_pieces(self._given[0], None)
         else:
-            list(self._pool.map(lambda given: call(*given), self._given))
+            self._run_threads(self._pool)
         if len(self._states) == 1:
             one = self._states[0]
             return [] if one.status == Status.DONE and one.event < 0 and not one.passed else [0]
         found = self._all
         done = (found["status"] == Status.DONE) & (found["event"] < 0) & (found["passed"] == 0)
         return [] if done.all() else np.flatnonzero(~done).tolist()
+
+
+    def _run_threads(self, pool: ThreadPoolExecutor) -> None:
+        stop = Event()
+        parts = [pool.submit(self._run_pieces, pieces, stop) for pieces in self._given]
+        try:
+            for part in parts:
+                part.result()
+        finally:
+            stop.set()
+            wait(parts)
+
+    def _run_pieces(self, pieces: Sequence[tuple[Any, ...]], stop: Event | None) -> None:
+        for piece in pieces:
+            if stop is not None and stop.is_set():
+                return
+            self._native.library.mbs_integrate_each(*piece)
 
 
 def _values_of(begin: RunStart) -> Floats:

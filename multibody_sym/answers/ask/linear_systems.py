@@ -408,7 +408,7 @@ class AskedModes:
     def _determinant(self) -> Iterator[Line]:
         """Yield the determinant of K - omega^2 M of two or three freedoms, which a book writes out."""
         modes, square = self.modes, OMEGA**2
-        if len(modes.coordinates) > _MOST_WRITTEN_OUT or any(x.value for row in modes.rates for x in row):
+        if not 0 < len(modes.mass) <= _MOST_WRITTEN_OUT or any(x.value for row in modes.rates for x in row):
             return
         rows = [
             [_known(k) - _known(m) * square for m, k in zip(*row, strict=True)]

@@ -249,6 +249,7 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Wo
     given = any_state(mechanism, replace(begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:
         moving = _Work(solved, solution, given=given)
+        in_motion = moving.steps_in_motion()
     except (NoClosedFormError, ExpressionError):
         return None
     spelling, places = moving.notation.spelling, moving.notation.places
@@ -258,7 +259,7 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Wo
         places={**places, **found.notation.places},
     )
     known = replace(found, notation=notation)
-    return replace(known, steps=(*found.steps, *_other_steps(moving.steps_in_motion(), known)))
+    return replace(known, steps=(*found.steps, *_other_steps(in_motion, known)))
 
 
 def _other_steps(steps: Sequence[WorkedStep], before: Worked) -> Iterator[WorkedStep]:
