@@ -47,7 +47,7 @@ from multibody_sym.pictures.marks.cones import FrictionCone
 from multibody_sym.pictures.scene.forces import letter_of
 from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
 from multibody_sym.pictures.scene.scene import Scene
-from multibody_sym.pictures.scene.stage import Stage
+from multibody_sym.pictures.scene.stage import PlacedSystem
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.pivoted_qr import NEGLIGIBLE
@@ -235,7 +235,7 @@ class JointForces:
     """
 
     mechanism: Mechanism
-    stage: Stage
+    stage: PlacedSystem
     rows: Mapping[str, Sequence[S]]
 
     def keys(self, name: str) -> Iterator[tuple[str, Key]]:
@@ -321,9 +321,9 @@ class CutFree:
         return frozenset({-1, *(k for k, name in enumerate(self.scene.bodies) if name == GROUND)})
 
     @cached_property
-    def stage(self) -> Stage:
+    def stage(self) -> PlacedSystem:
         """The numbers of what is declared."""
-        return Stage(self.system, self.scene.mechanism, self.scene.begin)
+        return PlacedSystem(self.system, self.scene.mechanism, self.scene.begin)
 
     def pulls(self) -> Iterator[ForceArrow]:
         """Yield all forces and couples on all bodies; what acts between two is there for both, the child first."""

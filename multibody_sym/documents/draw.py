@@ -62,17 +62,15 @@ def draw(
     right, left, iso, or azimuth and elevation in degrees, else the plane of motion or a look from in front and above;
     declared forces and torques are always shown; `forces` add weights, pulls of springs and drags, `reactions` what
     joints exert on their children, contacts, ropes and rods, by the letters of `solve`'s steps, with the cones of
-    friction of contacts that stick at rest (the description of the figure says which are not unique); `names`: the
-    problem's `letters` (of masses, springs, coefficients, pins A, B),
-    `all`, names of bodies, joints and ropes too, or `none`; what finds no room, and what is given without a place,
-    stands in a legend; `dimensions` are named lengths; `redundant` marks joints and
-    constraints with rows that follow from others; `diagrams` draws N, V and M along beams below, of which `ask` names a
-    section, else along those of a structure, and plans of the velocities and accelerations that `ask` names;
-    `mark` what stands at places of the model such as `joints.A`, with a word each if it is a mapping;
-    `strip`, text or several with which names begin and that letters leave out (`panda_`);
-    `parameters` to `project` change the system for this call; `formalism` for a run,
-    of which `on_progress` is called with the part that is done. A run is as long as `at` asks for; Ctrl-C ends it.
-    Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
+    friction of contacts that stick at rest (the figure's description says which are not unique); `names`: the problem's
+    `letters` (of masses, springs, coefficients, pins A, B), `all`, names of bodies, joints and ropes too, or `none`;
+    what finds no room, and what is given without a place, stands in a legend; `dimensions` are named lengths;
+    `redundant` marks joints and constraints with rows that follow from others; `diagrams` draws N, V and M along beams
+    below, of which `ask` names a section, else along those of a structure, and plans of the velocities and
+    accelerations that `ask` names; `mark` what stands at places of the model such as `joints.A`, with a word each if it
+    is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`); `parameters` to
+    `project` change the system for this call; `formalism` for a run, of which `on_progress` is called with the part
+    that is done; Ctrl-C ends it. Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
     flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in (flags | {"diagrams": diagrams}).items()}
@@ -88,24 +86,28 @@ def draw(
         if run is not None:  # a moment after the start is the start
             k = 0 if run.t[-1] <= _MOMENT else -1
             motion = scene.motion(run.q[k], run.u[k], float(run.t[k]))
-        letters: dict[str, Any] = {"names": names, "dimensions": wanted["dimensions"]}
-        shown = FigureContent(**letters, forces=wanted["forces"], marked=_marked_paths(asked, mark))
-        if wanted["forces"] or wanted["reactions"]:
+        forces, dimensions = wanted["forces"], wanted["dimensions"]
+        shown = FigureContent(names=names, dimensions=dimensions, forces=forces, marked=_marked_paths(asked, mark))
+        if forces or wanted["reactions"]:
             shown = replace(shown, **_arrows(asked, scene, motion, run, wanted))
         if wanted["reactions"] and run is not None:
             shown = _with_open(shown, run, scene)
         if wanted["redundant"]:
             shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
-        if wanted["diagrams"]:
-            from multibody_sym.documents.motion_diagrams import motion_diagrams
-            from multibody_sym.documents.section_diagrams import section_diagrams
-
-            plans = motion_diagrams(asked)
-            figure = Figure(below_figure(figure.picture, [*plans, *section_diagrams(asked, needed=not plans)]))
+        figure = _with_diagrams(figure, asked) if wanted["diagrams"] else figure
     if path is not None:
         figure.write(path)
     return figure
+
+
+def _with_diagrams(figure: Figure, asked: System) -> Figure:
+    """Return a figure with the plans of its velocities and accelerations below, and with N, V and M along its beams."""
+    from multibody_sym.documents.motion_diagrams import motion_diagrams
+    from multibody_sym.documents.section_diagrams import section_diagrams
+
+    plans = motion_diagrams(asked)
+    return Figure(below_figure(figure.picture, [*plans, *section_diagrams(asked, needed=not plans)]))
 
 
 def _verify_names(names: Any) -> None:

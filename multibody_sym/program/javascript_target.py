@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from multibody_sym.program.arithmetic import Language
-from multibody_sym.program.list_target import Printer, Syntax, Tables, reserved_names
+from multibody_sym.program.list_target import ListPrinter, Syntax, Tables, reserved_names
 from multibody_sym.program.program import Program
 from multibody_sym.program.python_target import stored_samples
 from multibody_sym.program.statements import ProgramError, Solve
@@ -63,7 +63,7 @@ def javascript_source(programs: Mapping[str, Program], samples: Samples) -> dict
         truth="({x}) !== 0.0",
         table=tables.text,
     )
-    printed = [Printer(function, every, language, _SYNTAX).text() for function in every.functions]
+    printed = [ListPrinter(function, every, language, _SYNTAX).text() for function in every.functions]
     exported = list(zip(programs, every.exported, strict=True))
     model = fill_template(
         "javascript/model.mjs.in",

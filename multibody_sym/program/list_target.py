@@ -79,7 +79,7 @@ class Tables:
         return f"{TABLE_FUNCTIONS[function.kind]}({self._names[function.digest]}, {order}, {x})"
 
 
-class Printer:
+class ListPrinter:
     """Prints one Program as one function."""
 
     def __init__(self, function: Function, every: Functions, language: Language, syntax: Syntax) -> None:
@@ -138,7 +138,7 @@ class Printer:
         return self.syntax.define.format(name=name, value=value) + self.syntax.ends
 
 
-def _write(printer: Printer, statement: Statement) -> None:
+def _write(printer: ListPrinter, statement: Statement) -> None:
     if isinstance(statement, Assign):
         text = expression(statement.nodes, printer.names, printer.language)
         printer.names[statement.value] = printer.assign("z", text)
@@ -156,7 +156,7 @@ def _write(printer: Printer, statement: Statement) -> None:
         _scan(printer, statement)
 
 
-def _solve(printer: Printer, statement: Solve) -> None:
+def _solve(printer: ListPrinter, statement: Solve) -> None:
     order = statement.order
 
     def row(atoms: Sequence[Node]) -> str:
@@ -184,7 +184,7 @@ def _solve(printer: Printer, statement: Solve) -> None:
         printer.define(f"{name}[{k}]", (len(leaves),), leaves)
 
 
-def _scan(printer: Printer, statement: Scan) -> None:
+def _scan(printer: ListPrinter, statement: Scan) -> None:
     syntax, lines = printer.syntax, printer.lines
     given = [printer.value((len(atoms),), atoms) for atoms in statement.given]
     name = printer.assign("m", wrap_items("[", given, "]", indent=" " * 8))
@@ -196,7 +196,7 @@ def _scan(printer: Printer, statement: Scan) -> None:
         printer.define(f"{name}[{len(given) + k}]", (len(leaves),), leaves)
 
 
-def _loop(printer: Printer, loop: Loop, memory: str) -> list[str]:
+def _loop(printer: ListPrinter, loop: Loop, memory: str) -> list[str]:
     syntax, inside = printer.syntax, list[str]()
     if loop.gate is not None:
         value = f"{memory}[{loop.gate.array}][{_place(printer, loop.gate.first)}]"
@@ -210,7 +210,7 @@ def _loop(printer: Printer, loop: Loop, memory: str) -> list[str]:
     return syntax.block(syntax.repeat.format(count=loop.count), inside)
 
 
-def _kernel(printer: Printer, kernel: Kernel, memory: str) -> list[str]:
+def _kernel(printer: ListPrinter, kernel: Kernel, memory: str) -> list[str]:
     syntax, arguments = printer.syntax, []
     for window, array in zip(kernel.reads, kernel.program.inputs, strict=True):
         place, name = _place(printer, window.first), f"{memory}[{window.array}]"
@@ -226,7 +226,7 @@ def _kernel(printer: Printer, kernel: Kernel, memory: str) -> list[str]:
     return lines
 
 
-def _place(printer: Printer, given: Progression) -> str:
+def _place(printer: ListPrinter, given: Progression) -> str:
     """Return the expression of number k of a progression."""
     pattern, step = given.pattern, given.step
     if len(pattern) == 1:

@@ -11,7 +11,7 @@ import numpy as np
 
 from multibody_sym.program import floats
 from multibody_sym.program.arithmetic import Language
-from multibody_sym.program.list_target import Printer, Syntax, Tables, reserved_names
+from multibody_sym.program.list_target import ListPrinter, Syntax, Tables, reserved_names
 from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import TOLERANCE, Samples, fill_template, functions, summary
 from multibody_sym.scalars import arrays, between, least_norm, rank
@@ -94,7 +94,7 @@ def python_source(
         truth="{x}",
         table=tables.text,
     )
-    printed = [Printer(function, every, language, _SYNTAX).text() for function in every.functions]
+    printed = [ListPrinter(function, every, language, _SYNTAX).text() for function in every.functions]
     text = fill_template(
         "python/model.py.in",
         title=_TITLE,

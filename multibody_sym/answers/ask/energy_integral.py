@@ -263,13 +263,13 @@ def integral_line(node: Node, integrand: Node, by: Node, start: Node) -> Sentenc
 
 
 @dataclass(frozen=True, eq=False)
-class Swing:
+class ToAndFro:
     """The motion of one freedom to and fro between two places, from a solved start."""
 
     freedom: OneFreedom
 
     @classmethod
-    def of(cls, solved: SolvedInstant, coordinate: str) -> Swing | None:
+    def of(cls, solved: SolvedInstant, coordinate: str) -> ToAndFro | None:
         """Return the swing of a coordinate, None where it is no freedom with known equations."""
         state = solved.begin.q, solved.begin.u
         there = anywhere(solved, *state)

@@ -16,7 +16,7 @@ import sympy
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
 from multibody_sym.algebra.roots import roots
-from multibody_sym.answers.ask.energy_integral import Swing
+from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.extremes import zeros
 from multibody_sym.answers.ask.later_formulas import in_letters
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
@@ -317,7 +317,7 @@ class SeriesQuestion(_FormulaQuestion):
 
     def _of_period(self, varied: VariedAnswer, coordinate: str, working: Working) -> Value:
         """Return the series of a period whose formula is no elementary function, by the energy of its one freedom."""
-        swing = Swing.of(varied.solved, coordinate)
+        swing = ToAndFro.of(varied.solved, coordinate)
         if swing is None:
             raise NoExpansionError(f"{coordinate} is no one freedom with known equations")
         freedom, letters = swing.freedom, _Formula(varied, symbol(self.name))

@@ -15,7 +15,7 @@ from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
 from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
-from multibody_sym.answers.ask.energy_integral import Swing
+from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Granted, anywhere
@@ -395,7 +395,7 @@ class PeriodQuestion(NumberQuestion):
             working.notes.append(str(reason))
             return Value(None, unit="s")
         harmonic = self._formula(motion.solved, found.value or 0.0)
-        swing = Swing.of(motion.solved, self.coordinate) if harmonic is None else None
+        swing = ToAndFro.of(motion.solved, self.coordinate) if harmonic is None else None
         formula = harmonic if swing is None else swing.confirmed(TIME, found.value or 0.0)
         if swing is not None and formula is not None:
             working.steps.append(lambda: swing.lines(TIME))
@@ -471,7 +471,7 @@ class AdvanceQuestion(NumberQuestion):
         except NeverError as reason:
             working.notes.append(str(reason))
             return Value(None, unit=self.unit(motion))
-        swing = Swing.of(motion.solved, self.of)
+        swing = ToAndFro.of(motion.solved, self.of)
         formula = None if swing is None else swing.confirmed(symbol(self.coordinate), found.value or 0.0)
         if swing is not None and formula is not None:
             working.steps.append(lambda: swing.lines(symbol(self.coordinate)))

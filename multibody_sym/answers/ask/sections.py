@@ -64,7 +64,7 @@ class Stretch(NamedTuple):
     cut: Cut
 
 
-class Extreme(NamedTuple):
+class SectionExtreme(NamedTuple):
     """A `value` of N, V or M at the end of a stretch, or where its derivative (`slope`) vanishes within, at `place`."""
 
     stretch: Stretch
@@ -78,7 +78,7 @@ class Extreme(NamedTuple):
         form = self.place.expression
         return f"{self.place.value:.6g} m" if form is None else text(form)
 
-    def is_as_large_as(self, other: Extreme) -> bool:
+    def is_as_large_as(self, other: SectionExtreme) -> bool:
         """Return whether both are of one size."""
         size = abs(other.value.value or 0.0)
         return abs(abs(self.value.value or 0.0) - size) <= _SAME * size
@@ -185,7 +185,7 @@ class GreatestSectionQuestion(Question):
         working.steps.append(lambda: self._lines(cut, best, extremes))
         return {"": best.value, ".at": best.place}
 
-    def _lines(self, cut: CutBeam, best: Extreme, extremes: Sequence[Extreme]) -> Iterator[Line]:
+    def _lines(self, cut: CutBeam, best: SectionExtreme, extremes: Sequence[SectionExtreme]) -> Iterator[Line]:
         """Yield where it may be greatest, and what it is there."""
         letter, kind = LETTERS[self.component], self.component
         slope = {"moment": "the shear force vanishes or jumps", "shear": "no load acts, or a force acts"}
@@ -275,18 +275,18 @@ class CutBeam:
         """Return N, V or M at a place (m) on a stretch as a number."""
         return float(section_force(self._actions, component, stretch.cut, x))
 
-    def is_one_place(self, one: Extreme, other: Extreme) -> bool:
+    def is_one_place(self, one: SectionExtreme, other: SectionExtreme) -> bool:
         """Return whether two extremes are at one place."""
         return abs((one.place.value or 0.0) - (other.place.value or 0.0)) <= self._near
 
-    def extremes(self, component: str) -> list[Extreme]:
+    def extremes(self, component: str) -> list[SectionExtreme]:
         """Return N, V or M at the ends of all stretches, and where it is greatest or least within them."""
-        found: list[Extreme] = []
+        found: list[SectionExtreme] = []
         for stretch in self.stretches:
             places = Value(stretch.begin, stretch.first, "m"), Value(stretch.end, stretch.last, "m")
             ends = stretch.first, stretch.last
             begin, end = (
-                Extreme(stretch, place, self.value(component, stretch, node))
+                SectionExtreme(stretch, place, self.value(component, stretch, node))
                 for place, node in zip(places, ends, strict=True)
             )
             if found and found[-1].is_as_large_as(begin) and found[-1].value.value == begin.value.value:
@@ -294,7 +294,7 @@ class CutBeam:
             found += [begin, *self._within(component, stretch), end]
         return found
 
-    def _within(self, component: str, stretch: Stretch) -> Iterator[Extreme]:
+    def _within(self, component: str, stretch: Stretch) -> Iterator[SectionExtreme]:
         """Yield where N, V or M is greatest or least within a stretch."""
         low, high = stretch.begin, stretch.end
         beside = _BESIDE_ENDS * (high - low)
@@ -310,7 +310,7 @@ class CutBeam:
         for k in turns:
             yield self._turning(component, stretch, places[k - 1], places[k + 1])
 
-    def _turning(self, component: str, stretch: Stretch, low: float, high: float) -> Extreme:
+    def _turning(self, component: str, stretch: Stretch, low: float, high: float) -> SectionExtreme:
         """Return the extreme between two places (m)."""
         letter = symbol(self.letter)
         form = self.value(component, stretch, letter).expression
@@ -319,7 +319,7 @@ class CutBeam:
             slope, known = shear or derivative(form, letter), self._solved.sample
             x = polished(lambda x: evaluate_float([slope], {**known, letter: x})[0], (low + high) / 2, low, high)
             for root in roots_near(slope, letter, x, self._with_place(letter, stretch)):
-                return Extreme(stretch, Value(x, root, "m"), self.value(component, stretch, root), slope)
+                return SectionExtreme(stretch, Value(x, root, "m"), self.value(component, stretch, root), slope)
         from scipy.optimize import minimize_scalar  # scipy takes longer to import than most answers take
 
         sign = -1.0 if self.number(component, stretch, (low + high) / 2) > self.number(component, stretch, low) else 1.0
@@ -328,7 +328,7 @@ class CutBeam:
             options={"xatol": _SAME * (high - low)},
         )  # fmt: skip
         value = Value(self.number(component, stretch, best.x), unit=UNITS[component])
-        return Extreme(stretch, Value(float(best.x), unit="m", error=_SAME ** 0.5 * (high - low)), value)
+        return SectionExtreme(stretch, Value(float(best.x), unit="m", error=_SAME ** 0.5 * (high - low)), value)
 
     def lines(self, component: str, stretch: Stretch, place: Node) -> Iterator[Line]:
         """Yield what acts on the part that is cut off, and the sum of its moments or forces by element."""

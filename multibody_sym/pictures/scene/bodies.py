@@ -59,7 +59,7 @@ from multibody_sym.pictures.scene.letters import (
 )
 from multibody_sym.pictures.scene.stage import (
     FrameOnBody,
-    Stage,
+    PlacedSystem,
     curve_points,
     is_bead_on_ring,
     is_solid,
@@ -92,7 +92,7 @@ _SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
 """The form of each shape of a body, from its centre of mass and its sizes."""
 
 
-def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
+def body_items(stage: PlacedSystem, found: Mapping[str, list[Vector]]) -> Iterator[Item]:
     """Yield what is seen of each body but ground, given its places."""
     for name, body in stage.system.bodies.items():
         if name == GROUND:
@@ -113,7 +113,7 @@ def body_items(stage: Stage, found: Mapping[str, list[Vector]]) -> Iterator[Item
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
 
 
-def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Vector]:
+def _up_to_springs(stage: PlacedSystem, name: str, places: Sequence[Vector]) -> list[Vector]:
     """Return the places of a body, those of sliders with a spring where that begins: it is a part of the rod."""
     moved = {}
     for element in stage.system.forces.values():
@@ -123,7 +123,7 @@ def _up_to_springs(stage: Stage, name: str, places: Sequence[Vector]) -> list[Ve
     return [moved.get(place, place) if len(places) > 1 else place for place in places]
 
 
-def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
+def _forms(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector], *, solid: bool) -> Iterator[Form]:
     if body.shape is not None:
         form = _SHAPES[body.shape.kind](stage.centre(name), [stage.number(size) for size in body.shape.sizes])
         yield form
@@ -173,13 +173,13 @@ def _forms(stage: Stage, name: str, body: Body, places: Sequence[Vector], *, sol
     yield link(places if whole else [*places, centre])
 
 
-def _moves(stage: Stage, place: Point) -> bool:
+def _moves(stage: PlacedSystem, place: Point) -> bool:
     """Return whether a place of a body depends on coordinates."""
     own = {symbol(each.name) for each in stage.mechanism.coordinates}
     return not own.isdisjoint(leaves(place, "symbol"))
 
 
-def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
+def _is_bar(stage: PlacedSystem, places: Sequence[Vector], centre: Vector) -> bool:
     """Return whether a body in space is a bar from joint to joint, as links of robots are: its centre is near that."""
     if len(places) != 2 or moves_in_plane(stage.system):
         return False
@@ -189,7 +189,7 @@ def _is_bar(stage: Stage, places: Sequence[Vector], centre: Vector) -> bool:
     return float(np.linalg.norm(apart - part * along)) < _BESIDE * float(np.linalg.norm(along))
 
 
-def _top(stage: Stage, name: str, body: Body) -> ConeBody | None:
+def _top(stage: PlacedSystem, name: str, body: Body) -> ConeBody | None:
     """Return the cone of a top: it stands on a point of its axis, about which it turns freely, and is no thin rod.
 
     Its centre of mass is at three quarters of its height, its radius that of a cone with its moment about the axis.
@@ -214,7 +214,7 @@ def _top(stage: Stage, name: str, body: Body) -> ConeBody | None:
     return ConeBody(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
 
 
-def _equal_form(stage: Stage, name: str, body: Body) -> Block | Disc | None:
+def _equal_form(stage: PlacedSystem, name: str, body: Body) -> Block | Disc | None:
     """Return the box with the moments of a body that flies in space, the disc with that of one that spins there."""
     joint, mass = stage.carrying(name), stage.number(mass_of(body).mass)
     if joint is None or body.inertia is None or mass <= 0.0 or moves_in_plane(stage.system):
@@ -243,7 +243,7 @@ def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
             yield Polyline((vector(middle), place))
 
 
-def _particle(stage: Stage, name: str, body: Body) -> str:
+def _particle(stage: PlacedSystem, name: str, body: Body) -> str:
     """Return the symbol of what has one place only: a block on a slider, a rotor on a hinge, else a bob."""
     joint = stage.carrying(name)
     light = body.inertia is None or not any(stage.number(node) for node in body.inertia)
@@ -264,7 +264,7 @@ def _particle(stage: Stage, name: str, body: Body) -> str:
     return "bob"
 
 
-def _is_flat(stage: Stage, reference: str) -> bool:
+def _is_flat(stage: PlacedSystem, reference: str) -> bool:
     """Return whether what a reference leads to has faces to lie on."""
     body = stage.declared(stage.body(reference))
     surface = body.surfaces.get(reference.rpartition(".")[2])
@@ -310,7 +310,7 @@ def hull(points: Floats) -> list[int]:
 # What else is declared and seen: pulleys, gears, guides of points, contacts, friction and springs in hinges.
 
 
-def marker_items(stage: Stage) -> Iterator[Item]:
+def marker_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield the frames and points of all bodies; those that are joined or held show themselves by what holds them."""
     named = set(references(stage))
     for name, body in stage.system.bodies.items():
@@ -324,7 +324,7 @@ def marker_items(stage: Stage) -> Iterator[Item]:
             yield Item("point", f"{name}.{word}", word, ("bodies", name, "points", word), place.body, sign)
 
 
-def pulley_items(stage: Stage) -> Iterator[Item]:
+def pulley_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield the pulleys: their wheel, or a symbol where the rope bends at a point; and what holds those on ground."""
     for name, pulley in stage.system.pulleys.items():
         place = stage.place(pulley.at or pulley.body or GROUND)
@@ -341,7 +341,7 @@ def pulley_items(stage: Stage) -> Iterator[Item]:
 # --- constraints ---------------------------------------------------------------------------------------------------
 
 
-def constraint_items(stage: Stage) -> Iterator[Item]:
+def constraint_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield what is seen of constraints that are no strands."""
     for name, element in stage.system.constraints.items():
         if type(element) not in _CONSTRAINTS:
@@ -349,12 +349,12 @@ def constraint_items(stage: Stage) -> Iterator[Item]:
         yield from _CONSTRAINTS[type(element)](stage, name, element)
 
 
-def _strand(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+def _strand(stage: PlacedSystem, name: str, element: Any) -> Iterator[Item]:
     """Yield nothing: it is drawn among the strands."""
     yield from ()
 
 
-def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
+def _gear(stage: PlacedSystem, name: str, gear: Gear) -> Iterator[Item]:
     """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
     path, made = ("constraints", name), [placed_joint(stage, joint) for joint in gear.joints]
     ratio = abs(stage.number(gear.ratio, 1.0)) or 1.0
@@ -378,7 +378,7 @@ def _gear(stage: Stage, name: str, gear: Gear) -> Iterator[Item]:
         yield Item("gear", name, name, path, each.child.body, form or Symbol("gear", each.child.point, axis))
 
 
-def _drive(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]:
+def _drive(stage: PlacedSystem, name: str, element: PrescribedMotion) -> Iterator[Item]:
     """Yield the direction in which a joint is driven."""
     each = placed_joint(stage, element.joint)
     axes = each.turns or each.slides
@@ -390,11 +390,11 @@ def _drive(stage: Stage, name: str, element: PrescribedMotion) -> Iterator[Item]
     yield Item("limit", name, name, path, body, sign, each.bodies, each.on_ground, letters=found)
 
 
-def _tie(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+def _tie(stage: PlacedSystem, name: str, element: Any) -> Iterator[Item]:
     yield Item("limit", name, name, ("constraints", name), -1, Symbol("tie", (0.0, 0.0, 0.0)))
 
 
-def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Item]:
+def _skate(stage: PlacedSystem, name: str, element: VelocityConstraint) -> Iterator[Item]:
     """Yield the edge of a skate where a velocity in a plane has one direction left, else nothing to be seen."""
     rows = dict(zip((row.name for row in stage.mechanism.rows), row_motions(stage.motion), strict=True))
     jacobian = np.array(rows[name].jacobian, dtype=float) if name in rows else np.zeros(0)
@@ -414,7 +414,7 @@ def _skate(stage: Stage, name: str, element: VelocityConstraint) -> Iterator[Ite
     yield from _tie(stage, name, element)
 
 
-def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
+def _on_line(stage: PlacedSystem, name: str, element: PointOnLine) -> Iterator[Item]:
     place, other = stage.place(element.line.through), stage.place(element.point)
     axis = stage.axis(place, element.line.direction)
     apart = stage.world(other.body, other.point) - stage.world(place.body, place.point)
@@ -424,12 +424,12 @@ def _on_line(stage: Stage, name: str, element: PointOnLine) -> Iterator[Item]:
     yield _bead(stage, name, element.point)
 
 
-def _bead(stage: Stage, name: str, point: str) -> Item:
+def _bead(stage: PlacedSystem, name: str, point: str) -> Item:
     place = stage.place(point)
     return Item("joint", name, name, ("constraints", name), place.body, Symbol("bead", place.point))
 
 
-def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
+def _in_plane(stage: PlacedSystem, name: str, element: PointInPlane) -> Iterator[Item]:
     place = stage.place(element.plane.through)
     axis = stage.axis(place, element.plane.normal)
     if place.body < 0 and _carries(stage, place, element.point):
@@ -442,13 +442,13 @@ def _in_plane(stage: Stage, name: str, element: PointInPlane) -> Iterator[Item]:
     yield _bead(stage, name, element.point)
 
 
-def _carries(stage: Stage, place: FrameOnBody, point: str) -> bool:
+def _carries(stage: PlacedSystem, place: FrameOnBody, point: str) -> bool:
     """Return whether a plane of ground supports a structure at a point of it."""
     here, there = (vector(stage.world(each.body, each.point)) for each in (place, stage.place(point)))
     return stage.is_structure and same(here, there)
 
 
-def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
+def _on_curve(stage: PlacedSystem, name: str, element: OnCurve) -> Iterator[Item]:
     place, other = stage.place(element.on), stage.place(element.point)
     points = curve_points(stage, element.curve, None)
     base = np.array(place.point)
@@ -457,11 +457,11 @@ def _on_curve(stage: Stage, name: str, element: OnCurve) -> Iterator[Item]:
     yield _bead(stage, name, element.point)
 
 
-def _rolling_items(stage: Stage, name: str, element: Rolling) -> Iterator[Item]:
+def _rolling_items(stage: PlacedSystem, name: str, element: Rolling) -> Iterator[Item]:
     yield _touch(stage, name, ("constraints", name), (element.body, element.on))
 
 
-_CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item]]]] = {
+_CONSTRAINTS: Final[Mapping[type[Any], Callable[[PlacedSystem, str, Any], Iterator[Item]]]] = {
     Gear: _gear,
     PrescribedMotion: _drive,
     PointOnLine: _on_line,
@@ -478,7 +478,7 @@ _CONSTRAINTS: Final[Mapping[type[Any], Callable[[Stage, str, Any], Iterator[Item
 # --- contacts and what acts in joints --------------------------------------------------------------------------------
 
 
-def contact_items(stage: Stage) -> Iterator[Item]:
+def contact_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield a sign without ink at the first body of each contact, where marks and forces have their place."""
     asked = asked_names(stage.system)
     for declared, name, contact in copies(stage.system.contacts):
@@ -487,7 +487,7 @@ def contact_items(stage: Stage) -> Iterator[Item]:
         yield replace(_touch(stage, name, ("contacts", declared), contact.between), letters=found, titled=titled)
 
 
-def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
+def _touch(stage: PlacedSystem, name: str, path: tuple[str, ...], between: tuple[str, ...]) -> Item:
     """Return the sign of a contact on the first of both bodies that names a place, else on the first."""
     bodies = [stage.number_of(stage.body(reference)) for reference in between]
     for k, reference in enumerate(between):
@@ -501,7 +501,7 @@ def _touch(stage: Stage, name: str, path: tuple[str, ...], between: tuple[str, .
     return Item("contact", name, name, path, bodies[0], sign, (bodies[0], bodies[1]), touching=between)
 
 
-def force_items(stage: Stage) -> Iterator[Item]:
+def force_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield what is seen of forces in joints: springs and dampers in hinges, motors, friction."""
     for name, element in stage.system.forces.items():
         kind, joint = _IN_JOINTS.get(type(element)), getattr(element, "joint", None)
@@ -516,7 +516,7 @@ def force_items(stage: Stage) -> Iterator[Item]:
         yield Item("force", name, name, path, each.parent.body, sign, each.bodies, each.on_ground, letters=found)
 
 
-def _field_signs(stage: Stage, name: str, element: Any) -> Iterator[Item]:
+def _field_signs(stage: PlacedSystem, name: str, element: Any) -> Iterator[Item]:
     """Yield a sign without ink for a potential at a body or in joints, which has no form of its own."""
     if not isinstance(element, Potential) or element.between is not None:
         return

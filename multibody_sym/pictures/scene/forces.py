@@ -45,7 +45,7 @@ from multibody_sym.pictures.scene.letters import (
     steady_speed,
     turned_by,
 )
-from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, places, same, surface_items
+from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem, places, same, surface_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
@@ -61,7 +61,7 @@ _LEAST: Final = 0.35
 """How long a spring without a length is drawn, in sizes of the whole."""
 
 
-def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
+def strands(stage: PlacedSystem, ropes: Mapping[str, int]) -> Iterator[Strand]:
     """Yield what runs between bodies; `ropes` are the places of the ropes of the mechanism."""
     for group in ("forces", "constraints"):
         elements: Mapping[str, Element] = getattr(stage.system, group)
@@ -76,16 +76,16 @@ def strands(stage: Stage, ropes: Mapping[str, int]) -> Iterator[Strand]:
                 yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose, **shown)
 
 
-def _spring_kind(stage: Stage, element: Any) -> str:
+def _spring_kind(stage: PlacedSystem, element: Any) -> str:
     stiff, damped = element.stiffness.shadow != 0, element.damping.shadow != 0
     return "spring_damper" if stiff and damped else "spring" if stiff else "damper"
 
 
-def _potential(stage: Stage, element: Any) -> str | None:
+def _potential(stage: PlacedSystem, element: Any) -> str | None:
     return None if element.between is None else "potential"
 
 
-_STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
+_STRANDS: Final[Mapping[type[Any], Callable[[PlacedSystem, Any], str | None]]] = {
     SpringDamper: _spring_kind,
     Damper: lambda stage, element: "damper",
     Pull: lambda stage, element: "pull",
@@ -99,7 +99,7 @@ _STRANDS: Final[Mapping[type[Any], Callable[[Stage, Any], str | None]]] = {
 """The kind of strand that an element is; None for what runs between no points."""
 
 
-def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
+def _anchors(stage: PlacedSystem, element: Any, kind: str) -> tuple[Anchor, ...]:
     """Return the ends of a strand; in a joint those of what slides there, none where it only turns."""
     if isinstance(element, Rope):
         ends = [name for name in element.path if name not in stage.system.pulleys]
@@ -124,7 +124,7 @@ def _anchors(stage: Stage, element: Any, kind: str) -> tuple[Anchor, ...]:
     return _along(joint.parent, axis, first * np.sign(way)), _along(joint.child, axis, -last * np.sign(way))
 
 
-def _anchor(stage: Stage, reference: str, *, central: bool = False) -> Anchor:
+def _anchor(stage: PlacedSystem, reference: str, *, central: bool = False) -> Anchor:
     if central and reference in stage.system.bodies:
         return Anchor(stage.number_of(reference), stage.centre(reference))
     place = stage.place(reference)
@@ -136,7 +136,7 @@ def _along(place: FrameOnBody, axis: Vector, way: float) -> Anchor:
     return Anchor(place.body, vector(np.array(place.point) + way * np.array(place.turned(axis))))
 
 
-def _reach(stage: Stage, joint: PlacedJoint, side: float, way: float) -> float:
+def _reach(stage: PlacedSystem, joint: PlacedJoint, side: float, way: float) -> float:
     """Return how far what carries a slider (`side` 1), or slides (-1), reaches towards the other one along the axis."""
     place, reference = (joint.parent, joint.joint.parent) if side > 0.0 else (joint.child, joint.joint.child)
     body = stage.body(reference)
@@ -147,7 +147,7 @@ def _reach(stage: Stage, joint: PlacedJoint, side: float, way: float) -> float:
     return max((w for w in ways if w < abs(way)), default=0.0)
 
 
-def anchor_behind(stage: Stage, element: Any) -> Anchor | None:
+def anchor_behind(stage: PlacedSystem, element: Any) -> Anchor | None:
     """Return where a spring in a slider that has no length begins on the parent, None for another element.
 
     The slider's coordinate is zero where both frames coincide: such a spring gets a length to be seen. It ends before
@@ -300,7 +300,7 @@ class ArrowLaw:
 Arrow = tuple[ArrowItem, ArrowLaw]
 
 
-def arrow_items(stage: Stage) -> Iterator[Arrow]:
+def arrow_items(stage: PlacedSystem) -> Iterator[Arrow]:
     """Yield gravity, loads, given impulses, prescribed motions of ground and given speeds at the start."""
     if np.any(stage.gravity):
         law = ArrowLaw(tuple(stage.mechanism.gravity), GROUND)
@@ -323,7 +323,7 @@ def arrow_items(stage: Stage) -> Iterator[Arrow]:
         yield from _speeds(stage, name)
 
 
-def _speeds(stage: Stage, name: str) -> Iterator[Arrow]:
+def _speeds(stage: PlacedSystem, name: str) -> Iterator[Arrow]:
     """Yield the speeds at the start of what moves freely; with a letter of sliders and hinges, driven ones too."""
     joint, made = stage.system.joints[name], placed_joint(stage, name)
     initial, driven = getattr(joint, "initial", None), driven_by(stage, name)
@@ -371,7 +371,7 @@ def _speeds(stage: Stage, name: str) -> Iterator[Arrow]:
         yield item, _constant(np.array(world))
 
 
-def _swung(stage: Stage, made: PlacedJoint, given: Sequence[Node]) -> Arrow | None:
+def _swung(stage: PlacedSystem, made: PlacedJoint, given: Sequence[Node]) -> Arrow | None:
     """Return the speed v of what turns at v/R and is at R from the axis; None of another one."""
     rate = given[-1] if made.turns and given else None
     if rate is None or rate.op != "div":
@@ -396,7 +396,7 @@ def _swung(stage: Stage, made: PlacedJoint, given: Sequence[Node]) -> Arrow | No
     return None
 
 
-def _drives(stage: Stage, made: PlacedJoint, driven: Node) -> Iterator[Arrow]:
+def _drives(stage: PlacedSystem, made: PlacedJoint, driven: Node) -> Iterator[Arrow]:
     """Yield the motion that a slider is given if that is short, or its constant acceleration."""
     acceleration = derivative(derivative(driven, t), t)
     steady = t not in leaves([acceleration], "symbol")
@@ -409,7 +409,7 @@ def _drives(stage: Stage, made: PlacedJoint, driven: Node) -> Iterator[Arrow]:
         yield ArrowItem("velocity", made.name, label, path, at, vector(way)), _constant(way)
 
 
-def components(stage: Stage, values: Sequence[Node]) -> list[tuple[int, str]]:
+def components(stage: PlacedSystem, values: Sequence[Node]) -> list[tuple[int, str]]:
     """Return the places and letters of the components of a vector if several have a letter each; else none."""
     given = [k for k, node in enumerate(values) if node.shadow != 0]
     found = [(k, speed_letter(stage, values[k])) for k in given]
@@ -418,7 +418,7 @@ def components(stage: Stage, values: Sequence[Node]) -> list[tuple[int, str]]:
 
 
 def _item(
-    stage: Stage, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: ArrowLaw
+    stage: PlacedSystem, role: Any, name: str, label: str, path: tuple[str, ...], at: Anchor, law: ArrowLaw
 ) -> Arrow:
     motion = stage.motion
     return ArrowItem(role, name, label, path, at, vector(law.vector(motion)), vector(law.way(motion))), law
@@ -437,11 +437,11 @@ def letter_of(name: str, declared: Any, inputs: Mapping[str, Any] | None = None)
     return turned.size if turned is not None and turned.size.isidentifier() else name  # F*cos(a), F*sin(a)
 
 
-def _marker_anchor(stage: Stage, marker: Marker) -> Anchor:
+def _marker_anchor(stage: PlacedSystem, marker: Marker) -> Anchor:
     return Anchor(marker.body, vector(stage.motion.point(marker)))
 
 
-def _force(stage: Stage, load: PointForce) -> Iterator[Arrow]:
+def _force(stage: PlacedSystem, load: PointForce) -> Iterator[Arrow]:
     element = stage.system.forces.get(load.name)
     declared, frame = getattr(element, "value", ()), getattr(element, "frame", None)
     law, label = ArrowLaw(tuple(load.value), load.axes), letter_of(load.name, declared, stage.system.inputs)
@@ -458,7 +458,7 @@ _ROW: Final = 9
 """How many arrows show a distributed load."""
 
 
-def _row(stage: Stage, load: LineLoad) -> Iterator[Arrow]:
+def _row(stage: PlacedSystem, load: LineLoad) -> Iterator[Arrow]:
     """Yield a row of arrows from end to end, as long as the load is there; the longest has the letter."""
     begin, end = (np.array(vector(stage.motion.point(marker))) for marker in load.ends)
     label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()), stage.system.inputs)
@@ -480,7 +480,7 @@ def _put_in(node: Node, known: Mapping[Node, Node]) -> Node:
     return found
 
 
-def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
+def _torque(stage: PlacedSystem, load: BodyTorque) -> Iterator[Arrow]:
     label = letter_of(load.name, getattr(stage.system.forces.get(load.name), "value", ()), stage.system.inputs)
     name = stage.mechanism.bodies[load.body].name if load.body >= 0 else "ground"
     centre = Anchor(load.body, stage.centre(name) if name in stage.system.bodies else ZERO)
@@ -489,7 +489,7 @@ def _torque(stage: Stage, load: BodyTorque) -> Iterator[Arrow]:
     yield _item(stage, "torque", load.name, label, load.path, centre, ArrowLaw(tuple(load.value), load.axes))
 
 
-def _force_in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
+def _force_in_joint(stage: PlacedSystem, load: JointForce) -> Iterator[Arrow]:
     """Yield the force or torque in a joint, on its child along the axis of the freedom."""
     element = stage.system.forces.get(load.name)
     if load.joint not in stage.system.joints:
@@ -509,12 +509,12 @@ def _force_in_joint(stage: Stage, load: JointForce) -> Iterator[Arrow]:
     yield _item(stage, role, load.name, label, load.path, at, law)
 
 
-def _drag(stage: Stage, load: PointDrag) -> Iterator[Arrow]:
+def _drag(stage: PlacedSystem, load: PointDrag) -> Iterator[Arrow]:
     law = ArrowLaw((), -1, moves=load.at)
     yield _item(stage, "drag", load.name, load.name, load.path, _marker_anchor(stage, load.at), law)
 
 
-_LAWS: Final[Mapping[type[Load], Callable[[Stage, Any], Iterator[Arrow]]]] = {
+_LAWS: Final[Mapping[type[Load], Callable[[PlacedSystem, Any], Iterator[Arrow]]]] = {
     PointForce: _force,
     LineLoad: _row,
     BodyTorque: _torque,
@@ -535,7 +535,7 @@ class Thread:
     lever: Vector
 
 
-def threads_of(stage: Stage) -> Iterator[Thread]:
+def threads_of(stage: PlacedSystem) -> Iterator[Thread]:
     """Yield the threads that are declared as a force at the middle of a round body and a couple."""
     forces = [load for load in stage.mechanism.loads if isinstance(load, PointForce)]
     couples = [load for load in stage.mechanism.loads if isinstance(load, BodyTorque)]
@@ -563,7 +563,7 @@ def _factor_beside(product_of: Node, letter: str) -> Node | None:
     return second if first == symbol(letter) else first if second == symbol(letter) else None
 
 
-def drum_items(stage: Stage) -> Iterator[Item]:
+def drum_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield the drums on which threads are wound."""
     for thread in threads_of(stage):
         middle, path = vector(stage.motion.point(thread.force.at)), ("forces", thread.couple.name)
@@ -571,13 +571,13 @@ def drum_items(stage: Stage) -> Iterator[Item]:
         yield Item("drum", thread.couple.name, "", path, thread.couple.body, drum)
 
 
-def drum_radii(stage: Stage) -> Iterator[NamedLength]:
+def drum_radii(stage: PlacedSystem) -> Iterator[NamedLength]:
     """Yield the radii of the drums on which threads are wound."""
     for thread in threads_of(stage):
         yield radius_of(thread.couple.name, letters(thread.arm), thread.couple.body, ZERO, thread.radius, _STEEP)
 
 
-def _impulses(stage: Stage) -> Iterator[Arrow]:
+def _impulses(stage: PlacedSystem) -> Iterator[Arrow]:
     if stage.system.impact is None:
         return
     for name, impact in stage.system.impact.strikes.items():

@@ -49,7 +49,7 @@ from multibody_sym.pictures.scene.letters import (
     start_letter,
     turned_by,
 )
-from multibody_sym.pictures.scene.stage import FrameOnBody, Stage, curve_points, is_bead_on_ring, same
+from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.node import ZERO, Node, symbol
@@ -66,7 +66,7 @@ _MARGIN: Final = 0.06
 class PlacedJoint:
     """A joint that is drawn: its name, both frames, and the coordinates at the start."""
 
-    stage: Stage
+    stage: PlacedSystem
     name: str
     joint: Joint
     parent: FrameOnBody
@@ -112,14 +112,14 @@ class PlacedJoint:
         return self.item("joint", Symbol(kind, self.child.point, self.stage.axis(self.child, axis)), on_child=True)
 
 
-def joint_items(stage: Stage) -> Iterator[Item]:
+def joint_items(stage: PlacedSystem) -> Iterator[Item]:
     for name, joint in stage.system.joints.items():
         if joint.kind not in _SIGNS:
             raise TypeError(f"no picture of joints of the kind {joint.kind}")
         yield from _SIGNS[joint.kind](placed_joint(stage, name))
 
 
-def placed_joint(stage: Stage, name: str) -> PlacedJoint:
+def placed_joint(stage: PlacedSystem, name: str) -> PlacedJoint:
     """Return a joint with its places and coordinates at the start."""
     joint = stage.system.joints[name]
     names = coordinate_names(name, joint)
@@ -176,7 +176,7 @@ def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Itera
     yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, is_ring(joint.stage, joint.joint)))
 
 
-def is_led(stage: Stage, joint: Joint) -> bool:
+def is_led(stage: PlacedSystem, joint: Joint) -> bool:
     """Return whether what slides hangs on a spring or rope that moves with its parent, so that no rail is seen.
 
     Such a parent turns with the line and has no mass, or it is a rod of which the spring is a part.
@@ -196,7 +196,7 @@ def is_led(stage: Stage, joint: Joint) -> bool:
     return parent.mass is None and bare and carried
 
 
-def is_ring(stage: Stage, joint: Joint) -> bool:
+def is_ring(stage: PlacedSystem, joint: Joint) -> bool:
     """Return whether what slides on ground has no size and is lifted from its way at the start: a block would come off.
 
     It is a ring on a bar then.
@@ -231,7 +231,7 @@ def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
     return not any(body in (stage.body(other.parent), stage.body(other.child)) for other in others)
 
 
-def is_ball(stage: Stage, name: str) -> bool:
+def is_ball(stage: PlacedSystem, name: str) -> bool:
     """Return whether a body without a size, or a ball, touches others and bounces from all without rubbing."""
     balls = [f"{name}.{word}" for word, surface in stage.declared(name).surfaces.items() if surface.kind in _ROUND]
     places = {name, *balls}
@@ -331,7 +331,7 @@ _SIZES: Final[Mapping[str, tuple[tuple[Vector, Vector], ...]]] = {
 """Between which places (from the centre, in units of a size) sizes of a shape lie; those of round ones are radii."""
 
 
-def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[NamedLength, ...]:
+def dimensions(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -> tuple[NamedLength, ...]:
     """Return the lengths that the model names, each letter once: plain letters first, where they are radii."""
     found = [*_sizes(stage), *_points(stage), *_radii(stage)]
     order = sorted(range(len(found)), key=lambda k: (len(found[k].label), not found[k].radius, k))
@@ -346,7 +346,7 @@ def dimensions(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> tuple[Na
     return tuple(found[k] for k in sorted(kept))
 
 
-def _sizes(stage: Stage) -> Iterator[NamedLength]:
+def _sizes(stage: PlacedSystem) -> Iterator[NamedLength]:
     for name, body in stage.system.bodies.items():
         if body.shape is None:
             continue
@@ -373,7 +373,7 @@ def radius_of(
     return NamedLength(name, label, Anchor(body, centre), Anchor(body, rim), radius=True)
 
 
-def _radii(stage: Stage) -> Iterator[NamedLength]:
+def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
     """Yield the radii of surfaces and pulleys."""
     for name, body in stage.system.bodies.items():
         for word, surface in body.surfaces.items():
@@ -400,7 +400,7 @@ def _radii(stage: Stage) -> Iterator[NamedLength]:
             yield NamedLength(name, letters(element.value), first, second)
 
 
-def _points(stage: Stage) -> Iterator[NamedLength]:
+def _points(stage: PlacedSystem) -> Iterator[NamedLength]:
     """Yield the ways along a body's axes to its points and its centre of mass, where each is one expression."""
     for name, body in stage.system.bodies.items():
         number = stage.number_of(name)
@@ -420,7 +420,7 @@ def _points(stage: Stage) -> Iterator[NamedLength]:
 # --- coordinates and angles ----------------------------------------------------------------------------------------
 
 
-def ways(stage: Stage) -> Iterator[NamedLength]:
+def ways(stage: PlacedSystem) -> Iterator[NamedLength]:
     """Yield the coordinates of sliders: from the place on the parent to that on the child."""
     asked = asked_names(stage.system)
     for name, joint in stage.system.joints.items():
@@ -435,7 +435,7 @@ def ways(stage: Stage) -> Iterator[NamedLength]:
         yield NamedLength(label, label, a, b, coordinate=True, start_label=shown, unnamed=unnamed)
 
 
-def is_unnamed(stage: Stage, name: str, asked: frozenset[str]) -> bool:
+def is_unnamed(stage: PlacedSystem, name: str, asked: frozenset[str]) -> bool:
     """Return whether the coordinate of a joint has no letter: the model gives none, the joint's name is no such letter.
 
     A name that is `asked` about is one, but that of a pin is the pin's.
@@ -445,7 +445,7 @@ def is_unnamed(stage: Stage, name: str, asked: frozenset[str]) -> bool:
     return not given and (is_titled(joint, name, joint.kind) or not (name in asked or is_letter(stage.system, name)))
 
 
-def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
+def angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges, of frames that are turned and of slopes, of a body each letter once."""
     seen: set[tuple[int, str]] = set()
     hinges = (*_hinge_angles(stage, places), *_tilts(stage))
@@ -455,7 +455,7 @@ def angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[Ang
             yield each
 
 
-def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
+def _hinge_angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges, driven ones too, and those at which what moves in the plane starts."""
     asked, own_names = asked_names(stage.system), {coordinate.name for coordinate in stage.mechanism.coordinates}
     for name, joint in stage.system.joints.items():
@@ -486,7 +486,7 @@ def _hinge_angles(stage: Stage, places: Mapping[str, Sequence[Vector]]) -> Itera
         yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown, unnamed=unnamed)
 
 
-def _tilts(stage: Stage) -> Iterator[AngleMark]:
+def _tilts(stage: PlacedSystem) -> Iterator[AngleMark]:
     """Yield the tilts of bodies on ball joints: between an axis of ground and that of the body, by Euler's angles."""
     for name, joint in stage.system.joints.items():
         order = getattr(joint, "angles", None) if joint.kind == "spherical" else None
@@ -502,7 +502,7 @@ def _tilts(stage: Stage) -> Iterator[AngleMark]:
         yield AngleMark(label, label, at, *ends, (0.0, 0.0, 0.0), start_label=shown)
 
 
-def _start_angles(stage: Stage) -> Iterator[AngleMark]:
+def _start_angles(stage: PlacedSystem) -> Iterator[AngleMark]:
     """Yield the angles at which ropes and rods start, to particles at r*cos(a), r*sin(a) from an axis."""
     lines = stage.system.constraints.values()
     tied = [{*(getattr(each, "path", None) or getattr(each, "between", None) or ())} for each in lines]
@@ -520,7 +520,7 @@ def _start_angles(stage: Stage) -> Iterator[AngleMark]:
         yield AngleMark(name, "", at, low, high, (0.0, 0.0, 0.0), start_label=turned.angle)
 
 
-def _frame_angles(stage: Stage) -> Iterator[AngleMark]:
+def _frame_angles(stage: PlacedSystem) -> Iterator[AngleMark]:
     """Yield the angles by which frames of bodies are turned, named by a letter."""
     for name, body in stage.system.bodies.items():
         for word, frame in body.frames.items():
@@ -533,7 +533,7 @@ def _frame_angles(stage: Stage) -> Iterator[AngleMark]:
             yield AngleMark(f"{name}.{word}", letters(frame.rotate[0].angle), at, begin, end, about, coordinate=False)
 
 
-def away(stage: Stage, body: str, place: Vector, places: Mapping[str, Sequence[Vector]]) -> Floats | None:
+def away(stage: PlacedSystem, body: str, place: Vector, places: Mapping[str, Sequence[Vector]]) -> Floats | None:
     """Return the direction from a joint's place to what is farthest of its child: the way that its rod goes."""
     candidates = [*places.get(body, ()), stage.centre(body)]
     shape = stage.declared(body).shape
@@ -557,7 +557,7 @@ _STILL: Final = 1e-9
 
 
 def stop_items(
-    stage: Stage, bodies: Sequence[Item], places: Mapping[str, Sequence[Vector]]
+    stage: PlacedSystem, bodies: Sequence[Item], places: Mapping[str, Sequence[Vector]]
 ) -> Iterator[Item]:
     """Yield the stops of each joint, on its parent; `bodies` are the items of bodies, whose fronts meet them.
 

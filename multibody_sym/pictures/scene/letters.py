@@ -19,7 +19,7 @@ from multibody_sym.model.settings import Settings
 from multibody_sym.model.steps import Curve
 from multibody_sym.model.system import System, t
 from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
-from multibody_sym.pictures.scene.stage import Stage
+from multibody_sym.pictures.scene.stage import PlacedSystem
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.calculus import derivative
@@ -52,7 +52,7 @@ def letters(node: Node) -> str:
     return found if len(found) <= _LONGEST and "(" not in found else ""
 
 
-def mass_letters(stage: Stage, name: str) -> str:
+def mass_letters(stage: PlacedSystem, name: str) -> str:
     """Return the letters of a body's mass and moments of inertia, such as m, J; nothing for numbers."""
     body = stage.declared(name)
     mass = mass_of(body).mass
@@ -145,7 +145,7 @@ def _names_in(tree: Any) -> Iterator[str]:
         yield from _names_in(value)
 
 
-def givens(stage: Stage, book: Mapping[str, str]) -> tuple[Given, ...]:
+def givens(stage: PlacedSystem, book: Mapping[str, str]) -> tuple[Given, ...]:
     """Return the parameters of a model with their numbers."""
     found, asked = [], asked_names(stage.system)
     for name, parameter in stage.system.parameters.items():
@@ -214,7 +214,7 @@ def _turned(texts: Sequence[str]) -> Turned | None:
     return Turned(angle, "*".join(filter(None, sizes)), *(given if first == "cos" else given[::-1]))
 
 
-def slopes(stage: Stage) -> Iterator[AngleMark]:
+def slopes(stage: PlacedSystem) -> Iterator[AngleMark]:
     """Yield the angles of planes whose normals, of sliders whose axes and of figures whose gravity have a letter."""
     for name, body in stage.system.bodies.items():
         for word, surface in body.surfaces.items():
@@ -248,7 +248,7 @@ def _slope(name: str, letter: str, at: Anchor, axis: int, way: Floats) -> AngleM
     return AngleMark(name, letter, at, Anchor(at.body, level), Anchor(at.body, vector(way)), _Z, coordinate=False)
 
 
-def start_letter(stage: Stage, joint: Joint) -> str:
+def start_letter(stage: PlacedSystem, joint: Joint) -> str:
     """Return the letter at which the last coordinate of a joint starts, nothing where it has none."""
     initial = getattr(joint, "initial", None)
     node = initial.q[-1] if initial is not None and initial.q else None
@@ -258,7 +258,7 @@ def start_letter(stage: Stage, joint: Joint) -> str:
     return found if found.isidentifier() and is_letter(stage.system, found) else ""
 
 
-def driven_by(stage: Stage, name: str) -> Node | None:
+def driven_by(stage: PlacedSystem, name: str) -> Node | None:
     """Return the motion that a joint of one freedom is given, None where it is free."""
     motion = getattr(stage.system.joints[name], "motion", None)
     given = [*motion] if motion is not None else []
@@ -266,19 +266,19 @@ def driven_by(stage: Stage, name: str) -> Node | None:
     return given[0] if len(given) == 1 else None
 
 
-def steady_speed(stage: Stage, motion: Node | None) -> str:
+def steady_speed(stage: PlacedSystem, motion: Node | None) -> str:
     """Return the letter of the constant speed of a motion, nothing of another one."""
     rate = NOTHING if motion is None else derivative(motion, t)
     return "" if t in leaves([rate], "symbol") else speed_letter(stage, rate)
 
 
-def speed_letter(stage: Stage, speed: Node) -> str:
+def speed_letter(stage: PlacedSystem, speed: Node) -> str:
     """Return the letter of a speed, nothing for a number or a word."""
     found = letters(speed)
     return found if not found.isidentifier() or is_letter(stage.system, found) else ""
 
 
-def given_motion(stage: Stage, name: str) -> str:
+def given_motion(stage: PlacedSystem, name: str) -> str:
     """Return the short expression by which a hinge is driven, at a steady speed where it starts; else nothing."""
     motion = driven_by(stage, name)
     if motion is None or getattr(stage.system.joints[name], "motion", None) is None:

@@ -58,7 +58,7 @@ from multibody_sym.pictures.scene.letters import (
     is_static,
     letters,
 )
-from multibody_sym.pictures.scene.stage import Stage, drawn_start, natural_view, places, poses_of, surface_items
+from multibody_sym.pictures.scene.stage import PlacedSystem, drawn_start, natural_view, places, poses_of, surface_items
 from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -156,7 +156,7 @@ def scene_of(system: System) -> Scene:
     """Return what there is to see of a system. Raises ModelError, NoSolutionError where there is no start."""
     verify_system(system)
     mechanism = resolved(system)
-    stage = Stage(system, mechanism, drawn_start(mechanism, project=system.simulation.project))
+    stage = PlacedSystem(system, mechanism, drawn_start(mechanism, project=system.simulation.project))
     found = places(stage)
     curves = {name: joint.curve for name, joint in system.joints.items() if isinstance(joint, CurveJoint)}
     round_ = {name for name, curve in curves.items() if curve.unit_of_parameter == "rad"}  # with a length of their own
@@ -210,13 +210,13 @@ def scene_of(system: System) -> Scene:
     )
 
 
-def _with_equation(stage: Stage, item: Item) -> Item:
+def _with_equation(stage: PlacedSystem, item: Item) -> Item:
     """Return a surface of ground with the equation of its curve, if it has one."""
     curve = stage.declared(GROUND).surfaces[item.path[-1]].guide
     return item if curve is None else replace(item, letters=curve_equation(curve))
 
 
-def _with_length(stage: Stage, strand: Strand, lengths: Sequence[NamedLength]) -> Strand:
+def _with_length(stage: PlacedSystem, strand: Strand, lengths: Sequence[NamedLength]) -> Strand:
     """Return a spring with the letter of its length without load too, unless a dimension has that."""
     element = stage.system.forces.get(strand.name)
     letter = letters(element.length) if isinstance(element, SpringDamper) else ""
@@ -271,7 +271,7 @@ def _lettered(each: _Lettered, book: Mapping[str, str]) -> _Lettered:
     return replace(each, letters=in_letters(each.letters, book)) if each.letters else each
 
 
-def _size(stage: Stage, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
+def _size(stage: PlacedSystem, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
     """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
     points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
     for item in items:

@@ -1,4 +1,4 @@
-"""Stage: a system with its mechanism and numbers, from which what is seen is built: places and sizes as floats."""
+"""PlacedSystem: a system with its mechanism and numbers, from which figures are built: places and sizes as floats."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class FrameOnBody:
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class PlacedSystem:
     """A system, its mechanism, and the state (usually the start) that gives numbers to what it declares."""
 
     system: System
@@ -241,7 +241,7 @@ _ALONG: Final = 9
 """At so many places a bar is compared with others."""
 
 
-def natural_view(stage: Stage, found: Mapping[str, Sequence[Vector]]) -> tuple[View, bool]:
+def natural_view(stage: PlacedSystem, found: Mapping[str, Sequence[Vector]]) -> tuple[View, bool]:
     """Return the view that a scene is drawn in unless another is asked for, and whether all moves in its plane.
 
     `found` are the places of each body.
@@ -264,7 +264,7 @@ def natural_view(stage: Stage, found: Mapping[str, Sequence[Vector]]) -> tuple[V
     return views[next(k for k, crowd in enumerate(crowds) if _CLEARLY * crowd <= min(crowds))], False
 
 
-def _bars(stage: Stage, found: Mapping[str, Sequence[Vector]]) -> Iterator[Floats]:
+def _bars(stage: PlacedSystem, found: Mapping[str, Sequence[Vector]]) -> Iterator[Floats]:
     """Yield the ends (2, 3) in the world of what is long: from place to place of each body, and between bodies."""
     for name in stage.system.bodies:
         first, *others = [stage.world(stage.number_of(name), point) for point in (*found[name], stage.centre(name))]
@@ -288,7 +288,7 @@ def _crowd(view: View, bars: Floats) -> float:
     return float((apart.mean() if len(apart) else 0.0) + shorter.clip(1.0, 10.0).mean())
 
 
-def _normal(stage: Stage) -> Floats | None:
+def _normal(stage: PlacedSystem) -> Floats | None:
     """Return the axis about which everything turns, along which nothing slides and across which all places lie."""
     axes, ways, places = [], [], []
     for joint in stage.system.joints.values():
@@ -333,7 +333,7 @@ _SAME: Final = 1e-9
 """How far places of a model (m, by its size) may be apart and are drawn as one."""
 
 
-def places(stage: Stage) -> dict[str, list[Vector]]:
+def places(stage: PlacedSystem) -> dict[str, list[Vector]]:
     """Return by body where it is joined, held and marked, each place once, in the order of the declaration."""
     found: dict[str, list[Vector]] = {GROUND: [], **{name: [] for name in stage.system.bodies}}
     named: list[tuple[str, Vector]] = []
@@ -350,7 +350,7 @@ def places(stage: Stage) -> dict[str, list[Vector]]:
     return found
 
 
-def references(stage: Stage) -> Iterator[str]:
+def references(stage: PlacedSystem) -> Iterator[str]:
     """Yield what joints, constraints, pulleys and forces name of bodies."""
     system = stage.system
     for joint in system.joints.values():
@@ -364,7 +364,7 @@ def references(stage: Stage) -> Iterator[str]:
 
 
 @singledispatch
-def ends(element: Element, stage: Stage) -> tuple[str, ...]:
+def ends(element: Element, stage: PlacedSystem) -> tuple[str, ...]:
     """Return the points that a constraint holds."""
     raise TypeError(f"no points are known of {type(element).__name__}")
 
@@ -375,32 +375,32 @@ def ends(element: Element, stage: Stage) -> tuple[str, ...]:
 @ends.register(PrescribedMotion)
 @ends.register(Rolling)
 @ends.register(VelocityConstraint)
-def _(element: Element, stage: Stage) -> tuple[str, ...]:
+def _(element: Element, stage: PlacedSystem) -> tuple[str, ...]:
     return ()
 
 
 @ends.register
-def _(element: Distance, stage: Stage) -> tuple[str, ...]:
+def _(element: Distance, stage: PlacedSystem) -> tuple[str, ...]:
     return element.between
 
 
 @ends.register
-def _(element: Rope, stage: Stage) -> tuple[str, ...]:
+def _(element: Rope, stage: PlacedSystem) -> tuple[str, ...]:
     return tuple(name for name in element.path if name not in stage.system.pulleys)
 
 
 @ends.register
-def _(element: PointOnLine, stage: Stage) -> tuple[str, ...]:
+def _(element: PointOnLine, stage: PlacedSystem) -> tuple[str, ...]:
     return element.point, element.line.through
 
 
 @ends.register
-def _(element: PointInPlane, stage: Stage) -> tuple[str, ...]:
+def _(element: PointInPlane, stage: PlacedSystem) -> tuple[str, ...]:
     return element.point, element.plane.through
 
 
 @ends.register
-def _(element: OnCurve, stage: Stage) -> tuple[str, ...]:
+def _(element: OnCurve, stage: PlacedSystem) -> tuple[str, ...]:
     return (element.point,)
 
 
@@ -416,7 +416,7 @@ def same(a: Vector, b: Vector) -> bool:
 _SAMPLES: Final = 121
 
 
-def surface_items(stage: Stage, name: str) -> Iterator[Item]:
+def surface_items(stage: PlacedSystem, name: str) -> Iterator[Item]:
     """Yield the surfaces of a body."""
     body = stage.declared(name)
     for word, surface in body.surfaces.items():
@@ -425,7 +425,7 @@ def surface_items(stage: Stage, name: str) -> Iterator[Item]:
         yield Item("surface", f"{name}.{word}", word, path, stage.number_of(name), form, on_ground=name == GROUND)
 
 
-def is_bead_on_ring(stage: Stage, name: str) -> bool:
+def is_bead_on_ring(stage: PlacedSystem, name: str) -> bool:
     """Return whether a body is a particle on a ring, its parent: it turns about the axis of that, on its rim."""
     body, joint = stage.declared(name), stage.carrying(name)
     if joint is None or joint.kind != "revolute" or body.com is None or body.inertia is not None or body.points:
@@ -450,37 +450,37 @@ def is_solid(item: Item) -> bool:
     return not item.on_ground and item.form.shows_body
 
 
-def _disc(stage: Stage, body: Body, surface: Surface) -> Form:
+def _disc(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     centre, axis = stage.vector(surface.centre), unit(stage.vector(surface.axis))
     return Disc(centre, axis, stage.number(surface.radius), hollow=surface.inside)
 
 
-def _sphere(stage: Stage, body: Body, surface: Surface) -> Form:
+def _sphere(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     return Sphere(stage.vector(surface.centre), stage.number(surface.radius), hollow=surface.inside)
 
 
-def _plane(stage: Stage, body: Body, surface: Surface) -> Form:
+def _plane(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     assert surface.plane is not None
     ends = None if surface.between is None else _ends(stage, body, surface.between)
     return Face(stage.vector(surface.plane), unit(stage.vector(surface.normal)), ends)
 
 
-def _segment_form(stage: Stage, body: Body, surface: Surface) -> Form:
+def _segment_form(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     assert surface.segment is not None
     return Polyline(_ends(stage, body, surface.segment))
 
 
-def _point(stage: Stage, body: Body, surface: Surface) -> Form:
+def _point(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     assert surface.point is not None
     return Symbol("place", stage.vector(surface.point))
 
 
-def _ends(stage: Stage, body: Body, places: tuple[object, ...]) -> tuple[Vector, Vector]:
+def _ends(stage: PlacedSystem, body: Body, places: tuple[object, ...]) -> tuple[Vector, Vector]:
     first, second = body.ends(places)  # type: ignore[arg-type]
     return stage.vector(first), stage.vector(second)
 
 
-def _revolution(stage: Stage, body: Body, surface: Surface) -> Form:
+def _revolution(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     """Return the section through the axis, the profile on both sides; in space the profile to be turned about it."""
     assert surface.revolution is not None
     axis: Floats = np.array(unit(stage.vector(surface.axis)))
@@ -499,14 +499,14 @@ def _revolution(stage: Stage, body: Body, surface: Surface) -> Form:
     return Polyline(tuple(point for point in points if np.all(np.isfinite(point))))
 
 
-def _guide(stage: Stage, body: Body, surface: Surface) -> Form:
+def _guide(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     assert surface.guide is not None
     points = curve_points(stage, surface.guide, None, once=surface.outline is not None)
     centre = np.array(stage.vector(surface.centre))
     return Polyline(tuple(vector(centre + point) for point in points), closed=surface.outline is not None)
 
 
-_FORMS: Final[Mapping[str, Callable[[Stage, Body, Surface], Form]]] = {
+_FORMS: Final[Mapping[str, Callable[[PlacedSystem, Body, Surface], Form]]] = {
     "disc": _disc,
     "sphere": _sphere,
     "plane": _plane,
@@ -519,12 +519,12 @@ _FORMS: Final[Mapping[str, Callable[[Stage, Body, Surface], Form]]] = {
 """The form of each kind of surface."""
 
 
-def _reach(stage: Stage) -> float:
+def _reach(stage: PlacedSystem) -> float:
     """Return how far from its middle a curve is drawn that has no ends (m)."""
     return 1.2 * stage.lengths.get("size", 1.0)
 
 
-def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool = False) -> list[Vector]:
+def curve_points(stage: PlacedSystem, curve: Curve, near: float | None, *, once: bool = False) -> list[Vector]:
     """Return points of a curve around the parameter `near`, or `once` around; where it is defined, from there on."""
     if curve.unit_of_parameter == "rad":
         middle = np.pi if once or near is None else near
@@ -542,7 +542,7 @@ def curve_points(stage: Stage, curve: Curve, near: float | None, *, once: bool =
 
 
 def _defined_points(
-    stage: Stage, curve: Curve, ends: tuple[float, float], near: float | None
+    stage: PlacedSystem, curve: Curve, ends: tuple[float, float], near: float | None
 ) -> tuple[list[Vector], int]:
     """Return points of a curve where it is defined, and how many of them come before the parameter `near`."""
     found: list[Vector] = []
@@ -568,7 +568,7 @@ def _cusps(points: list[Vector], start: int) -> tuple[list[int], list[int]]:
     return [k for k in back if k <= start], [k for k in back if k > start]
 
 
-def _value(stage: Stage, node: Node, leaf: Node, value: float) -> float:
+def _value(stage: PlacedSystem, node: Node, leaf: Node, value: float) -> float:
     """Return an expression of a leaf at a value of it, nan where it has none."""
     try:
         return float(evaluate_float([node], {**stage.known, leaf: value})[0])

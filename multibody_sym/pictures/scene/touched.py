@@ -12,7 +12,7 @@ from multibody_sym.errors import ModelError
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.contacts_and_impacts import ENOUGH, Contact, copies
 from multibody_sym.pictures.scene.items import Item, Polyline, Symbol, Vector, unit, vector
-from multibody_sym.pictures.scene.stage import FrameOnBody, Stage
+from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem
 from multibody_sym.scalars.arrays import Floats
 
 _NEAR: Final = 1e-6
@@ -20,7 +20,7 @@ _NEAR: Final = 1e-6
 _WORLD: Final = -1
 
 
-def support_items(stage: Stage, bodies: list[Item]) -> Iterator[Item]:
+def support_items(stage: PlacedSystem, bodies: list[Item]) -> Iterator[Item]:
     """Yield the supports of beams: a pin where a rod that lies on a plane never slips, a roller where that is smooth.
 
     Their items stand in place of the plane's, whose path they have. `bodies` are the items of bodies.
@@ -48,7 +48,7 @@ def _surfaces() -> tuple[str, ...]:
     return "bodies", GROUND, "surfaces"
 
 
-def _place(stage: Stage, contact: Contact, reference: str) -> tuple[int, Vector] | None:
+def _place(stage: PlacedSystem, contact: Contact, reference: str) -> tuple[int, Vector] | None:
     """Return the body and the place in the world of the point that touches a surface; None of a surface."""
     (end,) = (each for each in contact.between if each != reference)
     try:
@@ -63,7 +63,7 @@ def _holds_still(contact: Contact) -> bool:
     return contact.static in (None, ENOUGH) and contact.kinetic is None and contact.restitution is None
 
 
-def _lies_still(stage: Stage, body: int, bodies: list[Item], normal: Floats) -> bool:
+def _lies_still(stage: PlacedSystem, body: int, bodies: list[Item], normal: Floats) -> bool:
     """Return whether a body is a rod along a plane that does not move at the start."""
     forms = [item.form for item in bodies if item.body == body and item.role == "body"]
     if len(forms) != 1 or not isinstance(forms[0], Polyline) or forms[0].closed:
@@ -74,7 +74,7 @@ def _lies_still(stage: Stage, body: int, bodies: list[Item], normal: Floats) -> 
     return still and float(np.ptp(heights)) < _NEAR * stage.lengths["size"]
 
 
-def riser_items(stage: Stage) -> Iterator[Item]:
+def riser_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield the upright faces of stairs: where a tread, a level segment of ground, ends above the end of the next."""
     down = -np.array([0.0, 1.0, 0.0]) if not np.any(stage.gravity) else np.array(unit(stage.gravity))
     treads = []
@@ -95,7 +95,7 @@ def riser_items(stage: Stage) -> Iterator[Item]:
                     yield Item("surface", "riser", "", ("bodies", GROUND), _WORLD, Polyline(points), on_ground=True)
 
 
-def struck_items(stage: Stage) -> Iterator[Item]:
+def struck_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield what stands still and is struck by a point of a body in a declared impact."""
     for name, impact in (stage.system.impact.strikes if stage.system.impact is not None else {}).items():
         if impact.between is None:
@@ -112,7 +112,7 @@ def struck_items(stage: Stage) -> Iterator[Item]:
         yield Item("ground", name, "", stage.system.impact.path(name), _WORLD, sign, (_WORLD, body.body), True)
 
 
-def edge_items(stage: Stage) -> Iterator[Item]:
+def edge_items(stage: PlacedSystem) -> Iterator[Item]:
     """Yield the edges of ground, such as of a table, that straight surfaces of bodies touch where no plane is."""
     if any(surface.kind == "plane" for surface in stage.declared(GROUND).surfaces.values()):
         return  # the edge is a step of that plane
@@ -129,7 +129,7 @@ def edge_items(stage: Stage) -> Iterator[Item]:
                     yield Item("ground", name, "", ("contacts", declared), _WORLD, sign, (_WORLD, number), True)
 
 
-def velocity_of(stage: Stage, place: FrameOnBody) -> Floats:
+def velocity_of(stage: PlacedSystem, place: FrameOnBody) -> Floats:
     """Return the velocity of a place of a body at the start (3), in the world."""
     moving = stage.motion.bodies[place.body]
     own = np.array(moving.v_WB, dtype=float) + np.cross(np.array(moving.w_WB, dtype=float), place.point)
