@@ -283,7 +283,7 @@ class Solution:
     `labels`: the letters by which parameters that have one are known where formulas are typeset.
 
     Of a system with an `impact` that is told instead: no accelerations, no reactions, `answers` just after it.
-    `stages`: those that follow the first, of a system that has several; `answers` are those of all stages.
+    `stages`: the solutions of the second stage and later ones; `answers` belong to all stages.
     """
 
     name: str

@@ -154,12 +154,7 @@ API(fmi2Status, fmi2GetDirectionalDerivative)(fmi2Component c, References unknow
 
 API(fmi2Status, fmi2GetFMUstate)(fmi2Component c, fmi2FMUstate *state)
 {
-    if (!*state)
-        *state = malloc(mbs_fmu_saved_size());
-    if (!*state)
-        return (fmi2Status)mbs_fmu_fail(of(c), "there is no memory for a saved state");
-    mbs_fmu_save(of(c), *state);
-    return fmi2OK;
+    return (fmi2Status)mbs_fmu_save(of(c), state);
 }
 
 API(fmi2Status, fmi2SetFMUstate)(fmi2Component c, fmi2FMUstate state)
@@ -184,22 +179,12 @@ API(fmi2Status, fmi2SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state,
 
 API(fmi2Status, fmi2SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte *bytes, size_t size)
 {
-    if (size < mbs_fmu_saved_size())
-        return (fmi2Status)mbs_fmu_fail(of(c), "a saved state takes %lu bytes", (unsigned long)mbs_fmu_saved_size());
-    memcpy(bytes, state, mbs_fmu_saved_size());
-    return fmi2OK;
+    return (fmi2Status)mbs_fmu_serialize(of(c), state, bytes, size);
 }
 
 API(fmi2Status, fmi2DeSerializeFMUstate)(fmi2Component c, const fmi2Byte *bytes, size_t size, fmi2FMUstate *state)
 {
-    if (size != mbs_fmu_saved_size())
-        return (fmi2Status)mbs_fmu_fail(of(c), "this is not a saved state of this FMU");
-    if (!*state)
-        *state = malloc(size);
-    if (!*state)
-        return (fmi2Status)mbs_fmu_fail(of(c), "there is no memory for a saved state");
-    memcpy(*state, bytes, size);
-    return fmi2OK;
+    return (fmi2Status)mbs_fmu_deserialize(of(c), bytes, size, state);
 }
 
 /* ---- model exchange ---- */

@@ -228,12 +228,7 @@ API(fmi3Status, fmi3GetAdjointDerivative)(fmi3Instance c, References unknowns, s
 
 API(fmi3Status, fmi3GetFMUState)(fmi3Instance c, fmi3FMUState *state)
 {
-    if (!*state)
-        *state = malloc(mbs_fmu_saved_size());
-    if (!*state)
-        return (fmi3Status)mbs_fmu_fail(of(c), "there is no memory for a saved state");
-    mbs_fmu_save(of(c), *state);
-    return fmi3OK;
+    return (fmi3Status)mbs_fmu_save(of(c), state);
 }
 
 API(fmi3Status, fmi3SetFMUState)(fmi3Instance c, fmi3FMUState state)
@@ -258,22 +253,12 @@ API(fmi3Status, fmi3SerializedFMUStateSize)(fmi3Instance c, fmi3FMUState state, 
 
 API(fmi3Status, fmi3SerializeFMUState)(fmi3Instance c, fmi3FMUState state, fmi3Byte *bytes, size_t size)
 {
-    if (size < mbs_fmu_saved_size())
-        return (fmi3Status)mbs_fmu_fail(of(c), "a saved state takes %lu bytes", (unsigned long)mbs_fmu_saved_size());
-    memcpy(bytes, state, mbs_fmu_saved_size());
-    return fmi3OK;
+    return (fmi3Status)mbs_fmu_serialize(of(c), state, bytes, size);
 }
 
 API(fmi3Status, fmi3DeserializeFMUState)(fmi3Instance c, const fmi3Byte *bytes, size_t size, fmi3FMUState *state)
 {
-    if (size != mbs_fmu_saved_size())
-        return (fmi3Status)mbs_fmu_fail(of(c), "this is not a saved state of this FMU");
-    if (!*state)
-        *state = malloc(size);
-    if (!*state)
-        return (fmi3Status)mbs_fmu_fail(of(c), "there is no memory for a saved state");
-    memcpy(*state, bytes, size);
-    return fmi3OK;
+    return (fmi3Status)mbs_fmu_deserialize(of(c), bytes, size, state);
 }
 
 /* ---- model exchange ---- */

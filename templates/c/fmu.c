@@ -549,10 +549,39 @@ size_t mbs_fmu_saved_size(void)
     return sizeof MBS_FMU_TOKEN + sizeof(mbs_fmu_point);
 }
 
-void mbs_fmu_save(const mbs_fmu *f, char *bytes)
+static int room_for_saved(const mbs_fmu *f, void **saved)
 {
-    memcpy(bytes, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN);
-    memcpy(bytes + sizeof MBS_FMU_TOKEN, &f->now, sizeof f->now);
+    if (!*saved)
+        *saved = malloc(mbs_fmu_saved_size());
+    return *saved ? MBS_FMU_OK : mbs_fmu_fail(f, "there is no memory for a saved state");
+}
+
+int mbs_fmu_save(const mbs_fmu *f, void **saved)
+{
+    const int status = room_for_saved(f, saved);
+    if (status == MBS_FMU_OK) {
+        memcpy(*saved, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN);
+        memcpy((char *)*saved + sizeof MBS_FMU_TOKEN, &f->now, sizeof f->now);
+    }
+    return status;
+}
+
+int mbs_fmu_serialize(const mbs_fmu *f, const void *saved, void *bytes, size_t size)
+{
+    if (size < mbs_fmu_saved_size())
+        return mbs_fmu_fail(f, "a saved state takes %lu bytes", (unsigned long)mbs_fmu_saved_size());
+    memcpy(bytes, saved, mbs_fmu_saved_size());
+    return MBS_FMU_OK;
+}
+
+int mbs_fmu_deserialize(const mbs_fmu *f, const void *bytes, size_t size, void **saved)
+{
+    if (size != mbs_fmu_saved_size())
+        return mbs_fmu_fail(f, "this is not a saved state of this FMU");
+    const int status = room_for_saved(f, saved);
+    if (status == MBS_FMU_OK)
+        memcpy(*saved, bytes, size);
+    return status;
 }
 
 int mbs_fmu_restore(mbs_fmu *f, const char *bytes, size_t size)

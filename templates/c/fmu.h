@@ -96,7 +96,9 @@ int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsi
 
 /* A saved state is a token of the model and the point. */
 size_t mbs_fmu_saved_size(void);
-void mbs_fmu_save(const mbs_fmu *f, char *bytes);
+int mbs_fmu_save(const mbs_fmu *f, void **saved);
 int mbs_fmu_restore(mbs_fmu *f, const char *bytes, size_t size);
+int mbs_fmu_serialize(const mbs_fmu *f, const void *saved, void *bytes, size_t size);
+int mbs_fmu_deserialize(const mbs_fmu *f, const void *bytes, size_t size, void **saved);
 
 #endif

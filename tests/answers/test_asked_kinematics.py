@@ -205,7 +205,7 @@ _PLANS = {"velocities": "v", "accelerations": "a"}
 
 
 def test_loops_are_closed_first_and_their_speeds_keep_letters() -> None:
-    """A Scotch yoke at 90 degrees has no cosine to divide by; a four-bar's acceleration is told in defined letters."""
+    """A Scotch yoke at 90 degrees has no cosine to divide by; steps define each letter of a four-bar's acceleration."""
     text = _SLIDER_CRANK.partition("bodies:")[0].replace("0.7", "90 deg") + """
 bodies: {crank: {points: {pin: [r, 0, 0]}}, block: {}, yoke: {}}
 joints:

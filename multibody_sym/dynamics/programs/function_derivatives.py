@@ -324,8 +324,10 @@ class _Tree:
 
     @cached_property
     def _groups(self) -> list[tuple[tuple[int, ...], list[tuple[int, ...]]]]:
-        """Speeds that the mass matrix couples, in groups with their branches: a speed, those that carry it, and those
-        that it carries. The smallest come first."""
+        """Groups of speeds that the mass matrix couples, the smallest first, each with its branches.
+
+        A branch is a speed with the speeds that carry it and the speeds that it carries.
+        """
         carrying = [{k, *(i for i, _ in row)} for k, row in enumerate(self._factors.below)]
         branches = [carrying[k] | {m for m, row in enumerate(carrying) if k in row} for k in range(len(carrying))]
         groups = coupled_groups([*carrying, *(set(axes.speeds) for axes in self.along)])

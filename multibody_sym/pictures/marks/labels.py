@@ -104,7 +104,7 @@ def name_runs(scene: Scene, item: Item | Strand, names: Names) -> tuple[Run, ...
 def is_alone(scene: Scene, item: Item | Strand) -> bool:
     """Return whether no name tells an item from others: nothing looks alike with the same letters, or all are named so.
 
-    What slides is told by the letters of its body and its coordinate.
+    A slider's letters are those of its body and its coordinate.
     """
     if isinstance(item, Item) and (item.role == "guide" or (item.symbol and item.symbol.kind in ("slider", "hanger"))):
         return len(item.name) > 1
