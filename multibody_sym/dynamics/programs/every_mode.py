@@ -25,6 +25,7 @@ from multibody_sym.dynamics.programs.law_programs import (
     SlidingForces,
     column,
     combination,
+    friction_power_program,
     law_program,
     row_program,
     times,
@@ -35,6 +36,7 @@ from multibody_sym.dynamics.programs.quantities import Sources, forces_of, with_
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
 from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
+from multibody_sym.mechanics.energy import split
 from multibody_sym.mechanics.law_elements import FrictionPart, sided_normals
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.modes import (
@@ -279,11 +281,14 @@ _NO_END: Final = -ONE
 """The value of a switching function at which a mode does not end."""
 
 
-def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict[str, Program], dict[str, list[int]]]:
+def every_mode_programs(
+    declared: Mechanism, formalism: Formalism
+) -> tuple[dict[str, Program], dict[str, list[int]], dict[str, Program]]:
     """Return by name the Programs that runs of a mechanism take in any of its modes, by a formalism; `laws` among them.
 
     `declared` is in no mode; Programs for runs are of the mechanism `in_every_mode`, for methods that take the
-    derivative alone. The second result are the places of entries of matrices of `laws` (see `law_program`).
+    derivative alone. The second result are the places of entries of matrices of `laws` (see `law_program`), the third
+    the Programs that a run takes when it is done: `friction_power`, where anything takes or adds energy.
     """
     known, mechanism = row_program(declared, formalism), in_every_mode(declared)
     laws, places = law_program(declared, known)
@@ -304,7 +309,9 @@ def every_mode_programs(declared: Mechanism, formalism: Formalism) -> tuple[dict
         "events": modes.events(sources),
     }
     every |= {} if normalize is None else {"normalize": normalize}
-    return {**all_rolled(every), "laws": laws}, places
+    works = friction_parts(mechanism) or split(mechanism.loads)[1]
+    after = all_rolled({"friction_power": friction_power_program(mechanism)}) if works else {}
+    return {**all_rolled(every), "laws": laws}, places, after
 
 
 @dataclass(frozen=True, eq=False)

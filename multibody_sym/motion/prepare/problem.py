@@ -52,6 +52,7 @@ from multibody_sym.stages import log, stage
 
 if TYPE_CHECKING:
     from multibody_sym.motion.switching.law_mechanism import LawMechanism
+    from multibody_sym.program.program import Program
     from multibody_sym.program.programs import Form
 
 _BY_FIXED_STEP: Final = 0.05
@@ -358,14 +359,15 @@ def recall_laws(
 
     log("derive the laws of %s%s, %s", mechanism.name, f" and its modes by {formalism}" if formalism else "", form)
     with without_collection():
+        after: dict[str, Program] = {}
         with stage("derive"):
             if formalism and form != "impulses":
-                derived, places = every_mode_programs(mechanism, FORMALISMS[formalism])
+                derived, places, after = every_mode_programs(mechanism, FORMALISMS[formalism])
             else:
                 program, places = law_program(mechanism, row_program(mechanism))
                 free = programs(mechanism, FORMALISMS[formalism]).of_runs() if formalism else {}
                 derived = {"inputs": inputs_program(mechanism), **free, "laws": program}
-        made = loading.load(derived, code, multistep=form == "multistep")
+        made = loading.load(derived, code, rare=after, multistep=form == "multistep")
     loading.remember(key, made, places)
     return loading.Recalled(replace(made, remake=again), places)
 

@@ -215,17 +215,17 @@ def integral_until(times: Floats, values: Floats, t: Floats) -> Floats:
 
 
 def with_program(
-    stretches: Sequence[FineLeg], make: Callable[[Mechanism], Program]
+    stretches: Sequence[FineLeg], name: str, make: Callable[[Mechanism], Program]
 ) -> Iterator[tuple[FineLeg, Compiled]]:
-    """Yield what lasts of stretches with the Program that is made of the mechanism of each."""
+    """Yield what lasts of stretches with the Program `name`: one of its own, or made of the mechanism of each."""
     programs: dict[int, Compiled] = {}
     for stretch in stretches:
         if stretch.duration <= 0.0:
             continue
         key = id(stretch.mechanism)
         if key not in programs:
-            made = make(stretch.mechanism)
-            programs[key] = load({made.name: made}, stretch.compiled.likewise)
+            own = stretch.compiled
+            programs[key] = own if name in own else load({name: make(stretch.mechanism)}, own.likewise)
         yield stretch, programs[key]
 
 
@@ -280,7 +280,7 @@ def integrated_outputs(
     count = len(adding.leaves)
     times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
     sums = np.zeros((len(times), count))
-    for stretch, program in with_program(stretches, adding.rates):
+    for stretch, program in with_program(stretches, "rates", adding.rates):
         for part in stretch.smooth_parts():
             fine = part.fine()
             (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
@@ -460,7 +460,7 @@ def theorem_misses(stretches: Sequence[FineLeg], jumps: Iterable[ImpactBalance] 
 
 def _misses(stretches: Sequence[FineLeg], jumps: Iterator[ImpactBalance]) -> Iterator[tuple[str, Miss]]:
     since, waiting = _Since(), next(jumps, None)
-    for stretch, program in with_program(stretches, theorems_program):
+    for stretch, program in with_program(stretches, "theorems", theorems_program):
         while waiting is not None and waiting.t <= stretch.problem.start:
             yield from _of_jump(waiting, since)
             waiting = next(jumps, None)

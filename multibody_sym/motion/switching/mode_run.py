@@ -265,7 +265,8 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
             working.append(stretch)
     few = sum(stretch.steps for stretch in working) <= _FEW_STEPS
     looked_at = [replace(stretch, near=few, per_step=PIECES if few else 2, fewest=_FEWEST) for stretch in working]
-    works = [_Work.of(x, program, x.pieces // 2) for x, program in with_program(looked_at, friction_power_program)]
+    with_power = with_program(looked_at, "friction_power", friction_power_program)
+    works = [_Work.of(x, program, x.pieces // 2) for x, program in with_power]
     left = _MOST_PARTS
     for _ in range(_MOST_ROUNDS):
         size = _size(works)
