@@ -137,6 +137,19 @@ if TYPE_CHECKING:
     from multibody_sym.motion.function import Function as Function
     from multibody_sym.motion.function import function as function
     from multibody_sym.motion.function import functions as functions
+    from multibody_sym.motion.function_results import CanonicalRates as CanonicalRates
+    from multibody_sym.motion.function_results import CentroidalMomentum as CentroidalMomentum
+    from multibody_sym.motion.function_results import ConstraintTerms as ConstraintTerms
+    from multibody_sym.motion.function_results import EnergyResults as EnergyResults
+    from multibody_sym.motion.function_results import FrameJacobian as FrameJacobian
+    from multibody_sym.motion.function_results import FrameMotion as FrameMotion
+    from multibody_sym.motion.function_results import HybridForces as HybridForces
+    from multibody_sym.motion.function_results import ImpactResults as ImpactResults
+    from multibody_sym.motion.function_results import MomentumResults as MomentumResults
+    from multibody_sym.motion.function_results import OperationalSpace as OperationalSpace
+    from multibody_sym.motion.function_results import Rates as Rates
+    from multibody_sym.motion.function_results import Regressor as Regressor
+    from multibody_sym.motion.ordinary_equations import OrdinaryEquations as OrdinaryEquations
     from multibody_sym.motion.prepare.export import export as export
     from multibody_sym.motion.prepare.functions import canonical_equations as canonical_equations
     from multibody_sym.motion.prepare.functions import compile as compile
@@ -159,6 +172,7 @@ if TYPE_CHECKING:
     from multibody_sym.motion.sweep.study import StudyNotice as StudyNotice
     from multibody_sym.motion.sweep.study import sweep as sweep
     from multibody_sym.pictures.draw import Figure as Figure
+    from multibody_sym.program.program import OperationCount as OperationCount
     from multibody_sym.scalars.functions import absolute as absolute
     from multibody_sym.scalars.functions import acos as acos
     from multibody_sym.scalars.functions import asin as asin
@@ -215,6 +229,9 @@ _NAMES = {
     "model.system": "System parameters t variable",
     "model.urdf": "UrdfNotice load_urdf",
     "motion.function": "Function function functions",
+    "motion.function_results": "CanonicalRates CentroidalMomentum ConstraintTerms EnergyResults FrameJacobian "
+    "FrameMotion HybridForces ImpactResults MomentumResults OperationalSpace Rates Regressor",
+    "motion.ordinary_equations": "OrdinaryEquations",
     "motion.prepare.export": "export",
     "motion.prepare.functions": "canonical_equations compile hybrid_dynamics impact inverse_dynamics mass_matrix "
     "state_derivative",
@@ -226,6 +243,7 @@ _NAMES = {
     "motion.stepper": "Stepper StepperState",
     "motion.sweep.study": "Study StudyNotice sweep",
     "pictures.draw": "Figure",
+    "program.program": "OperationCount",
     "scalars.functions": "absolute acos asin atan atan2 cos exp log maximum minimum pi sign sin sqrt tan where",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

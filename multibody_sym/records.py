@@ -2,17 +2,18 @@
 
 The standard library compiles half a dozen methods for each class while its module is imported, which took half of the
 time in which a command starts. The same methods are made here, by the standard library; only the moment differs.
+`ByName` is the face of records of columns.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import wraps
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
-__all__ = ["dataclass"]
+__all__ = ["ByName", "dataclass"]
 
 _LOCK: Final = RLock()
 _LOOKED_AT: Final = ("__dataclass_fields__", "__signature__")
@@ -93,3 +94,17 @@ class _Opened:
     def __get__(self, _instance: object, owner: type) -> Any:
         self._complete()
         return getattr(owner, self._name)
+
+
+class ByName:
+    """Columns by name: iteration and `in` follow from the `keys` of a subclass."""
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the columns."""
+        raise NotImplementedError
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self.keys()

@@ -348,7 +348,10 @@ def _results(system: mbs.System) -> list[Call]:
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture, mbs.BaseParameters]
-    records += [mbs.Figure, mbs.Animation, mbs.Report, mbs.Samples]
+    records += [mbs.Figure, mbs.Animation, mbs.Report, mbs.Samples, mbs.OrdinaryEquations, mbs.OperationCount]
+    records += [mbs.Rates, mbs.CanonicalRates, mbs.HybridForces, mbs.EnergyResults, mbs.MomentumResults]
+    records += [mbs.CentroidalMomentum, mbs.ConstraintTerms, mbs.FrameMotion, mbs.FrameJacobian, mbs.OperationalSpace]
+    records += [mbs.Regressor, mbs.ImpactResults]
     made = [Call(cls.__name__, cls, dict.fromkeys(inspect.signature(cls).parameters, ())) for cls in records]
     run = mbs.simulate(system, t_end=0.02, samples=2, backend="python")
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")

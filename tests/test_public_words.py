@@ -29,6 +29,7 @@ GIVEN: Mapping[str, Any] = {
 }  # fmt: skip
 """A value for each parameter without a default."""
 ASKED = ("__call__", "__getitem__")
+CODE = (property, cached_property, classmethod, staticmethod, type(lambda: 0))
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +80,8 @@ def test_all_have_words_and_types(results: Mapping[str, Any]) -> None:
         lacking += [function.__name__] if not inspect.getdoc(function) or not is_typed(function) else []
         seen += 1
     for cls in classes:
+        in_help = {n: x for n, x in inspect.getmembers_static(cls) if isinstance(x, CODE) and not n.startswith("_")}
+        lacking += [f"{cls.__name__}.{name}" for name in in_help if not inspect.getdoc(getattr(cls, name))]
         lacking += [] if (cls.__doc__ or "").strip() else [cls.__name__]
         for name, x in members(cls):
             read = x.fget if isinstance(x, property) else x.func if isinstance(x, cached_property) else x

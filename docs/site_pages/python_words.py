@@ -57,7 +57,9 @@ GROUPS: Final[Mapping[str, Group]] = {
         "Functions, derivatives and code", "Evaluate the equations at any state, differentiate them, and export them.",
         tuple("""
         function functions Function compile state_derivative mass_matrix inverse_dynamics
-        hybrid_dynamics impact canonical_equations export
+        hybrid_dynamics impact canonical_equations export Rates CanonicalRates HybridForces EnergyResults
+        MomentumResults CentroidalMomentum ConstraintTerms FrameMotion FrameJacobian OperationalSpace Regressor
+        ImpactResults OrdinaryEquations OperationCount
         """.split()),
     ),
     "control": Group(

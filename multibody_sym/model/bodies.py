@@ -132,6 +132,7 @@ class Surface(Element):
 
     @property
     def guide(self) -> Curve | None:
+        """The curve that is touched, None where it is a plane, a ball or the like."""
         return self.curve or self.outline
 
     @property
@@ -141,10 +142,12 @@ class Surface(Element):
 
     @property
     def kind(self) -> str:
+        """The key that says which surface it is, such as `sphere`."""
         return next(kind for kind in _KINDS if getattr(self, kind) is not None)
 
     @property
     def radius(self) -> Node:
+        """The radius (m) of a sphere or disc."""
         radius = self.sphere if self.disc is None else self.disc
         assert radius is not None
         return radius
@@ -427,6 +430,7 @@ class Body(Element):
                             )
 
     def ends(self, places: tuple[Point | str, ...]) -> tuple[Point, ...]:
+        """Return places on the body, given as points or by their names, as points (m)."""
         return tuple(self.points[place] if isinstance(place, str) else place for place in places)
 
     @property

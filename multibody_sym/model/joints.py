@@ -94,10 +94,12 @@ class Joint(Element):
 
     @property
     def coordinate_units(self) -> tuple[str, ...]:
+        """The units of its coordinates, in their order."""
         return tuple(coordinate.unit for free in self.free_steps for coordinate in free.step.coordinates)
 
     @property
     def speed_units(self) -> tuple[str, ...]:
+        """The units of its speeds, in their order."""
         return tuple(speed.unit for free in self.free_steps for speed in free.step.speeds)
 
     @property
@@ -554,6 +556,7 @@ class Direct(Element):
             raise ModelError("a pitch goes with rotate", number="M110")
 
     def step(self, letter: str) -> Step:
+        """Return its motion; `letter` ends the names of its coordinate and speed."""
         if self.curve is not None:
             return Follow.along(self.curve, letter)
         if self.translate is not None:

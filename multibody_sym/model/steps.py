@@ -408,6 +408,7 @@ class Curve(Element):
 
     @property
     def unit_of_parameter(self) -> str:
+        """The unit of the curve's parameter, `m` or `rad` unless it is stated."""
         unit: str = self.leaf.data[1][1]
         return unit
 

@@ -22,8 +22,7 @@ from multibody_sym.dynamics.programs.function_derivatives import (
 from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
-from multibody_sym.mechanics.mechanism import Source
-from multibody_sym.model.argument_checks import door, flag, whole_number
+from multibody_sym.model.argument_checks import callback, door, flag, whole_number
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
@@ -47,14 +46,7 @@ from multibody_sym.motion.function_results import (
 )
 from multibody_sym.motion.ordinary_equations import OrdinaryEquations
 from multibody_sym.motion.other_tools import pinocchio_order, tool_function
-from multibody_sym.motion.prepare.arguments import (
-    Arguments,
-    Values,
-    array_of,
-    in_si_units,
-    share_memory,
-    state_count,
-)
+from multibody_sym.motion.prepare.arguments import Replacements, Values, array_of, share_memory, state_count
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.casadi_target import casadi_function
 from multibody_sym.program.jax_target import jax_function
@@ -71,6 +63,7 @@ from multibody_sym.scalars.numbers import floats
 _FLOAT: Final = np.dtype(np.float64)
 _EXACT: Final = 2**53
 """Whole numbers below are floats, too."""
+_REAL: Final = (float, np.float64)
 _MOST_THREADS: Final = 1024
 _ASKED: Final = ("what", "given", "drives", "mode", "frame", "axes", "formalism", "by")
 """What `functions` takes for each."""
@@ -149,7 +142,8 @@ def function(
     `what`: state_derivative, mass_matrix, inverse_dynamics, hybrid_dynamics (of joints with `given` accelerations),
     bias, gravity, coriolis_matrix, energies, momentum, centroidal_momentum, constraints, reactions, regressor, outputs,
     generalized_momenta, canonical_equations, hamiltonian (both of momenta p in place of u), impact (speeds after it),
-    frame, jacobian or operational_space (of `frame`: a body, a point or a frame, in `axes`), or a list of expressions.
+    frame, acceleration, jacobian or operational_space (of `frame`: a body, a point or a frame, in `axes`), or a list of
+    expressions.
     `drives`: the joints whose forces inverse dynamics finds where constraints act; of more than need be those of least
     norm.
     `mode`: which contacts, stops and friction act in functions of forces: "found", as the laws have it at the start, or
@@ -381,9 +375,9 @@ class Function(Generic[ResultT_co]):
         question = self._question
         free = {"inputs": _free("inputs", inputs), "parameters": _free("parameters", parameters)}
         if free["inputs"] and not self.inputs:
-            self._arguments._verify_free(question.mechanism.inputs)
+            self._replaced.verify_free(question.mechanism.inputs)
         every = list(question.mechanism.inputs)
-        places = {"inputs": [every.index(name) for name in self.inputs], "parameters": self._declared_places}
+        places = {"inputs": [every.index(name) for name in self.inputs], "parameters": self._replaced.declared}
         taken = {name: places[name] for name, is_free in free.items() if is_free}
         program = self._program if free["inputs"] else self._declared
         return tool_function(self.name, program, self.arguments, taken, question.parameters)
@@ -402,17 +396,12 @@ class Function(Generic[ResultT_co]):
     @property
     def parameters(self) -> tuple[str, ...]:
         """The names of the declared parameters, in the order of a vector of them."""
-        return tuple(self._question.mechanism.parameters[k].name for k in self._declared_places)
+        return tuple(self._question.mechanism.parameters[k].name for k in self._replaced.declared)
 
     @property
     def parameter_values(self) -> Floats:
         """The declared values of the parameters (np,), in this order."""
-        return self._question.parameters[self._declared_places]
-
-    @cached_property
-    def _declared_places(self) -> list[int]:
-        entries = enumerate(self._question.mechanism.parameters)
-        return [k for k, entry in entries if entry.source is Source.DECLARED]
+        return self._question.parameters[self._replaced.declared]
 
     @property
     def independent_parameters(self) -> tuple[str, ...]:
@@ -423,8 +412,7 @@ class Function(Generic[ResultT_co]):
     @property
     def inputs(self) -> tuple[str, ...]:
         """The names of the inputs that may be given, in the order of a vector of them: those that drive no motion."""
-        mechanism = self._question.mechanism
-        return tuple(name for name in mechanism.inputs if name not in mechanism.driving_inputs)
+        return self._replaced.inputs
 
     # --- calls --------------------------------------------------------------------------------------------------------
 
@@ -441,14 +429,18 @@ class Function(Generic[ResultT_co]):
         out: Any = None,
         threads: int = 1,
         sparse: bool = False,
+        on_progress: Callable[[float], None] | None = None,
     ) -> ResultT_co:
         """Return the results at one state, or at n: q is (nq,) or (n, nq), and all others alike.
 
         A function of momenta, whose `arguments` are t, q, p, takes p (nu,) in the place of u.
         `inputs` and `parameters` in place of declared ones, by name (numbers, or text such as `300 g`) or as vectors;
         `out`: arrays for the results, as they are returned; `threads`: so many run a batch; `sparse`: of each result
-        the elements at its places of `sparsity` alone, in a row. Raises InputError for wrong names and shapes.
+        the elements at its places of `sparsity` alone, in a row; `on_progress`: called in long batches in C about ten
+        times a second with the part of the states that is done. Raises InputError for wrong names and shapes.
         """
+        if type(inputs) is dict:
+            inputs = self._in_order(inputs)
         if (
             parameters is None
             and sparse is False
@@ -464,7 +456,8 @@ class Function(Generic[ResultT_co]):
             and (out is None or self._is_apart(out, (q, u, udot, inputs)))
         ):
             return self._at_once(t, q, u, udot, inputs, out)
-        results = self._call(t, q, u, udot, inputs, parameters, out, threads)
+        told = callback("on_progress", on_progress)
+        results = self._call(t, q, u, udot, inputs, parameters, out, threads, told)
         found: ResultT_co = self._at_places(results, out) if flag("sparse", sparse) else results
         return found
 
@@ -543,6 +536,18 @@ class Function(Generic[ResultT_co]):
             return self._tuple(*[whole[first:last] for first, last, _ in self._pieces])
         return self._tuple(*[whole[first:last].reshape(shape) for first, last, shape in self._pieces])
 
+    def _in_order(self, given: dict[str, Any]) -> Any:
+        """Return inputs by name as a vector of all of them, or as they are where C needs more than numbers for that."""
+        places, rest, follow = self._input_places
+        if rest is None or not follow <= given.keys() or not places.keys() >= given.keys():
+            return given
+        values = rest.copy()
+        for name, value in given.items():
+            if type(value) not in _REAL and not (type(value) is int and abs(value) < _EXACT):
+                return given
+            values[places[name]] = value
+        return values
+
     def _is_apart(self, out: Any, given: Sequence[Any]) -> bool:
         """Return whether results of one state find their places in `out`, and no argument has these too."""
         arrays = out if isinstance(out, (tuple, list)) else (out,)
@@ -552,7 +557,7 @@ class Function(Generic[ResultT_co]):
         return all(fits) and not share_memory(arrays, [x for x in given if x is not None])
 
     def _call(
-        self, t: Any, q: Any, u: Any, udot: Any, inputs: Any, parameters: Any, out: Any, threads: int
+        self, t: Any, q: Any, u: Any, udot: Any, inputs: Any, parameters: Any, out: Any, threads: int, told: Any
     ) -> Any:
         if self._takes_udot != (udot is not None):
             raise InputError(f"{self.name} {'needs' if self._takes_udot else 'takes no'} udot")
@@ -561,12 +566,12 @@ class Function(Generic[ResultT_co]):
             "t": array_of("t", t, None),
             "q": array_of("q", q, nq),
             "u": array_of(self._third, u, nu),
-            "parameters": self._parameters(parameters),
+            "parameters": self._replaced.parameter_rows(parameters),
         }
         if udot is not None:
             arrays["udot"] = array_of("udot", udot, nu)
         threads = whole_number("threads", threads, _MOST_THREADS)
-        own = self._own_inputs(inputs)
+        own = self._replaced.input_rows(inputs)
         count = state_count({**arrays, **own})
         given = [arrays[name] for name in ("t", "q", "u", "parameters")]
         values = self._input_values(own, given, count)
@@ -575,62 +580,20 @@ class Function(Generic[ResultT_co]):
         outputs = self._space(out, count)
         if out is not None and share_memory(outputs, given):
             raise InputError("arrays of out= share memory with each other or with arguments: copy these first")
-        run_many(function, given, outputs, count, threads)
+        run_many(function, given, outputs, count, threads, told)
         if out is not None:
             return out
         return outputs[0] if len(outputs) == 1 else self._tuple(*outputs)
-
-    def _parameters(self, given: Any) -> Floats:
-        """Return all parameters (np,) or (n, np), those that are not declared as they are."""
-        if given is None:
-            return self._question.parameters
-        if isinstance(given, Mapping):
-            return self._named_parameters(given)
-        declared = array_of("parameters", given, len(self.parameters))
-        every = self._question.parameters
-        whole = np.broadcast_to(every, (*declared.shape[:-1], len(every))).copy()
-        whole[..., self._declared_places] = declared
-        for row in np.unique(whole.reshape(-1, whole.shape[-1]), axis=0):
-            self._arguments._judge(row)
-        return whole
-
-    def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
-        """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
-        numbers = in_si_units(self._question.mechanism, "parameters", given)
-        arrays = {name: array_of(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
-        count = state_count(arrays)
-        if count is None:
-            return self._arguments._parameter_vector({name: float(array) for name, array in arrays.items()})
-        columns = np.stack([np.broadcast_to(array, count) for array in arrays.values()], axis=-1)
-        rows, places = np.unique(columns, axis=0, return_inverse=True)
-        each = [self._arguments._parameter_vector(dict(zip(arrays, row, strict=True))) for row in rows.tolist()]
-        different = np.array(each).reshape(len(rows), self._question.parameters.size)
-        return different[places.reshape(-1)]
-
-    def _own_inputs(self, given: Any) -> dict[str, Floats]:
-        """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
-        if given is None:
-            return {}
-        if not isinstance(given, Mapping):
-            vector = array_of("inputs", given, len(self.inputs))
-            every = len(self.inputs) == len(self._question.mechanism.inputs)
-            return {"inputs": vector} if every else {name: vector[..., k] for k, name in enumerate(self.inputs)}
-        self._arguments._verify_free(given)
-        for name in given:
-            if name not in self.inputs:
-                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
-        numbers = in_si_units(self._question.mechanism, "inputs", given)
-        return {name: array_of(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
 
     def _input_values(self, own: Mapping[str, Floats], given: Sequence[Floats], count: int | None) -> Floats:
         """Return all inputs, (nw,) or (n, nw), those that are not given by their declared expressions."""
         every = list(self._question.mechanism.inputs)
         if not own or "inputs" in own:
             return own.get("inputs", np.zeros(len(every)))
-        declared = self._arguments.compiled["inputs"]
+        declared = self._compiled["inputs"]
         lead = () if count is None else (count,)
         values = np.empty((*lead, len(every)))
-        run_many(declared, list(given), [values], count, 1)
+        run_many(declared, list(given), [values], count)
         for name, value in own.items():
             values[..., every.index(name)] = value
         return values
@@ -725,6 +688,19 @@ class Function(Generic[ResultT_co]):
         return (count,) if 0 < count == len(self._question.mechanism.inputs) else None
 
     @cached_property
+    def _input_places(self) -> tuple[dict[str, int], Floats | None, frozenset[str]]:
+        """Of calls in C the places of inputs by name, the values of those that follow no state, and which others do.
+
+        No values where some inputs drive motions, or where there are none.
+        """
+        declared, places = self._question.mechanism.inputs, {name: k for k, name in enumerate(self.inputs)}
+        if self._shape_of_inputs is None or not self._in_c:
+            return places, None, frozenset()
+        q, u = map(np.zeros, self._sizes)
+        (values,) = self._compiled["inputs"](0.0, q, u, self._question.parameters)
+        return places, values, frozenset(name for name, x in declared.items() if leaves([x], "slot"))
+
+    @cached_property
     def _compiled(self) -> Compiled:
         if self._library is not None:
             library, name = self._library
@@ -750,8 +726,8 @@ class Function(Generic[ResultT_co]):
         return isinstance(self._function, NativeFunction)
 
     @cached_property
-    def _arguments(self) -> Arguments:
-        return Arguments(self._question.mechanism, self._compiled, self._question.parameters)
+    def _replaced(self) -> Replacements:
+        return Replacements(self._question.mechanism, self._question.parameters)
 
     # --- derivatives --------------------------------------------------------------------------------------------------
 
@@ -795,7 +771,7 @@ class Function(Generic[ResultT_co]):
                 known = ", ".join(self._variables)
                 raise InputError(f"{self.name} is no function of {short_repr(by)}; known: {known}")
             if by == "inputs" and not self.inputs:
-                self._arguments._verify_free(self._question.mechanism.inputs)
+                self._replaced.verify_free(self._question.mechanism.inputs)
         if step not in self._derivatives:
             self._derivatives[step] = self._made(step)
         return self._derivatives[step]

@@ -254,7 +254,7 @@ class FunctionQuestion:
             "position": ("m",) * 3,
             "centre_of_mass": ("m",) * 3,
             "velocity": (*("m/s",) * 3, *("rad/s",) * 3),
-            "drift": (*("m/s^2",) * 3, *("rad/s^2",) * 3),
+            **dict.fromkeys(("drift", "acceleration"), (*("m/s^2",) * 3, *("rad/s^2",) * 3)),
         }
         return found.get(output)
 

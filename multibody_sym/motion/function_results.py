@@ -20,6 +20,7 @@ ArrayName = Literal[
     "reactions",
     "generalized_momenta",
     "hamiltonian",
+    "acceleration",
 ]
 """Functions with one result."""
 
@@ -91,12 +92,13 @@ class ConstraintTerms(NamedTuple):
 
 
 class FrameMotion(NamedTuple):
-    """Of `frame`: position (3,), rotation (3, 3), velocity (6,), and its rate at udot = 0 (6,)."""
+    """Of `frame`: position (3,), rotation (3, 3), velocity (6,), drift (6,): its rate at udot = 0; quaternion (4,)."""
 
     position: Floats
     rotation: Floats
     velocity: Floats
     drift: Floats
+    quaternion: Floats
 
 
 class FrameJacobian(NamedTuple):

@@ -322,6 +322,8 @@ _PIECE: Final = 0.02
 """Seconds that a piece of a batch takes, after which Ctrl-C is heard."""
 _FIRST: Final = 64
 """States in the first piece of a batch, whose time decides how long the others are."""
+_TELLING: Final = 0.1
+"""Seconds between two calls of `on_progress`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,8 +348,18 @@ class Door:
         return Door(arrays, outputs, given, results, function._function)
 
 
-def run_many(function: Any, inputs: list[Floats], outputs: list[Floats], count: int | None, threads: int) -> None:
-    """Run a function for one state or n, in `threads`; Ctrl-C ends it within a few hundredths of a second."""
+def run_many(
+    function: Any,
+    inputs: list[Floats],
+    outputs: list[Floats],
+    count: int | None,
+    threads: int = 1,
+    on_progress: Callable[[float], None] | None = None,
+) -> None:
+    """Run a function for one state or n, in `threads`; Ctrl-C ends it within a few hundredths of a second.
+
+    `on_progress` gets the part of the states that is done, about ten times a second.
+    """
     if count is None or not isinstance(function, NativeFunction):
         t, *rest = inputs
         found: Sequence[Floats] = ()
@@ -358,52 +370,72 @@ def run_many(function: Any, inputs: list[Floats], outputs: list[Floats], count: 
         for array, values in zip(outputs, found, strict=bool(found)):
             array[...] = values
         return
-    batch = _Batch(function, inputs, outputs)
+    batch = _Batch(function, inputs, outputs, on_progress)
     if threads <= 1 or count < 2 * _FIRST:
-        batch.run(0, count, Event())
+        batch.run(0, count, tells=True)
         return
-    ends = np.linspace(0, count, threads + 1).astype(int).tolist()
-    stop = Event()
-    with ThreadPoolExecutor(threads) as pool:
-        parts = [pool.submit(batch.run, a, b, stop) for a, b in pairwise(ends)]
+    (first, end), *others = pairwise(np.linspace(0, count, threads + 1).astype(int).tolist())
+    with ThreadPoolExecutor(threads - 1) as pool:
+        parts = [pool.submit(batch.run, a, b) for a, b in others]
         try:
+            batch.run(first, end, tells=True)
             while wait(parts, _PIECE).not_done:  # a wait without an end hears no Ctrl-C that another thread was sent
-                continue
+                batch.tell()
             for part in parts:
                 part.result()
         except BaseException:
-            stop.set()
+            batch.stop.set()
             raise
 
 
-@dataclass(frozen=True, eq=False)
 class _Batch:
     """A function in C with arrays for many states."""
 
-    function: NativeFunction
-    inputs: list[Floats]
-    outputs: list[Floats]
+    def __init__(
+        self,
+        function: NativeFunction,
+        inputs: list[Floats],
+        outputs: list[Floats],
+        on_progress: Callable[[float], None] | None,
+    ) -> None:
+        signature = function.signature
+        self._library, self._program = function.library, ctypes.byref(function.structure)
+        changing = [x.ndim > len(shape) for x, (_, shape) in zip(inputs, signature.inputs, strict=True)]
+        self._advance = (ctypes.c_int * len(changing))(*changing)
+        sizes = zip(signature.sizes("inputs"), changing, strict=True)
+        self._given = [(x.ctypes.data, 8 * size * many) for x, (size, many) in zip(inputs, sizes, strict=True)]
+        self._results = [(x.ctypes.data, 8 * n) for x, n in zip(outputs, signature.sizes("outputs"), strict=True)]
+        self.stop = Event()
+        self._count, self._on_progress = len(outputs[0]), on_progress
+        self._done: dict[int, int] = {}
+        self._told = time.perf_counter()
 
-    def run(self, first: int, last: int, stop: Event) -> None:
-        """Run the states from `first` to `last`, piece by piece, until told to stop."""
-        size = min(_FIRST, last - first)
-        while first < last and not stop.is_set():
+    def run(self, first: int, last: int, *, tells: bool = False) -> None:
+        """Run the states from `first` to `last`, piece by piece, until `stop` is set; one thread tells the progress."""
+        begin, size = first, min(_FIRST, last - first)
+        while first < last and not self.stop.is_set():
             begun = time.perf_counter()
             self._piece(first, size)
             took = max(time.perf_counter() - begun, 1e-6)
             first += size
             size = min(max(int(size * _PIECE / took), 1), last - first)
+            self._done[begin] = first - begin
+            if tells:
+                self.tell()
+
+    def tell(self) -> None:
+        """Hand the part of the states that is done to `on_progress`, unless it was told a short while ago."""
+        now = time.perf_counter()
+        if self._on_progress is not None and now - self._told > _TELLING:
+            self._told = now
+            self._on_progress(sum(self._done.values()) / self._count)
 
     def _piece(self, first: int, count: int) -> None:
-        signature, library = self.function.signature, self.function.library
-        changing = [x.ndim > len(shape) for x, (_, shape) in zip(self.inputs, signature.inputs, strict=True)]
-        sizes = zip(self.inputs, signature.sizes("inputs"), changing, strict=True)
-        given = [x.ctypes.data + 8 * first * size * many for x, size, many in sizes]
-        results = [x.ctypes.data + 8 * first * n for x, n in zip(self.outputs, signature.sizes("outputs"), strict=True)]
-        library.mbs_map(
-            ctypes.byref(self.function.structure),
+        given, results = ([start + first * step for start, step in side] for side in (self._given, self._results))
+        self._library.mbs_map(
+            self._program,
             ctypes.c_longlong(count),
             (ctypes.c_void_p * len(given))(*given),
-            (ctypes.c_int * len(changing))(*changing),
+            self._advance,
             (ctypes.c_void_p * len(results))(*results),
         )

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
+from importlib import import_module
 from itertools import chain
 from pathlib import PurePath
 from typing import Any, BinaryIO, Final
@@ -17,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.errors import ArgumentError, InputError, OutputError, Where, brief, short_repr
-from multibody_sym.records import dataclass
+from multibody_sym.records import ByName, dataclass
 from multibody_sym.text.files import (
     PARTIAL,
     FileState,
@@ -70,8 +71,16 @@ _FORMULA: Final = ("=", "+", "-", "@")
 """The begins of texts that spreadsheets compute; in CSV headers an apostrophe goes before them."""
 
 
+def data_package(name: str, what: str) -> Any:
+    """Return a package of data frames. Raises OutputError where it is missing."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise OutputError(f"{what} needs {name}: pip install {name}") from None
+
+
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(ByName):
     """Columns of floats in order, all of one length; `units` of some of them, and `metadata` of the result.
 
     CSV holds names and numbers only; NPZ and Parquet hold units (Parquet with each column too) and metadata.
@@ -119,12 +128,6 @@ class Table:
         """Return the names of the columns."""
         return tuple(self.columns)
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and name in self.columns
-
     def to_numpy(self) -> npt.NDArray[np.float64]:
         """Return the columns as an array (rows, columns), in the order of `keys()`."""
         return np.column_stack([*self.columns.values()]) if self.columns else np.empty((0, 0))
@@ -134,11 +137,7 @@ class Table:
 
         Raises OutputError where pandas is missing.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
-        frame = pandas.DataFrame(dict(self.columns))
+        frame = data_package("pandas", "a DataFrame").DataFrame(dict(self.columns))
         frame = frame.set_index(_TIME) if _TIME in self.columns else frame
         frame.attrs.update({"units": dict(self.units), **self.metadata})
         return frame
@@ -148,14 +147,10 @@ class Table:
 
         Raises OutputError where xarray is missing.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise OutputError("a Dataset needs xarray: pip install xarray") from None
         over = _TIME if _TIME in self.columns else "row"
         units = {name: {"units": unit} for name, unit in self.units.items()}
         columns = {name: (over, values, units.get(name)) for name, values in self.columns.items()}
-        found = xarray.Dataset(columns, attrs=dict(self.metadata))
+        found = data_package("xarray", "a Dataset").Dataset(columns, attrs=dict(self.metadata))
         return found.set_coords(_TIME) if over == _TIME else found
 
 

@@ -65,6 +65,9 @@ def test_all_results_have_one_face(run: mbs.Trajectory) -> None:
                 result[wrong]
         assert result.to_numpy().shape[0] == len(result)
     assert table.keys() == ("t", "theta", "u_theta", "pull")
+    assert [repr(run(t)) for t in ([0.1, 0.2], 0.1)] == [
+        "<Motion of pendulum: t = 0.1 to 0.2 s>", "<Motion of pendulum: t = 0.1 s>"
+    ]  # fmt: skip
     np.testing.assert_array_equal(run.to_numpy("deg")[:, 1], np.degrees(run["theta"]))
     np.testing.assert_array_equal(study.to_numpy()[:, 1], study["m"])
     pytest.importorskip("pandas")

@@ -235,6 +235,9 @@ def test_frames_and_datasets_hold_the_study(system: mbs.System) -> None:
     assert drawn["l"].dims == ("run",)
     assert data["theta end"].attrs["units"] == "rad"
     assert data["l"].attrs["units"] == "m"
+    twice = mbs.sweep(system, {"l": [0.6, 0.5, 0.6]}).to_xarray()
+    assert twice["l"].dims == ("run",)
+    assert twice["theta end"].values.tolist() == [float(data["theta end"].sel(l=l, m=1)) for l in (0.6, 0.5, 0.6)]
     assert mbs.sweep(system, rows=[{"l": 0.5}, {"l": 0.7}]).to_xarray()["l"].dims == ("run",)
 
 

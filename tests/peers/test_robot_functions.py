@@ -234,6 +234,14 @@ def test_jacobians_of_frames_and_their_rates(pair: Pair, axes: Any) -> None:
         assert_near(place["position"], pair.data.oMi[joint].translation)
         assert_near(place["rotation"], pair.data.oMi[joint].rotation)
         assert_near(place["velocity"], pin.getVelocity(pair.model, pair.data, joint, their_axes).vector)
+        theirs = pin.Quaternion(pair.data.oMi[joint].rotation).coeffs()  # w last
+        assert_near(place["quaternion"], np.roll(theirs * (1.0 if theirs[3] >= 0.0 else -1.0), 1))
+        pin.forwardKinematics(pair.model, pair.data, at.their_q, v, at.S @ at.udot + at.r)
+        of = pin.getClassicalAcceleration if axes == "local_world_aligned" else pin.getAcceleration
+        wanted = of(pair.model, pair.data, joint, their_axes).vector
+        assert_near(pair.asked("acceleration", at, frame=name, axes=axes)["acceleration"], wanted)
+        at_rest = ours["jacobian"] @ at.udot
+        assert_near(at_rest + place["drift"], wanted)
 
 
 def test_operational_space_inertia(pair: Pair) -> None:

@@ -65,6 +65,7 @@ from multibody_sym.scalars.vectors import (
     cross,
     dot,
     negate,
+    rotation_quaternion,
     subtract,
 )
 from multibody_sym.text.printer import COMPONENTS
@@ -280,7 +281,7 @@ def _answers(mechanism: Mechanism, options: FunctionOptions) -> tuple[Trace, lis
 
 
 def _frame(mechanism: Mechanism, options: FunctionOptions) -> Program:
-    """Return -> position (3), rotation (3, 3), velocity (6), drift (6): the acceleration at udot = 0."""
+    """Return -> position (3), rotation (3, 3), velocity (6), drift (6): its rate at udot = 0, quaternion (4)."""
     marker = _marker(mechanism, options)
 
     def outputs(motion: Motion) -> Outputs:
@@ -289,10 +290,19 @@ def _frame(mechanism: Mechanism, options: FunctionOptions) -> Program:
             "position": column(moved.position),
             "rotation": _matrix(moved.rotation, 3),
             "velocity": column(moved.velocity_in(options.axes)),
-            "drift": column(moved.drift_in(options.axes)),
+            "drift": column(moved.acceleration_in(options.axes)),
+            "quaternion": column(rotation_quaternion(moved.rotation)),
         }
 
     return _at_state("frame", outputs, mechanism)
+
+
+def _acceleration(mechanism: Mechanism, options: FunctionOptions) -> Program:
+    """Return (.., udot) -> acceleration (6) of a frame: J udot + its drift."""
+    trace = Trace("acceleration", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    motion = motion_of(mechanism, slot_state(mechanism))
+    moved = _Moved.of(motion, _marker(mechanism, options), trace["udot"])
+    return trace.finish({"acceleration": column(moved.acceleration_in(options.axes))})
 
 
 def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
@@ -356,7 +366,7 @@ def _marker(mechanism: Mechanism, options: FunctionOptions) -> Marker:
 
 @dataclass(frozen=True)
 class _Moved:
-    """The place and motion of a frame in world axes: of its origin, and angular; accelerations at udot = 0."""
+    """The place and motion of a frame in world axes: of its origin, and angular."""
 
     position: Vec
     rotation: Mat
@@ -364,9 +374,10 @@ class _Moved:
     acceleration: tuple[Vec, Vec]
 
     @staticmethod
-    def of(motion: Motion, marker: Marker) -> _Moved:
+    def of(motion: Motion, marker: Marker, udot: Sequence[S] | None = None) -> _Moved:
+        """Return those of a marker; `udot` None is zero."""
         of_body = motion.rotation(marker.body)
-        bodies = accelerations(motion, [0] * len(motion.state.u))
+        bodies = accelerations(motion, [0] * len(motion.state.u) if udot is None else udot)
         turning = motion.bodies[marker.body].w_WB if marker.body >= 0 else ZERO_VECTOR
         growing = bodies[marker.body][1] if marker.body >= 0 else ZERO_VECTOR
         return _Moved(
@@ -383,7 +394,7 @@ class _Moved:
             v = subtract(v, cross(w, self.position))
         return self._in(axes, v, w)
 
-    def drift_in(self, axes: Axes) -> list[S]:
+    def acceleration_in(self, axes: Axes) -> list[S]:
         """Return the rate (6) of the components of the velocity."""
         (v, w), (a, alpha) = self.velocity, self.acceleration
         if axes == "world":
@@ -416,6 +427,7 @@ Name = Literal[
     "regressor",
     "outputs",
     "frame",
+    "acceleration",
     "jacobian",
     "operational_space",
     "generalized_momenta",
@@ -441,6 +453,7 @@ STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Progr
     "regressor": _regressor,
     "outputs": _outputs,
     "frame": _frame,
+    "acceleration": _acceleration,
     "jacobian": _jacobian,
     "operational_space": _operational_space,
     "generalized_momenta": lambda mechanism, _: canonical_program(mechanism, "momenta"),
@@ -453,9 +466,7 @@ OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     **dict.fromkeys(
         ("state_derivative", "canonical_equations", "constraints", "reactions", "outputs", IMPACT), ("mode",)
     ),
-    "frame": ("frame", "axes"),
-    "jacobian": ("frame", "axes"),
-    "operational_space": ("frame", "axes"),
+    **dict.fromkeys(("frame", "acceleration", "jacobian", "operational_space"), ("frame", "axes")),
 }
 """The options that a function has; others have none."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from functools import cached_property
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -25,35 +25,83 @@ Values = Mapping[str, float] | ArrayLike | None
 
 
 @dataclass(frozen=True, eq=False)
-class Arguments:
-    """The mechanism, its compiled Programs (`inputs` among them) and the parameter vector (np,) used by default."""
+class Replacements:
+    """Parameters and inputs that a caller gives in place of declared ones; `parameters` (np,) are used by default."""
 
     mechanism: Mechanism
-    compiled: Compiled
     parameters: Floats
-    _judged: list[bytes] = field(default_factory=list, compare=False, repr=False)
 
-    def __repr__(self) -> str:
-        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
+    @cached_property
+    def declared(self) -> list[int]:
+        """The places of the parameters that the model declares."""
+        return [k for k, entry in enumerate(self.mechanism.parameters) if entry.source is Source.DECLARED]
 
-    def complete(
-        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
-    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
-        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
+    @cached_property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of the inputs that may be given: those that drive no motion."""
+        driving = self.mechanism.driving_inputs
+        return tuple(name for name in self.mechanism.inputs if name not in driving)
 
-        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
-        radii that no body has.
+    def parameter_vector(self, given: Values) -> Floats:
+        """Return all parameters (np,): those that depend on given ones follow them.
+
+        Raises InputError for an unknown name, a wrong length and what is no real number, ModelError for masses,
+        inertias or radii that no body has.
         """
-        t, values = number("t", t), self._parameter_vector(parameters)
-        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
-        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
-
-    def _parameter_vector(self, given: Values) -> Floats:
         if given is None:
             return self.parameters
         values = self._changed(given)
         self._judge(values)
         return values
+
+    def parameter_rows(self, given: Any) -> Floats:
+        """Return all parameters (np,) or (n, np) from the declared ones, by name or as vectors of them."""
+        if given is None:
+            return self.parameters
+        if isinstance(given, Mapping):
+            return self._named_parameters(given)
+        values = array_of("parameters", given, len(self.declared))
+        whole = np.broadcast_to(self.parameters, (*values.shape[:-1], len(self.parameters))).copy()
+        whole[..., self.declared] = values
+        for row in np.unique(whole.reshape(-1, whole.shape[-1]), axis=0):
+            self._judge(row)
+        return whole
+
+    def _named_parameters(self, given: Mapping[str, ArrayLike]) -> Floats:
+        """Return all parameters (np,), or (n, np) where a name has n values; others follow those that are given."""
+        numbers = in_si_units(self.mechanism, "parameters", given)
+        arrays = {name: array_of(f"parameters[{name!r}]", value, None) for name, value in numbers.items()}
+        count = state_count(arrays)
+        if count is None:
+            return self.parameter_vector({name: float(array) for name, array in arrays.items()})
+        columns = np.stack([np.broadcast_to(array, count) for array in arrays.values()], axis=-1)
+        rows, places = np.unique(columns, axis=0, return_inverse=True)
+        each = [self.parameter_vector(dict(zip(arrays, row, strict=True))) for row in rows.tolist()]
+        different = np.array(each).reshape(len(rows), self.parameters.size)
+        return different[places.reshape(-1)]
+
+    def input_rows(self, given: Any) -> dict[str, Floats]:
+        """Return the inputs that are given, each a number or n of them; with all of them as a vector it is `inputs`."""
+        if given is None:
+            return {}
+        if not isinstance(given, Mapping):
+            vector = array_of("inputs", given, len(self.inputs))
+            every = len(self.inputs) == len(self.mechanism.inputs)
+            return {"inputs": vector} if every else {name: vector[..., k] for k, name in enumerate(self.inputs)}
+        self.verify_free(given)
+        for name in given:
+            if name not in self.inputs:
+                raise InputError(f"there is no input {name!r}", number="M106", word=name, known=self.inputs)
+        numbers = in_si_units(self.mechanism, "inputs", given)
+        return {name: array_of(f"inputs[{name!r}]", value, None) for name, value in numbers.items()}
+
+    def verify_free(self, names: Iterable[str]) -> None:
+        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
+        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
+        if driving is not None:
+            raise InputError(
+                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
+            )
 
     def _judge(self, values: Floats) -> None:
         """Raise ModelError where no body has the masses or inertias; values are judged anew when they change."""
@@ -64,6 +112,10 @@ class Arguments:
         by_name = {p.name: x for p, x in zip(self.mechanism.parameters, values.tolist(), strict=True)}
         verify_bodies(self.mechanism, [by_name.get(p.name, 0.0) for p in base.parameters])
         self._judged[:] = [key]
+
+    @cached_property
+    def _judged(self) -> list[bytes]:
+        return []
 
     def _changed(self, given: Mapping[str, float] | ArrayLike) -> Floats:
         if not isinstance(given, Mapping):
@@ -83,26 +135,40 @@ class Arguments:
             return _whole("parameters", [p.name for p in entries], given)
         return np.concatenate([_whole("parameters", names, given), self.parameters[len(names) :]])
 
+
+@dataclass(frozen=True, eq=False)
+class Arguments(Replacements):
+    """The same beside the compiled Programs of a mechanism, `inputs` among them."""
+
+    compiled: Compiled
+
+    def __repr__(self) -> str:
+        return f"<Arguments of {self.mechanism.name}: {len(self.parameters)} parameters>"
+
+    def complete(
+        self, t: float, q: ArrayLike, u: ArrayLike, parameters: Values, inputs: Values
+    ) -> tuple[float, Floats, Floats, Floats, Floats, Floats]:
+        """Return t, q, u, parameters, inputs, modes; parameters that depend on given ones follow them.
+
+        Raises InputError for an unknown name, a wrong length, what is no real number, and for masses, inertias or
+        radii that no body has.
+        """
+        t, values = number("t", t), self.parameter_vector(parameters)
+        state = vector("q", q, len(self.mechanism.coordinates)), vector("u", u, len(self.mechanism.speeds))
+        return t, *state, values, self._input_vector(inputs, (t, *state, values)), np.empty(0)
+
     def _input_vector(self, given: Values, state: tuple[float, Floats, Floats, Floats]) -> Floats:
         names = list(self.mechanism.inputs)
         if given is not None and not isinstance(given, Mapping):
-            self._verify_free(names)
+            self.verify_free(names)
             return _whole("inputs", names, given)
-        self._verify_free(given or ())
+        self.verify_free(given or ())
         (values,) = self.compiled["inputs"](*state)
         for name, value in in_si_units(self.mechanism, "inputs", given or {}).items():
             if name not in names:
                 raise InputError(f"there is no input {name!r}", number="M106", word=name, known=names)
             values[names.index(name)] = number(f"inputs[{name!r}]", value)
         return values
-
-    def _verify_free(self, names: Iterable[str]) -> None:
-        """Raise InputError for an input that drives a motion or constraint: these follow its rates too."""
-        driving = next((name for name in names if name in self.mechanism.driving_inputs), None)
-        if driving is not None:
-            raise InputError(
-                f"{driving} drives a motion or a constraint, whose rates a number does not give: change its expression"
-            )
 
 
 def in_si_units(

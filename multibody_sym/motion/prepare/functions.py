@@ -196,7 +196,7 @@ def canonical_function(question: CanonicalQuestion, code: Native) -> CanonicalFu
     """Return Hamilton's equations as compiled functions. Raises what `canonical_programs` does, and for a bad start."""
     state = examined_state(question.system)
     compiled = _function_compiled(state.mechanism, code)
-    arguments = Arguments(state.mechanism, compiled, np.array(state.start.parameters, dtype=float))
+    arguments = Arguments(state.mechanism, np.array(state.start.parameters, dtype=float), compiled)
     return CanonicalFunction(arguments, np.array(state.start.q, dtype=float), np.array(state.start.u, dtype=float))
 
 
@@ -307,7 +307,7 @@ class ImpactModes:
         mode = mode_found(blow, struck, self.posed.law)
         if mode.key not in self.known:
             compiled = _impact_function_compiled(mode, impact_program(mode), self.code)
-            arguments = Arguments(blow.mechanism, compiled, np.array(self.posed.begin.parameters))
+            arguments = Arguments(blow.mechanism, np.array(self.posed.begin.parameters), compiled)
             modes = replace(self, needed=mode.needed) if mode.needed else None
             self.known[mode.key] = ImpactFunction(arguments, mode.told, modes)
         function = self.known[mode.key]
@@ -426,4 +426,4 @@ def compile(
     values = ready.parameters
     if ready.mechanism.rows and asked is not None:
         values = ready.stabilised_by(asked.alpha or 0.0, asked.beta or 0.0)
-    return RightSide(ready, Arguments(ready.mechanism, ready.compiled, values))
+    return RightSide(ready, Arguments(ready.mechanism, values, ready.compiled))

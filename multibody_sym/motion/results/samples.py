@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
@@ -14,7 +14,7 @@ from multibody_sym.model.argument_checks import door
 from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Holds, Loop, Problem, RunFailure
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, RunLabels, asked_parts
-from multibody_sym.records import dataclass
+from multibody_sym.records import ByName, dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.values import Units, chosen_units
 
@@ -241,13 +241,17 @@ class SingleRun(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Samples:
+class Samples(ByName):
     """A motion at times t (m,): coordinates q (m, nq) and speeds u (m, nu) of a system, as they were `made`.
 
     `samples["theta"]` is a coordinate, a speed, an input or a declared output by name, (m,).
     """
 
     _made: Sampled
+
+    def __repr__(self) -> str:
+        times = f"t = {self.t[0]:g} to {self.t[-1]:g} s" if len(self) > 1 else "".join(f"t = {t:g} s" for t in self.t)
+        return f"<Motion of {self._told.name}: {times}>"
 
     def __len__(self) -> int:
         return len(self.t)
@@ -309,12 +313,6 @@ class Samples:
     def keys(self) -> tuple[str, ...]:
         """Return the names that `samples[name]` knows: coordinates, speeds, outputs and inputs."""
         return tuple(dict.fromkeys(self._names()))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and name in self._names()
 
     def _names(self) -> list[str]:
         told = self._told

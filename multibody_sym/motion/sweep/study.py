@@ -52,9 +52,10 @@ from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, literal
 from multibody_sym.pictures.plots import figure_of as plotted
 from multibody_sym.program.backend import Native
 from multibody_sym.program.cache import digest
-from multibody_sym.records import dataclass
+from multibody_sym.records import ByName, dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.text.files import is_special, path_name
+from multibody_sym.text.tables import data_package
 from multibody_sym.text.values import Units, chosen_units
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -343,7 +344,7 @@ _TOLD: Final = 100
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Study:
+class Study(ByName):
     """The rows of a study: `study["theta max"]` is a column (runs,), in SI units, nan where a run failed.
 
     `path` is the file of the table, None where there is none; `about` tells model, plan and version; `computed` is how
@@ -373,12 +374,6 @@ class Study:
     def keys(self) -> tuple[str, ...]:
         """Return the names of the columns."""
         return tuple(self.columns)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and name in self.columns
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -455,10 +450,7 @@ class Study:
 
     def to_dataframe(self) -> Any:
         """Return the table as a pandas DataFrame, by number of the run. Raises OutputError where pandas is missing."""
-        try:
-            import pandas
-        except ImportError:
-            raise OutputError("a DataFrame needs pandas: pip install pandas") from None
+        pandas = data_package("pandas", "a DataFrame")
         frame = pandas.DataFrame(dict(self.columns)).astype({tables.RUN: int}).set_index(tables.RUN)
         frame.attrs.update(self.about)
         return frame
@@ -466,23 +458,18 @@ class Study:
     def to_xarray(self) -> Any:
         """Return the table as an xarray Dataset: of a grid with a dimension for each varied value, else by run.
 
+        A grid in which a value stands twice is by run, too: a dimension has each of its values once.
         Columns have their SI units, where they are known. Raises OutputError where xarray is missing.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise OutputError("a Dataset needs xarray: pip install xarray") from None
-        shape = self.plan.shape
-        if self.plan.method == "grid":
-            axes: dict[str, NDArray[Any]] = {axis.name: axis.value(np.arange(axis.size)) for axis in self.plan.axes}
-            found = (*self.results, *TEXTS)
-        else:
-            axes, found = {tables.RUN: np.arange(len(self))}, (*self.varied, *self.results, *TEXTS)
+        axes: dict[str, NDArray[Any]] = {axis.name: axis.value(np.arange(axis.size)) for axis in self.plan.axes}
+        found, shape = (*self.results, *TEXTS), self.plan.shape
+        if self.plan.method != "grid" or any(len(np.unique(values)) < len(values) for values in axes.values()):
+            axes, found, shape = {tables.RUN: np.arange(len(self))}, (*self.varied, *found), (len(self),)
         units = self.about.get("units", {})
         known = {name: {"units": units[_quantity(name)]} for name in (*axes, *found) if _quantity(name) in units}
         columns = {name: (tuple(axes), self.columns[name].reshape(shape), known.get(name)) for name in found}
         coordinates = {name: (name, values, known.get(name)) for name, values in axes.items()}
-        return xarray.Dataset(columns, coords=coordinates, attrs=dict(self.about))
+        return data_package("xarray", "a Dataset").Dataset(columns, coords=coordinates, attrs=dict(self.about))
 
 
 
