@@ -46,6 +46,7 @@ from multibody_sym.pictures.scene.items import (
     Path,
     Placed,
     Rail,
+    Sphere,
     Stop,
     TurnStop,
 )
@@ -335,8 +336,15 @@ def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureCo
     return [*found, *told, *notes(shown)]
 
 
+_DROP: Final = 40.0
+"""The largest radius of a drop with mist around it (pt)."""
+
+
 def _largest_scale(scene: Scene) -> float:
     """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
+    drops = [item.form for item in scene.items if isinstance(item.form, Sphere) and _has_mist(scene, item.body)]
+    if drops:
+        return min(_DROP / drop.radius for drop in drops)
     bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
     if not all(each.loose for each in scene.strands) or not all(item.symbol is not None for item in bodies):
         return np.inf
@@ -347,6 +355,10 @@ def _largest_scale(scene: Scene) -> float:
             heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
     loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
+
+
+def _has_mist(scene: Scene, body: int) -> bool:
+    return any(i.symbol is not None and (i.symbol.kind, i.body) == ("mist", body) for i in scene.items)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

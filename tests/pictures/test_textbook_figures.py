@@ -191,7 +191,7 @@ def test_the_torque_of_a_winch_turns_about_its_drum() -> None:
 def test_a_person_stands_in_a_lift_that_moves() -> None:
     shown = picture("lift")
     (person,) = of(shown, "body", "person")
-    cabin = points([m for m in shown.marks if isinstance(m, Hatch)])
+    cabin = points([m for m in shown.marks if isinstance(m, Stroke) and m.role == "surface"])
     block = np.asarray(person.points)  # type: ignore[attr-defined]
     assert len(block) == 4
     assert block[:, 1].min() == pytest.approx(cabin[:, 1].min())

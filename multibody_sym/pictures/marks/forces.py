@@ -49,7 +49,18 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.scene.items import ArrowItem, Axes, Disc, Item, PlacedStrand, Sphere, Symbol, across, unit
+from multibody_sym.pictures.scene.items import (
+    BLOCKS,
+    ArrowItem,
+    Axes,
+    Disc,
+    Item,
+    PlacedStrand,
+    Sphere,
+    Symbol,
+    across,
+    unit,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -87,7 +98,7 @@ def _fixed_ends(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[
     for anchor, end, other in ((anchors[0], pieces[0][0], pieces[0][1]), (anchors[-1], pieces[-1][1], pieces[-1][0])):
         items = sheet.touched.get(anchor.body, ()) if anchor.body not in sheet.ground else ()
         signs = (item.symbol for item in items if item.role == "body" and item.symbol is not None)
-        if placed.strand.loose and anchor is anchors[0] and any(sign.kind == "block" for sign in signs):
+        if placed.strand.loose and anchor is anchors[0] and any(sign.kind in BLOCKS for sign in signs):
             away = unit2(end - other)  # a plate on the block at which the spring begins
             across = left(away) if float(left(away) @ sheet.down) > 0.0 else -left(away)
             foot, top = end + MASS[1] / 2 * across, end - _PLATE * across
@@ -222,7 +233,7 @@ _CLEAR: Final = 0.05
 
 def arrow_marks(sheet: Sheet, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
     """Yield the arrows at bodies with their letters, those of loads where they cross the least that is `drawn`."""
-    placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow))]
+    placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow)) and mark.pen != HIDDEN]
     lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
     taken, rows = _Taken(), dict[str, list[Floats]]()
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
@@ -405,7 +416,8 @@ def _force(
     points = np.array([at, at + share * _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
     pushes, shaft = hold.pushes, points[1] - points[0]
     if lines is not None:
-        starts = at, end - (1.0 + _CLEAR) * shaft
+        beside = 1e-3 * left(shaft)  # of a corner that is met one side is crossed
+        starts = at + beside, end - (1.0 + _CLEAR) * shaft + beside
         away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
         pressed = float(unit2(shaft) @ sheet.down) > _SAME_WAY
         pushes = pushes or into < away or (pressed and into == away > 0)  # a load lies on a beam

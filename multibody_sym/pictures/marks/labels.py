@@ -70,7 +70,7 @@ _SAME: Final = 3.0
 _NEAR_BLOCK: Final = 22.0
 """How far from its block (pt) the name of a slider stands on what it slides along."""
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
-_SILENT: Final = ("tie", "point", "used_point")
+_SILENT: Final = ("tie", "point", "used_point", "jet")
 """Symbols without a name on the figure."""
 _SECOND: Final = ("weld", "torsion_damper", "torsion_spring", "motor", "friction")
 _ALIKE: Final = 6

@@ -16,7 +16,18 @@ import numpy as np
 
 from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import ROD
-from multibody_sym.pictures.scene.items import Disc, Face, Item, Path, Placed, PlacedStrand, Polyline, Rail, Symbol
+from multibody_sym.pictures.scene.items import (
+    BLOCKS,
+    Disc,
+    Face,
+    Item,
+    Path,
+    Placed,
+    PlacedStrand,
+    Polyline,
+    Rail,
+    Symbol,
+)
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -24,8 +35,12 @@ from multibody_sym.scalars.rank import least_squares
 
 MASS: Final = (24.0, 17.0)
 """Length and height of a mass without a size (pt)."""
+WAGON: Final = (36.0, 17.0)
+"""The same of one on wheels."""
 BOB: Final = 5.0
 """The radius of a bob without a size (pt)."""
+CART_WHEEL: Final = 3.5
+"""The radius of the wheels of a wagon without a size (pt)."""
 WHEEL: Final = 11.0
 """The radius of a pulley without one (pt)."""
 _BESIDE: Final = 66.0
@@ -94,7 +109,7 @@ class _Settling:
     def mass(self, body: int) -> Symbol | None:
         """Return the symbol that stands for all of a body, None for one that has a size."""
         forms = [item.form for item in self.scene.items if item.body == body and item.role in ("body", "surface")]
-        symbols = [form for form in forms if isinstance(form, Symbol) and form.kind in ("block", "bob")]
+        symbols = [form for form in forms if isinstance(form, Symbol) and form.kind in (*BLOCKS, "bob")]
         return symbols[0] if len(forms) == 1 and symbols else None
 
 
@@ -244,7 +259,7 @@ def _stand(made: _Settling, item: Item) -> None:
         parent, child = item.bodies
         mass, below = made.mass(child), made.mass(parent)
         along = made.way(parent, item.form.axis)
-        if mass is None or below is None or below.kind != "block" or float(np.linalg.norm(along)) < 0.9:
+        if mass is None or below is None or below.kind not in BLOCKS or float(np.linalg.norm(along)) < 0.9:
             return
         normal = np.array([-along[1], along[0]])
         normal = normal if normal[1] > 0.0 else -normal

@@ -45,6 +45,10 @@ _SHEET: Final = 46.0
 """How far a plane in space reaches at least beyond what is near it (pt)."""
 _CURVE: Final = 20
 """From so many points on an open polyline of a body is a wire, not a bar."""
+_ALONG: Final = 0.999
+"""The cosine of the angle between an axle and the normal of a turntable."""
+_TRUCK_WHEEL: Final = 7.0
+"""The radius of the wheels of a plate (pt)."""
 _TOOTH: Final = 5.0
 """About how far apart the tooth marks of a gear are (pt)."""
 _THIN_BAR: Final = 3.5
@@ -68,7 +72,7 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
         yield Stroke(points, pen, closed=True, fill=BODY, **named)
     elif len(points) > _CURVE or (item.role in ("guide", "surface") and (len(points) > 2 or item.on_ground)):
         named, bold = sheet.named(item, LAYER_GROUND), sheet.pen(item, BOLD)
-        if item.role == "surface" and sheet.flat:  # hatched below
+        if item.role == "surface" and sheet.flat and not (item.on_ground and item.body != WORLD):  # hatched below
             side = 1 if float(left(unit2(points[-1] - points[0])) @ sheet.down) > 1e-9 else -1
             yield Hatch(points, bold, side=side, **named)
         else:
@@ -84,10 +88,20 @@ def _polyline(sheet: Sheet, item: Item, form: Polyline) -> Iterator[Mark]:
             middle = np.add(form.points[first], form.points[last]) / 2
             if form.thin or form.chain:
                 pen = sheet.pen(item, CHAIN if form.chain else BOLD)
+                if form.chain and item.body in sheet.settled.bodies:
+                    yield from _fold(sheet, item, points[first], points[last])
                 yield Stroke(points[[first, last]], pen, **sheet.named(item, LAYER_BODY, middle))
                 continue
             outline = capsule(points[first], points[last], width)
             yield Stroke(outline, pen, closed=True, fill=BODY, **sheet.named(item, LAYER_BODY, middle))
+
+
+def _fold(sheet: Sheet, item: Item, first: Floats, last: Floats) -> Iterator[Mark]:
+    """Yield the bow by which the end of a chain goes on into that of another one, beside which it hangs."""
+    aside = sheet.settled.bodies[item.body]
+    start = float(np.arctan2(*-aside[::-1])) + np.pi * (float(left(-aside) @ (last - first)) < 0.0)
+    radius = float(np.linalg.norm(aside)) / 2
+    yield Arc(last - aside / 2, radius, sheet.pen(item, CHAIN), start, start + np.pi, **sheet.named(item, LAYER_BODY))
 
 
 def _disc(sheet: Sheet, item: Item, form: Disc) -> Iterator[Mark]:
@@ -201,8 +215,7 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         yield from _plate(sheet, item, form)
         return
     if not item.on_ground and form.ends is None and sheet.flat:
-        named = sheet.named(item, LAYER_BODY)
-        yield Stroke(wedge(sheet, item, form), sheet.pen(item), closed=True, fill=BODY, **named)
+        yield from _moving_face(sheet, item, form)
         return
     touched = any(i.role == "contact" and item.body in i.bodies for i in sheet.scene.items)
     guided = any(i.role == "guide" and i.on_ground for i in sheet.scene.items)
@@ -216,6 +229,37 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         near = min(points, key=lambda end: float(np.linalg.norm(end - centre)))
         outline_points = capsule(near, centre, 3.0)
         yield Stroke(outline_points, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def _moving_face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
+    """Yield a body behind a face: a belt, a plate on wheels, a wedge or a plate that slides."""
+    named, points = sheet.named(item, LAYER_BODY), wedge(sheet, item, form)
+    if form.rides == "belt":
+        yield from belt_marks(sheet, item, points[:2], _PLATE)
+        return
+    if form.rides == "wheels":
+        up = unit2(points[1] - points[2])
+        points = np.vstack([points[:2], points[2:] + _TRUCK_WHEEL * up])
+        inset = min(0.25, 2.5 * _TRUCK_WHEEL / float(np.linalg.norm(points[1] - points[0]))) * (points[1] - points[0])
+        for centre in (points[2] - inset, points[3] + inset):
+            yield Arc(centre, _TRUCK_WHEEL, sheet.pen(item), fill=PAPER, **{**named, "layer": LAYER_BODY + 0.1})
+    yield Stroke(points, sheet.pen(item), closed=True, fill=BODY, **named)
+
+
+def belt_marks(sheet: Sheet, item: Item, top: Floats, height: float) -> Iterator[Mark]:
+    """Yield a belt that runs over two rollers, below its upper side (2, 2)."""
+    along = unit2(top[1] - top[0])
+    below = left(along) if float(left(along) @ sheet.down) > 0.0 else -left(along)
+    named, ends = sheet.named(item, LAYER_BODY), top + height / 2 * below
+    yield Stroke(capsule(ends[0], ends[1], height), sheet.pen(item), closed=True, fill=PAPER, **named)
+    for end in ends:
+        for radius in (height / 2 - 2.0, 1.2):
+            yield Arc(end, radius, THIN, fill=BODY, **named)
+        foot = end + (height / 2 + 7.0) * below
+        yield Stroke(np.array([end, foot]), sheet.pen(item), **{**named, "layer": LAYER_GROUND})
+        line = foot + np.outer([-7.0, 7.0], along)
+        side = 1 if float(left(line[1] - line[0]) @ below) > 0.0 else -1
+        yield Hatch(line, sheet.pen(item), side=side, **{**named, "layer": LAYER_GROUND})
 
 
 def face_ends(sheet: Sheet, item: Item) -> Floats | None:
@@ -318,6 +362,13 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     base = np.array(form.through)
     points = (points_drawn(sheet.scene, sheet.home) - pose[:, 3]) @ pose[:, :3] - base
     half = max(0.15 * sheet.scene.size, sheet.metres(_SHEET))
+    axle = _axle(sheet, item, normal)
+    if axle is not None:
+        reach = np.linalg.norm(points - np.outer(points @ normal, normal) - (axle - base), axis=1)
+        rim = circle(axle, normal, max(1.25 * float(reach.max()), 0.5 * half), 97)
+        named = sheet.named(item, LAYER_GROUND)
+        yield Stroke(sheet.page(item.body, rim), sheet.pen(item), closed=True, fill=BODY, **named)
+        return
     lows = [min(float((points @ e).min()), 0.0) - half for e in (e1, e2)]
     highs = [max(float((points @ e).max()), 0.0) + half for e in (e1, e2)]
     corners = [(lows[0], lows[1]), (highs[0], lows[1]), (highs[0], highs[1]), (lows[0], highs[1])]
@@ -328,6 +379,20 @@ def _plate(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
     near = sheet_points[[min(order[0], order[1]), max(order[0], order[1])]]
     side = -1 if float(left(near[1] - near[0])[1]) > 0.0 else 1
     yield Hatch(near, sheet.pen(item, INK), side=side, **named)
+
+
+def _axle(sheet: Sheet, item: Item, normal: Floats) -> Floats | None:
+    """Return where in its plane the hinge of a turntable is, in its axes; None of another plane."""
+    for other in sheet.scene.items:
+        symbol = other.symbol
+        if other.role != "joint" or symbol is None or symbol.kind not in ("pin", "pivot") or item.on_ground:
+            continue
+        axis = sheet.home.turned(other.body, symbol.axis) @ sheet.home.poses[item.body][:, :3]
+        if other.bodies[1] == item.body and abs(float(axis @ normal)) > _ALONG:
+            pose = sheet.home.poses[item.body]
+            at = (sheet.home.world(other.body, np.array([symbol.at]))[0] - pose[:, 3]) @ pose[:, :3]
+            return np.asarray(at - float((at - np.array(item.form.bounds[0])) @ normal) * normal)
+    return None
 
 
 def _bowl(sheet: Sheet, item: Item, form: Bowl) -> Iterator[Mark]:

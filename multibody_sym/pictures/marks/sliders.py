@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import BOB, MASS, STEEPEST, WHEEL
+from multibody_sym.pictures.marks.place_symbols import BOB, CART_WHEEL, MASS, STEEPEST, WAGON, WHEEL
 from multibody_sym.pictures.marks.shapes import SLOPE, barrel, capsule, face_ends, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
@@ -17,6 +17,7 @@ from multibody_sym.pictures.page.picture import (
     BODY,
     BOLD,
     DARK,
+    HIDDEN,
     LAYER_GROUND,
     LAYER_JOINT,
     PAPER,
@@ -27,6 +28,7 @@ from multibody_sym.pictures.page.picture import (
     Stroke,
 )
 from multibody_sym.pictures.scene.items import (
+    BLOCKS,
     Barrel,
     Item,
     Polyline,
@@ -78,6 +80,8 @@ _HELD: Final = 24.0
 """How far a bar reaches beyond the way of the ring on it (pt)."""
 BAR: Final = 4.0
 """The width of a bar on which a ring slides (pt)."""
+_BEAM: Final = 5.0
+"""The width of the beam on which a wagon with a load runs (pt)."""
 _PARALLEL: Final = 0.99
 _SLEEVE: Final = 16.0
 """How far (pt) a slider in space is shown from the sign of another joint."""
@@ -87,11 +91,11 @@ _HALF: Final = 12.0
 
 def block_size(sheet: Sheet, item: Item) -> tuple[float, float]:
     """Return the length and height (pt) of a block: that of a mass of its own, or of a slider on a larger body."""
-    own = item.role == "body" or any(
-        other.role == "body" and other.symbol is not None and other.symbol.kind == "block"
-        for other in sheet.touched.get(item.body, ())
-    )
-    return MASS if own else BLOCK
+    bodies = (other.symbol for other in sheet.touched.get(item.body, ()) if other.role == "body")
+    kinds = {symbol.kind for symbol in bodies if symbol is not None}
+    if "wagon" in kinds:
+        return WAGON
+    return BLOCK if item.role != "body" and kinds.isdisjoint(BLOCKS) else MASS
 
 
 _APART, _NARROWEST = 6.0, 9.0
@@ -102,7 +106,7 @@ def hanging_width(sheet: Sheet, item: Item, at: Floats, along: Floats, size: tup
     """Return the width (pt) of a block that hangs along a way: less than that of its `size` beside another one."""
     length, width = size
     for other in sheet.scene.items:
-        if other.body == item.body or other.role != "body" or other.symbol is None or other.symbol.kind != "block":
+        if other.body == item.body or other.role != "body" or other.symbol is None or other.symbol.kind not in BLOCKS:
             continue
         apart = sheet.at(other.body, other.symbol.at) - at
         aside = abs(float(apart @ left(along)))
@@ -147,6 +151,10 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         low, high = points + np.outer([-_HELD, _HELD], along)
         yield Stroke(capsule(low, high, BAR), sheet.pen(item), closed=True, fill=PAPER, **named)
         return
+    if rail.polar:
+        ends = np.array([sheet.at(item.body, rail.at), *_block_places(sheet, item)[:1]])
+        yield Stroke(ends, sheet.pen(item, HIDDEN), **named)
+        return
     if rail.light:
         return  # a spring or rope is seen on which something hangs, or it falls freely
     if not sheet.flat or not item.on_ground:
@@ -161,11 +169,24 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         if line is None:
             continue
         turn = 1 if float(left(line[1] - line[0]) @ side) > 0.0 else -1
+        if _is_overhead(sheet, item, side, line):
+            first, last = line + _BEAM / 2 * side
+            yield Stroke(capsule(first, last, _BEAM), sheet.pen(item), closed=True, fill=PAPER, **named)
+            continue
         yield Hatch(line, sheet.pen(item, BOLD), side=turn, **named)
         for centre in wheels_on(sheet, item):  # a bar holds each wheel at the end
             near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
             bar = capsule(near, centre, 3.0)
             yield Stroke(bar, sheet.pen(item), closed=True, fill=BODY, **sheet.named(item, LAYER_GROUND))
+
+
+def _is_overhead(sheet: Sheet, item: Item, side: Floats, line: Floats) -> bool:
+    """Return whether a rail is a beam, as that of a crane: what a wagon on it carries hangs below it, at `side`."""
+    child = _child(item)
+    wagons = any(i.symbol is not None and i.symbol.kind == "wagon" for i in sheet.touched.get(child, ()))
+    hung = (i.bodies[1] for i in sheet.scene.items if i.role == "joint" and i.bodies and i.bodies[0] == child)
+    bounds = [sheet.page(i.body, i.form.bounds) for b in hung for i in sheet.touched.get(b, ()) if i.role == "body"]
+    return wagons and any(float(((points - line[0]) @ side).max()) > _BEAM for points in bounds)
 
 
 def _joined(sheet: Sheet, item: Item, line: Floats) -> Floats | None:
@@ -265,11 +286,17 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
     middle = float(sheet.at(item.body, item.form.at) @ across)
     bodies = list(_bodies_with_a_size(sheet, _child(item)))
     ways = [float(way) for other in bodies for way in _corners_of(sheet, other) @ across - middle]
-    blocks = any(other.symbol is not None and other.symbol.kind == "block" for other in bodies)
-    half = (MASS if blocks else BLOCK)[1] / 2
-    if has_gravity and pressed < 0.2:
+    kinds = {other.symbol.kind for other in bodies if other.symbol is not None}
+    half = (BLOCK if kinds.isdisjoint(BLOCKS) else MASS)[1] / 2 + CART_WHEEL * ("wagon" in kinds)
+    rubs = any(i.bodies == item.bodies and i.symbol is not None and i.symbol.kind == "friction" for i in _forces(sheet))
+    if (has_gravity and pressed < 0.2) or (not has_gravity and rubs and ways):
         return [(across, max(ways, default=half)), (-across, -min(ways, default=-half))]
     return [(across, max(ways, default=half))]
+
+
+def _forces(sheet: Sheet) -> Iterator[Item]:
+    """Yield the signs of forces in joints."""
+    return (item for item in sheet.scene.items if item.role == "force")
 
 
 def _corners_of(sheet: Sheet, item: Item) -> Floats:
@@ -370,7 +397,7 @@ def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:
     """Return the corners (4, 2) of a sign whose size is the page's: a mass, a slider, a bead or a bob."""
     if body is not None:
         kind = body.symbol.kind if body.symbol is not None else ""
-        half = np.array(block_size(sheet, body)) / 2 if kind == "block" else np.full(2, BOB)
+        half = np.array(block_size(sheet, body)) / 2 if kind in BLOCKS else np.full(2, BOB)
     else:
         touched = sheet.touched.get(item.bodies[1], ())
         beads = (i for i in touched if i.role == "joint" and i.symbol is not None)

@@ -7,9 +7,10 @@ from typing import Final
 
 import numpy as np
 
+from multibody_sym.pictures.marks.flows import FLOWS
 from multibody_sym.pictures.marks.forces import driven_points, round_radius
 from multibody_sym.pictures.marks.place_symbols import BOB
-from multibody_sym.pictures.marks.shapes import FORMS, barrel
+from multibody_sym.pictures.marks.shapes import FORMS, barrel, outline
 from multibody_sym.pictures.marks.sheet import UNSEEN, Sheet, left, unit2
 from multibody_sym.pictures.marks.sliders import (
     LEVEL,
@@ -39,6 +40,7 @@ from multibody_sym.pictures.page.picture import (
     BODY,
     BOLD,
     DARK,
+    DOT,
     INK,
     LAYER_ARROW,
     LAYER_BODY,
@@ -46,6 +48,7 @@ from multibody_sym.pictures.page.picture import (
     LAYER_JOINT,
     PAPER,
     PIN,
+    SUPPORT,
     THIN,
     VELOCITY,
     Arc,
@@ -59,6 +62,7 @@ from multibody_sym.pictures.scene.items import (
     Block,
     Disc,
     Face,
+    Form,
     Item,
     Polyline,
     Rail,
@@ -261,9 +265,10 @@ def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     On the wheel of a pulley on ground, which is held itself, it is the axle.
     """
     forms = (i.form for b in item.bodies for i in sheet.touched.get(b, ()) if i.role in ("body", "pulley", "gear"))
-    wheel = any(isinstance(form, (Disc, Block, Barrel)) for form in forms)
-    layer = LAYER_JOINT - 0.3 if wheel else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
-    at, named = sheet.at(item.body, symbol.at), sheet.named(item, layer)
+    at = sheet.at(item.body, symbol.at)
+    hidden = any(isinstance(form, (Disc, Block, Barrel)) or _is_inside(sheet, item, form, at) for form in forms)
+    layer = LAYER_JOINT - 0.3 if hidden else LAYER_GROUND + 0.5  # a wheel would hide what it turns on
+    named = sheet.named(item, layer)
     wheel_at = held_wheel(sheet, at)
     if wheel_at is not None:
         yield Arc(wheel_at, PIN, sheet.pen(item), fill=PAPER, **sheet.named(item, LAYER_JOINT, symbol.at))
@@ -271,6 +276,16 @@ def _pivot(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if not _is_held(sheet, item, at):
         yield from support(sheet, item, at, support_side(sheet, item, at), named)
     yield from _pin(sheet, item, symbol)
+
+
+def _is_inside(sheet: Sheet, item: Item, form: Form, at: Floats) -> bool:
+    """Return whether all of a support under a place of the page is within the outline of a body."""
+    if not isinstance(form, Polyline) or not form.closed:
+        return False
+    around = outline(sheet.page(item.bodies[1], form.points))
+    sides = np.roll(around, -1, axis=0) - around
+    apart = at + SUPPORT * sheet.down - around
+    return abs(float(np.sign(sides[:, 0] * apart[:, 1] - sides[:, 1] * apart[:, 0]).sum())) == len(sides)
 
 
 def _is_held(sheet: Sheet, item: Item, at: Floats) -> bool:
@@ -510,6 +525,11 @@ def _drive(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield Arrow(driven_points(sheet, item, symbol), VELOCITY, head=5.0, open=True, **sheet.named(item, LAYER_ARROW))
 
 
+def _origin(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield the dot from which the distance of a free particle counts."""
+    yield Arc(sheet.at(item.body, symbol.at), 2.0 * DOT, sheet.pen(item), fill=DARK, **sheet.named(item, LAYER_JOINT))
+
+
 def _ring_if_marked(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield ink only where the item is marked: a ring about its place."""
     if sheet.is_marked(item.path):
@@ -530,7 +550,9 @@ def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 
 SYMBOLS: Final[Mapping[str, Look]] = {
+    **FLOWS,
     "pin": _pin,
+    "origin": _origin,
     "pivot": _bush_marks,
     "ball_joint": _ball,
     "ball_pivot": _ball_pivot,

@@ -344,7 +344,8 @@ def _placed_in_order(room: Room, tried: list[Candidates], order: Sequence[int]) 
 
 def _lines(room: Room, one: Candidates) -> Floats:
     reach = float(one.distance.max()) + one.wish.clear + one.wide + 2 * one.high
-    return room.near(np.asarray(one.wish.about, dtype=float), reach)
+    about = np.asarray(one.wish.about, dtype=float)
+    return room.near(about if one.wish.inside is None else np.vstack((about, one.wish.inside)), reach)
 
 
 def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> list[Placed]:

@@ -26,15 +26,14 @@ from multibody_sym.model.constraints import (
     VelocityConstraint,
 )
 from multibody_sym.model.contacts_and_impacts import copies
-from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
-from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw, Spherical
+from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
+from multibody_sym.pictures.scene.flows import leads_on, ride_of, rocket
 from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     ZERO,
     Barrel,
     Block,
-    ConeBody,
     Disc,
     Face,
     Form,
@@ -57,6 +56,7 @@ from multibody_sym.pictures.scene.letters import (
     mass_letters,
     steady_speed,
 )
+from multibody_sym.pictures.scene.moments import at_its_centre, on_an_arm, rod_beyond, top
 from multibody_sym.pictures.scene.stage import (
     FrameOnBody,
     PlacedSystem,
@@ -68,16 +68,13 @@ from multibody_sym.pictures.scene.stage import (
     surface_items,
 )
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.rank import principal_axes
 
 _Z: Final = (0.0, 0.0, 1.0)
 _BESIDE: Final = 0.25
 """The centre of mass of a bar is nearer to it than this part of its length."""
-_THIN: Final = 0.05
-"""Below this part of its moment across, the moment about its axis is that of a rod."""
-_THINNEST: Final = 0.03
+_WIDER: Final = 1.4
+"""How much wider than its places a body between guides is."""
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Sizes = Sequence[float]
 _SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
@@ -104,7 +101,10 @@ def body_items(stage: PlacedSystem, found: Mapping[str, list[Vector]]) -> Iterat
         named: dict[str, Any] = {"letters": mass_letters(stage, name), "titled": body.label is not None}
         named["heavy"] = mass_of(body).mass.shadow != 0
         yield from (Item("body", name, label, path, number, form, **named) for form in own)
-        for item in surfaces:  # one that shows all of a body has its name: its path begins like that of the surface
+        for item in surfaces:
+            if isinstance(item.form, Face):
+                item = replace(item, form=replace(item.form, rides=ride_of(stage, name)))
+            # one that shows all of a body has its name: its path begins like that of the surface
             whole = is_solid(item) and (solid or not own)
             yield replace(item, role="body", name=name, label=label, **named) if whole else item
         signs = [form for form in own if isinstance(form, Symbol)]
@@ -144,16 +144,24 @@ def _forms(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector],
         return
     if wires:
         return
-    top = _top(stage, name, body)
-    if top is not None:
-        yield top
+    drawer = _drawer(stage, name, body, places)
+    if drawer is not None:
+        yield drawer
+        return
+    driven = rocket(stage, name, body)
+    if driven is not None:
+        yield driven
+        return
+    cone = top(stage, name, body)
+    if cone is not None:
+        yield cone
         return
     apart = [place for place in places if not same(place, centre)]
     if is_bead_on_ring(stage, name):
         yield Symbol("bob", centre)
         return
     if not apart:
-        equal = _equal_form(stage, name, body)
+        equal = at_its_centre(stage, name, body)
         if equal is not None:
             yield equal
             return
@@ -161,22 +169,43 @@ def _forms(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector],
         yield Symbol("nut_body" if nut else _particle(stage, name, body), centre)
         return
     if len(places) == 1 or body.inertia is None:  # a rod from its places to its centre of mass
-        if body.inertia is None and body.com is not None and _moves(stage, body.com):  # a chain that runs on or off
+        if body.inertia is None and leads_on(stage, body):  # a chain that runs on or off
             yield Polyline((ZERO, vector(2.0 * np.array(centre))), chain=True)
             return
         sign = _particle(stage, name, body) if len(apart) < len(places) else "bob"
         if body.inertia is None:
             yield Symbol(sign, centre)
-        yield replace(link([*apart, centre]), thin=body.inertia is None and sign == "bob")
+            yield replace(link([*apart, centre]), thin=sign == "bob")
+        else:
+            yield from on_an_arm(stage, name, body, apart[0], whole=not _slides(stage, name))
         return
-    whole = body.com is None or _is_bar(stage, places, centre)
-    yield link(places if whole else [*places, centre])
+    held = places if body.com is None or _is_bar(stage, places, centre) else [*places, centre]
+    yield link(held if _slides(stage, name) else rod_beyond(stage, name, body, held))
 
 
-def _moves(stage: PlacedSystem, place: Point) -> bool:
-    """Return whether a place of a body depends on coordinates."""
-    own = {symbol(each.name) for each in stage.mechanism.coordinates}
-    return not own.isdisjoint(leaves(place, "symbol"))
+def _slides(stage: PlacedSystem, name: str) -> bool:
+    """Return whether a body is a part of what a slider lengthens."""
+    sliders = (joint for joint in stage.system.joints.values() if isinstance(joint, Prismatic))
+    return any(name in (stage.body(joint.parent), stage.body(joint.child)) for joint in sliders)
+
+
+def _drawer(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector]) -> Block | None:
+    """Return the box of what rubs in a slider along a length: as long as that, and wide enough for its places."""
+    joint = stage.carrying(name)
+    if not isinstance(joint, Prismatic) or body.inertia is not None or not moves_in_plane(stage.system):
+        return None
+    rubbing = [f for f in stage.system.forces.values() if isinstance(f, Friction)]
+    mine = [force for force in rubbing if stage.system.joints.get(force.joint) is joint]
+    lengths = [stage.number(force.length) for force in mine if force.length is not None]
+    place = stage.place(joint.child)
+    along, middle = np.array(stage.axis(place, joint.steps[0].slides[0])), np.array(place.point)
+    aside = np.cross(_Z, along)
+    half = _WIDER * max((abs(float(np.subtract(point, middle) @ aside)) for point in places), default=0.0)
+    if not lengths or not half:
+        return None
+    first, second, third = np.array([along, aside, _Z]).T
+    edges = (vector(first), vector(second), vector(third))
+    return Block(vector(middle), edges, (lengths[0], 2.0 * half, half))
 
 
 def _is_bar(stage: PlacedSystem, places: Sequence[Vector], centre: Vector) -> bool:
@@ -187,50 +216,6 @@ def _is_bar(stage: PlacedSystem, places: Sequence[Vector], centre: Vector) -> bo
     along, apart = last - first, np.array(centre) - first
     part = float(np.clip(apart @ along / float(along @ along), 0.0, 1.0))
     return float(np.linalg.norm(apart - part * along)) < _BESIDE * float(np.linalg.norm(along))
-
-
-def _top(stage: PlacedSystem, name: str, body: Body) -> ConeBody | None:
-    """Return the cone of a top: it stands on a point of its axis, about which it turns freely, and is no thin rod.
-
-    Its centre of mass is at three quarters of its height, its radius that of a cone with its moment about the axis.
-    """
-    joint, inertia, mass = stage.carrying(name), body.inertia, stage.number(mass_of(body).mass)
-    if joint is None or not isinstance(joint, Spherical) or not stage.is_ground(joint.parent) or inertia is None:
-        return None
-    xx, yy, zz, xy, xz, yz = (stage.number(node) for node in inertia)
-    moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    tip, centre = np.array(stage.place(joint.child).point), np.array(stage.centre(name))
-    height = float(np.linalg.norm(centre - tip))
-    if height == 0.0 or mass <= 0.0:
-        return None
-    axis = (centre - tip) / height
-    if float(stage.turned(stage.number_of(name), axis) @ stage.gravity) >= 0.0:  # it hangs
-        return None
-    about, across = float(axis @ moments @ axis), (float(np.trace(moments)) - float(axis @ moments @ axis)) / 2.0
-    round_ = np.allclose(moments, across * np.eye(3) + (about - across) * np.outer(axis, axis), atol=1e-9 * across)
-    if not round_ or about < _THIN * across:
-        return None
-    radius = float(np.clip(np.sqrt(10.0 / 3.0 * about / mass), 0.3 * height, 1.2 * height))
-    return ConeBody(vector(tip), vector(axis), radius, 4.0 / 3.0 * height)
-
-
-def _equal_form(stage: PlacedSystem, name: str, body: Body) -> Block | Disc | None:
-    """Return the box with the moments of a body that flies in space, the disc with that of one that spins there."""
-    joint, mass = stage.carrying(name), stage.number(mass_of(body).mass)
-    if joint is None or body.inertia is None or mass <= 0.0 or moves_in_plane(stage.system):
-        return None
-    moments = np.array([stage.number(node) for node in body.inertia[:3]])
-    centre, size = stage.centre(name), stage.lengths.get("size", 1.0)
-    if joint.kind == "free" and any(moments):
-        squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
-        largest = float(np.sqrt(max(squares)))
-        sizes = np.sqrt(np.maximum(squares, (_THINNEST * largest) ** 2))
-        return Block(centre, _UNIT, (float(sizes[0]), float(sizes[1]), float(sizes[2])))
-    if joint.kind == "revolute":
-        axis = stage.axis(stage.place(joint.child), joint.steps[0].turns[0])
-        radius = float(np.sqrt(2.0 * float(moments @ np.square(axis)) / mass))
-        return Disc(centre, axis, radius) if _THINNEST * size < radius < size else None
-    return None
 
 
 def _arms(form: Form, places: Sequence[Vector]) -> Iterator[Polyline]:
@@ -252,11 +237,12 @@ def _particle(stage: PlacedSystem, name: str, body: Body) -> str:
     if isinstance(joint, Prismatic) and is_led(stage, joint):
         return "bob"
     if isinstance(joint, Prismatic):
-        return "ring" if is_ring(stage, joint) else "bob" if is_ball(stage, name) else "block"
+        rides = {"wheels": "wagon", "belt": "belt"}.get(ride_of(stage, name), "block")
+        return "ring" if is_ring(stage, joint) else "bob" if is_ball(stage, name) else rides
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
     if isinstance(joint, Fixed) and stage.is_ground(joint.parent):
-        return "block"
+        return "block" if body.varying is None else "pile"
     for _, _, contact in copies(stage.system.contacts):  # what bounces without rubbing is a ball
         others = [end for end in contact.between if end != name]
         if name in contact.between and not bounces(contact) and any(_is_flat(stage, other) for other in others):

@@ -166,7 +166,8 @@ def anchor_behind(stage: PlacedSystem, element: Any) -> Anchor | None:
     ways = [float((at - place) @ axis) for place in own]
     on_line = [way for way, place in zip(ways, own, strict=True) if same(vector(at - way * axis), place)]
     before = [way for way in on_line if way > 0.01 * least]
-    return Anchor(joint.parent.body, vector(at - min([least, *(0.6 * way for way in before)]) * axis))
+    way = min(float(joint.way @ stage.turned(joint.parent.body, vector(axis))), 0.0)  # below what it carries
+    return Anchor(joint.parent.body, vector(at + (way - min([least, *(0.6 * way for way in before)])) * axis))
 
 
 # --- ropes ---------------------------------------------------------------------------------------------------------

@@ -183,12 +183,13 @@ class ConeBody(_Form):
 class Face(_Form):
     """A plane: a line (in space a sheet) with hatching on the side away from its normal.
 
-    Without `ends` it goes as far as the picture does.
+    Without `ends` it goes as far as the picture does. A body with it `rides` on wheels or is a belt, or does neither.
     """
 
     through: Vector
     normal: Vector
     ends: tuple[Vector, Vector] | None = None
+    rides: str = ""
     shows_body: ClassVar[bool] = True
     sized: ClassVar[bool] = False
     guides: ClassVar[bool] = True
@@ -208,6 +209,7 @@ class Rail(_Form):
     """What a slider runs along: a line through a place, seen from `reach[0]` to `reach[1]` (m) along its unit axis.
 
     A `light` one is the way of what hangs there, where a figure has no rail; a `bar` goes through what slides, a ring.
+    A `polar` one is the distance of a free particle, a dashed line.
     """
 
     at: Vector
@@ -215,6 +217,7 @@ class Rail(_Form):
     reach: tuple[float, float]
     light: bool = False
     bar: bool = False
+    polar: bool = False
     sized: ClassVar[bool] = False
     guides: ClassVar[bool] = True
 
@@ -329,11 +332,13 @@ Form = Axes | Bowl | Polyline | Disc | Sphere | Block | Barrel | ConeBody | Face
 
 # ----------------------------------------------------------------------------------------------------------------------
 
+BLOCKS: Final = ("block", "wagon", "belt", "rocket", "pile")
+"""The symbols of masses without a size that lie or hang as a block does."""
 GROUND: Final = -1
 """The body of what stands in the world; poses have it at their end."""
 Role = Literal[
     "body", "joint", "guide", "ground", "surface", "pulley", "gear", "contact", "mass centre", "frame", "point",
-    "limit", "force", "stop", "drum",
+    "limit", "force", "stop", "drum", "flow",
 ]
 Path = tuple[str, ...]
 

@@ -12,13 +12,14 @@ import numpy as np
 
 from multibody_sym.mechanics.motion import JointMotion, after_step
 from multibody_sym.mechanics.spanning_tree import coordinate_names, letters_of
-from multibody_sym.model.bodies import GROUND, SHAPES
+from multibody_sym.model.bodies import GROUND, SHAPES, mass_of
 from multibody_sym.model.constraints import Distance
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
 from multibody_sym.model.parameters import in_letters
+from multibody_sym.pictures.scene.flows import ride_of
 from multibody_sym.pictures.scene.items import (
     Anchor,
     AngleMark,
@@ -41,6 +42,7 @@ from multibody_sym.pictures.scene.letters import (
     asked_names,
     circle_of,
     curve_equation,
+    driven_by,
     given_motion,
     is_letter,
     is_titled,
@@ -145,6 +147,8 @@ def _hinge(joint: PlacedJoint) -> Iterator[Item]:
     body = joint.stage.body(joint.joint.child)
     if is_bead_on_ring(joint.stage, body):
         yield joint.item("joint", Symbol("bead", joint.stage.centre(body)), on_child=True)
+    elif counts_freely(joint.stage, body):
+        yield joint.item("joint", Symbol("origin", joint.parent.point))
     else:
         yield from _sign("pin", on_ground="pivot")(joint)
 
@@ -159,8 +163,15 @@ def _slider(joint: PlacedJoint) -> Iterator[Item]:
     """Yield the rail on the parent, and the block on the child."""
     axis = joint.on_parent(joint.slides[0])
     yield from _slide(joint, axis, joint.values)
-    light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
-    yield joint.sign_on_child("hanger" if light else "slider", joint.slides[0])
+    yield joint.sign_on_child("hanger" if _is_light(joint, axis) else "slider", joint.slides[0])
+
+
+def _is_light(joint: PlacedJoint, axis: Vector) -> bool:
+    """Return whether no rail is seen on which a body slides."""
+    stage, counted = joint.stage, counts_freely(joint.stage, joint.stage.body(joint.joint.child))
+    if ride_of(stage, stage.body(joint.joint.child)) == "belt":
+        return True
+    return counted or is_led(stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
 
 
 def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Iterator[Item]:
@@ -172,8 +183,10 @@ def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Itera
     if limits is not None:
         ends = [joint.stage.number(end) for end in (limits.lower, limits.upper) if end is not None]
         low, high = (min(ends), max(ends)) if len(ends) == 2 else (min(low, *ends), max(high, *ends))
-    light = is_led(joint.stage, joint.joint) or (joint.on_ground and _hangs(joint, axis))
-    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, is_ring(joint.stage, joint.joint)))
+    stage, light = joint.stage, _is_light(joint, axis)
+    carrier = stage.carrying(stage.body(joint.joint.parent))
+    polar = carrier is not None and carrier.kind == "revolute" and counts_freely(stage, stage.body(joint.joint.parent))
+    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, is_ring(stage, joint.joint), polar))
 
 
 def is_led(stage: PlacedSystem, joint: Joint) -> bool:
@@ -183,6 +196,8 @@ def is_led(stage: PlacedSystem, joint: Joint) -> bool:
     """
     if stage.is_ground(joint.parent):
         return False
+    if counts_freely(stage, stage.body(joint.parent)):
+        return True
     child, parent = stage.body(joint.child), stage.declared(stage.body(joint.parent))
     (name,) = (key for key, each in stage.system.joints.items() if each is joint)
     springs = (e for e in stage.system.forces.values() if isinstance(e, (SpringDamper, Damper)))
@@ -194,6 +209,31 @@ def is_led(stage: PlacedSystem, joint: Joint) -> bool:
     ends = [end for e in lines for end in (getattr(e, "path", None) or getattr(e, "between", None) or ())]
     carried = any(stage.body(end) == child for end in ends if end not in stage.system.pulleys)
     return parent.mass is None and bare and carried
+
+
+def counts_freely(stage: PlacedSystem, body: str) -> bool:
+    """Return whether a body is none, but a coordinate of a free particle, such as the angle beside its distance.
+
+    Without a mass it turns or slides freely on ground and carries a particle on a slider: it can hold that nowhere.
+    """
+    declared, joint = stage.declared(body), stage.carrying(body)
+    if joint is None or joint.kind not in ("revolute", "prismatic") or not stage.is_ground(joint.parent):
+        return False
+    if mass_of(declared).mass.shadow != 0 or declared.inertia is not None or declared.points or declared.surfaces:
+        return False
+    names = {name for name, each in stage.system.joints.items() if body in map(stage.body, (each.parent, each.child))}
+    (own,) = (name for name in names if stage.system.joints[name] is joint)
+    carried = [stage.system.joints[name] for name in names - {own}]
+    if len(carried) != 1 or not isinstance(carried[0], Prismatic) or stage.body(carried[0].parent) != body:
+        return False
+    child = stage.body(carried[0].child)
+    particle = stage.declared(child).inertia is None and stage.declared(child).shape is None
+    forces, lines = stage.system.forces.values(), stage.system.constraints.values()
+    held = [getattr(each, "joint", None) for each in (*forces, *lines)]
+    ropes = [end for each in (*forces, *lines) for end in (getattr(each, "path", None) or ())]
+    tied = {stage.body(end) for end in ropes if end not in stage.system.pulleys}
+    driven = any(driven_by(stage, name) is not None for name in names)
+    return particle and not driven and names.isdisjoint(held) and child not in tied
 
 
 def is_ring(stage: PlacedSystem, joint: Joint) -> bool:

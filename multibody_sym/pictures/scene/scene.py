@@ -26,6 +26,7 @@ from multibody_sym.pictures.scene.bodies import (
     marker_items,
     pulley_items,
 )
+from multibody_sym.pictures.scene.flows import flow_items
 from multibody_sym.pictures.scene.forces import (
     ArrowLaw,
     Runs,
@@ -183,6 +184,7 @@ def scene_of(system: System) -> Scene:
         *joint_items(stage),
         *force_items(stage),
         *contact_items(stage),
+        *flow_items(stage),
         *stop_items(stage, bodies, found),
         *marker_items(stage),
     )
