@@ -340,8 +340,8 @@ _DRIVEN: Final = 1e-9
 Values = dict[str, Value]
 
 
-def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFound, SolvedInstant]:
-    """Return what the impact of a system does, and the solved mechanism of it.
+def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFound, SolvedInstant, list[Blows]]:
+    """Return what the impact of a system does, the solved mechanism of it, and the impacts that follow each other.
 
     Raises InputError, NoSolutionError where nothing strikes or the laws have no solution, and RunError where they
     would make energy.
@@ -356,7 +356,7 @@ def impact_found(system: System, formalism: str | None = None) -> tuple[ImpactFo
             number="N108",
         )
     answer = _Answer(posed, struck, formalism)
-    return answer.told(), answer.solved
+    return answer.told(), answer.solved, answer.course.steps
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -15,8 +15,10 @@ from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
 from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Sentence, Worked, WorkedStep
+from multibody_sym.answers.worked.bodies import IMPULSES, BodyLines
+from multibody_sym.answers.worked.equations import Equations, NumberedEquation, in_sympy
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
-from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
+from multibody_sym.derivation.notation import Label, Notation, latex_name, notation_of, upright
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
     ClosedForms,
@@ -43,8 +45,9 @@ from multibody_sym.dynamics.start.number_checks import blame_numbers
 from multibody_sym.errors import ExpressionError, NoSolutionError, Where
 from multibody_sym.mechanics.impacts import after_impact, state_in_impact
 from multibody_sym.mechanics.law_elements import FrictionPart, JumpRow, LawElement, jump_leaf
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import Mechanism, Speed
 from multibody_sym.mechanics.motion import Motion, State, motion_of
+from multibody_sym.mechanics.references import in_plane
 from multibody_sym.mechanics.row_kinematics import RowMotion, friction_factors, row_motions
 from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.records import dataclass
@@ -54,6 +57,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import S
+from multibody_sym.text.printer import COMPONENTS
 from multibody_sym.text.values import Quantity, Value
 
 _CONTRADICTION: Final = 1e-8
@@ -220,12 +224,16 @@ class Needed:
 
 @dataclass(frozen=True)
 class Blows:
-    """One of several impacts: the elements that are `struck`, by name their `impulses`, and all speeds of opening."""
+    """One of several impacts: the elements that are `struck`, by name their `impulses`, and all speeds of opening.
+
+    `posed`: the mechanism of this impact, and its state in it, where formulas are led through several.
+    """
 
     struck: tuple[str, ...]
     impulses: Mapping[str, Node]
     before: Mapping[str, Node]
     after: Mapping[str, Node]
+    posed: tuple[Mechanism, State] | None = None
 
 
 @dataclass(frozen=True)
@@ -358,11 +366,16 @@ class ImpactFormulas:
         return self.mode.pushed(before, [book_form(x) for x in forms.udot]), [book_form(x) for x in forms.multipliers]
 
     def _note(
-        self, struck: tuple[str, ...], impulses: Sequence[Node], before: Mapping[str, Node], after: Mapping[str, Node]
+        self,
+        struck: tuple[str, ...],
+        impulses: Sequence[Node],
+        before: Mapping[str, Node],
+        after: Mapping[str, Node],
+        posed: tuple[Mechanism, State],
     ) -> None:
         normals = {x.name: x.normals[0].name for x in self.mode.blow.elements}
         speeds = [{name: each[row] for name, row in normals.items()} for each in (before, after)]
-        self.steps.append(Blows(struck, dict(zip(struck, impulses, strict=True)), speeds[0], speeds[1]))
+        self.steps.append(Blows(struck, dict(zip(struck, impulses, strict=True)), speeds[0], speeds[1], posed))
 
     def _along_plane(self, element: LawElement, before: Motion, pushed: Motion) -> dict[int, Node]:
         """Return the jumps of the mechanism's own rows, and the impulses of a contact whose slip changes on the way."""
@@ -404,8 +417,10 @@ class ImpactFormulas:
             wanted = {k: as_node(0) for k in range(own)}
             for k, (row, e) in enumerate(zip(rows, bounce, strict=True), own):
                 wanted[k] = as_node(-(1 + e) * speeds[row.name])
-            later, impulses = self._solved(blow.resting(rows), now, wanted)
-            self._note(step.struck, impulses[own:], speeds, _speeds(later))
+            resting = blow.resting(rows)
+            later, impulses = self._solved(resting, now, wanted)
+            posed = resting, state_in_impact(now.state, wanted)
+            self._note(step.struck, impulses[own:], speeds, _speeds(later), posed)
             now = later
         start, end = _speeds(before), _speeds(now)
         found = {k: as_node(x) for k, x in self.mode.own(before).items()}
@@ -423,11 +438,106 @@ def _speeds(motion: Motion) -> dict[str, Node]:
 
 _ROUNDING: Final = 1e-12
 _MOMENTUM: Final = "Impulse and momentum of what each speed moves, cut free: impulses in joints across it do not enter"
+_RELATIONS: Final = "Restitution, and what holds: jumps along each row"
 
 
-def worked_impact(solved: SolvedInstant, found: ImpactFound) -> Worked:
-    """Return the steps; without formulas what is known in numbers."""
-    work = _Work(solved, found)
+@dataclass(frozen=True, eq=False)
+class _Balance:
+    """Impulse and momentum of the bodies cut free in one impact of a `mechanism`, at its state in impact."""
+
+    solved: SolvedInstant
+    mechanism: Mechanism
+    state: State
+    is_alone: bool
+
+    @cached_property
+    def equations(self) -> Equations:
+        """The equations, in which accelerations are jumps and forces impulses. Raises NoClosedFormError."""
+        given = replace(self.solved.symbolic, state=self.state)
+        return Equations(self.mechanism, given, plane=in_plane(self.solved.system))
+
+    @cached_property
+    def told(self) -> BodyLines:
+        """How they are written."""
+        plain = notation_of(self.mechanism, self.equations.symbols, labels=letters_of(self.solved.system))
+        return BodyLines(self.equations, plain, IMPULSES)
+
+    @cached_property
+    def _letters(self) -> dict[Any, tuple[Any, Label]]:
+        """The symbols of jumps and impulses, D(u) and p, in the place of those of accelerations and forces."""
+        mechanism, symbols, found = self.mechanism, self.equations.symbols, dict[Any, Label]()
+        rows = [row.name.removesuffix(".normal") for row in mechanism.rows]
+        for s, name in zip(symbols.multipliers, rows, strict=True):
+            found[s] = Label("p", "p") if len(rows) == 1 and self.is_alone else _impulse_label(name)
+        for k, body in enumerate(mechanism.bodies):
+            own = zip(self.equations.actions.reaction_symbols(k), COMPONENTS, strict=True)
+            found.update((s, _impulse_label(f"{body.joint_name}.{component}")) for s, component in own)
+        for each in self.equations.actions.further:
+            found[each.symbol] = _impulse_label(each.element)
+        letters = {s: (sympy.Symbol(f"impulse {label.text}"), label) for s, label in found.items()}
+        jumps = zip(jump_symbols(mechanism), map(_jump_label, mechanism.speeds), strict=True)
+        return {**letters, **dict(zip(symbols.accelerations, jumps, strict=True))}
+
+    @property
+    def notation(self) -> Notation:
+        """How the symbols of the steps are spelt."""
+        plain = self.told.notation
+        spelling = {**plain.spelling, **dict(self._letters.values())}
+        places = {own: plain.places[s] for s, (own, _) in self._letters.items() if s in plain.places}
+        return replace(plain, spelling=spelling, places={**plain.places, **places})
+
+    def steps(self, number: str = "") -> Iterator[WorkedStep]:
+        """Yield the bodies cut free, restitution, and the elimination. Raises NoClosedFormError."""
+        equations, told = self.equations, self.told
+        if equations.reason:
+            raise NoClosedFormError(equations.reason)
+        eliminated = [line for step in equations.elimination.steps for line in told.found(step, in_sympy)]
+        jumps = [s for s in equations.symbols.accelerations if s in equations.elimination.results]
+        known = {line.sides for line in eliminated}
+        results = ((s, in_sympy(equations.exactly, equations.elimination.results[s])) for s in jumps)
+        eliminated += [Formula(sides, before=("so",)) for sides in results if sides not in known]
+        for body in equations.cut.bodies:
+            yield self._step(f"{body.name}, cut free{number}: impulse and momentum", told.body(body))
+        ruled = [*map(_with_positive_side, equations.relations), *equations.laws, *equations.cut.free]
+        yield self._step(f"{_RELATIONS}{number}", map(told.formula, ruled))
+        yield self._step(f"Elimination{number}", eliminated)
+
+    def _step(self, title: str, lines: Iterable[Line]) -> WorkedStep:
+        """Return a step in the letters of an impact."""
+        letters = {s: own for s, (own, _) in self._letters.items()}
+
+        def spelt(x: Any) -> Any:
+            return x.xreplace(letters) if isinstance(x, sympy.Basic) else x
+
+        told = (
+            replace(line, sides=tuple(map(spelt, line.sides)))
+            if isinstance(line, Formula)
+            else Sentence(tuple(map(spelt, line.words)))
+            for line in lines
+        )
+        return WorkedStep(title, tuple(told))
+
+
+def _with_positive_side(e: NumberedEquation) -> NumberedEquation:
+    return e.changed(lambda form: form.times(-1)) if e.right.rest.sample < 0 else e
+
+
+def jump_symbols(mechanism: Mechanism) -> list[Any]:
+    """Return the symbols of the jumps of speeds."""
+    return [sympy.Symbol(f"D_{speed.name}") for speed in mechanism.speeds]
+
+
+def _jump_label(speed: Speed) -> Label:
+    return Label(f"D({speed.name})", rf"\Delta {latex_name(speed.name)}")
+
+
+def _impulse_label(name: str) -> Label:
+    return Label(f"p({name})", f"p_{{{upright(name.replace('_', ' '))}}}")
+
+
+def worked_impact(solved: SolvedInstant, found: ImpactFound, blows: Sequence[Blows]) -> Worked:
+    """Return the steps, of impacts in turn those of each; without formulas what is known in numbers."""
+    work = _Work(solved, found, [each.posed for each in blows if each.posed is not None])
     try:
         steps = work.steps()
     except (NoClosedFormError, ExpressionError) as reason:
@@ -438,12 +548,16 @@ def worked_impact(solved: SolvedInstant, found: ImpactFound) -> Worked:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
+    """`posed`: the mechanism and state of each of several impacts."""
+
     solved: SolvedInstant
     found: ImpactFound
+    posed: Sequence[tuple[Mechanism, State]]
+    told: list[Notation] = field(default_factory=list)
 
     @cached_property
     def jumps(self) -> list[Any]:
-        return [sympy.Symbol(f"D_{speed.name}") for speed in self.solved.mechanism.speeds]
+        return jump_symbols(self.solved.mechanism)
 
     @cached_property
     def impulses(self) -> list[Any]:
@@ -452,9 +566,7 @@ class _Work:
 
     @cached_property
     def _called(self) -> dict[Any, Label]:
-        found = {}
-        for s, speed in zip(self.jumps, self.solved.mechanism.speeds, strict=True):
-            found[s] = Label(f"D({speed.name})", rf"\Delta {latex_name(speed.name)}")
+        found = dict(zip(self.jumps, map(_jump_label, self.solved.mechanism.speeds), strict=True))
         alone = len(self.impulses) == 1
         for s, row in zip(self.impulses, self.solved.mechanism.rows, strict=True):
             told = row.name.removesuffix(".normal")
@@ -468,7 +580,10 @@ class _Work:
         names = [n.data for n in named if isinstance(n.data, str)]
         plain = {sympy.Symbol(name): Label(name, latex_name(book.get(name, name))) for name in names}
         spelling = {**plain, **self._called}
-        return Notation(spelling, {s: (0, k) for k, s in enumerate(spelling)})
+        places = {s: (0, k) for k, s in enumerate(spelling)}
+        for each in self.told:
+            spelling, places = {**each.spelling, **spelling}, {**each.places, **places}
+        return Notation(spelling, places)
 
     def shown(self, nodes: Sequence[Node]) -> list[Any]:
         """Return expressions in book form."""
@@ -484,17 +599,32 @@ class _Work:
     # --- steps ----------------------------------------------------------------------------------------------------
 
     def steps(self) -> tuple[WorkedStep, ...]:
+        try:
+            every = [self.given(), *(step for part in self._balances for step in part), *self.results()]
+            return tuple(step for step in every if step.lines)
+        except NoClosedFormError:
+            return (self.given(), *self._by_speeds(), *self.results())
+
+    @cached_property
+    def _balances(self) -> list[list[WorkedStep]]:
+        """The equations of each impact, one after the other. Raises NoClosedFormError."""
+        every = self.posed or [(self.solved.mechanism, self.solved.nodes.motion.state)]
+        one = len(every) == 1
+        balances = [_Balance(self.solved, *posed, one) for posed in every]
+        found = [[*each.steps("" if one else f", impact {k}")] for k, each in enumerate(balances, 1)]
+        self.told.extend(each.notation for each in balances)
+        return found
+
+    def _by_speeds(self) -> Iterator[WorkedStep]:
+        """Yield what each speed moves cut free, where the equations of all bodies are not written out."""
         matrix, right = linear_equations(self.solved.nodes.motion)
         count = len(self.jumps)
         momentum = [self._equation(k, matrix[k], right[k], ()) for k in range(count)]
         names = [row.name for row in self.solved.mechanism.rows]
-        ruled: list[Line] = [
-            self._equation(k, matrix[k], right[k], (names[k - count],)) for k in range(count, len(matrix))
-        ]
-        told: list[WorkedStep] = [self.given(), WorkedStep(_MOMENTUM, tuple(momentum))]
-        if ruled:
-            told.append(WorkedStep("Restitution, and what holds: jumps along each row", tuple(ruled)))
-        return (*told, *self.results())
+        yield WorkedStep(_MOMENTUM, tuple(momentum))
+        if len(matrix) > count:
+            ruled = (self._equation(k, matrix[k], right[k], (names[k - count],)) for k in range(count, len(matrix)))
+            yield WorkedStep(_RELATIONS, tuple(ruled))
 
     def _equation(self, tag: int, row: Sequence[Node], right: Node, before: tuple[str, ...]) -> Formula:
         """Return one equation, jumps on its left, impulses on its right."""
@@ -531,6 +661,8 @@ class _Work:
         lost = [self._told(("energy lost",), (), self.found.energy_lost)]
         steps = [("Elimination: impulses", impulses), ("Result", [*jumps, *after, *lost])]
         steps.append(("Impulses in joints", list(self._joints())))
+        if self.told:  # the elimination has the impulses, and the jumps
+            steps = [("Result", [*after, *lost]), steps[-1]]
         found = [WorkedStep(title, tuple(lines)) for title, lines in steps if lines]
         limits = self.found.limits
         conditions = [Sentence((f"{x}, else {limits[x]}" if limits.get(x) else x,)) for x in self.found.conditions]
@@ -557,6 +689,7 @@ class _Work:
         if value.value is None:
             return Sentence((*before, " is not unique"))
         known = () if value.expression is None else (self._sympy(value.expression),)
+        known = () if sides and known and known[0].is_number else known
         told = Quantity(value.value, value.unit)
         if not (sides or known):
             return Sentence((*before, " = ", told))

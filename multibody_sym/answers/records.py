@@ -68,6 +68,11 @@ class Worked:
     notation: Notation
     values: Mapping[Any, float] = field(default_factory=dict)
 
+    def followed_by(self, later: Worked) -> Worked:
+        """Return the steps with those of the motion that follows, less what is given there."""
+        steps = (replace(step, is_later=True) for step in later.steps if step.title not in ("Given", "State"))
+        return replace(self, steps=(*self.steps, *steps), notation=self.notation.joined(later.notation))
+
     @property
     def formulas(self) -> tuple[Formula, ...]:
         """All lines of mathematics about the start."""

@@ -31,6 +31,7 @@ from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 if TYPE_CHECKING:
+    from multibody_sym.answers.ask.ask import Answers
     from multibody_sym.answers.ask.working import WorkedAnswer
 
 
@@ -91,7 +92,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     """
     from multibody_sym.answers.impact import answers_after, impact_found, system_after  # which few systems need
 
-    found, solved = impact_found(system, formalism)
+    found, solved, blows = impact_found(system, formalism)
     answers, remarks = answers_after(solved), list[str]()
     at_impact, later = list(answers), None
     if len(answers) < len(system.ask):
@@ -112,15 +113,16 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
         from multibody_sym.answers.ask.working import WorkedAnswer, Working
         from multibody_sym.answers.impact_solution import worked_impact
         from multibody_sym.answers.worked.questions import with_questions
+        from multibody_sym.answers.worked.worked import worked_steps
         from multibody_sym.derivation.notation import symbols_of
 
-        worked_out = worked_impact(solved, found)
+        worked_out = worked_impact(solved, found, blows)
         own = ((name, system.ask[name].value) for name in at_impact)
         asked = {name: WorkedAnswer(text(x), Working(), x) for name, x in own if x is not None}
         worked_out = with_questions(worked_out, solved.mechanism, symbols_of(solved.mechanism), answers, asked)
         if later is not None:
-            symbols = symbols_of(later.mechanism)
-            worked_out = with_questions(worked_out, later.mechanism, symbols, answers, about_motion.worked)
+            moved = replace(solution_of(later, about_motion)[0], answers=answers)
+            worked_out = worked_out.followed_by(worked_steps(later, moved, about_motion.worked))
     mechanism, begin = solved.mechanism, solved.begin
     return Solution(
         name=mechanism.name,
@@ -142,8 +144,10 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     )
 
 
-def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
-    """Return what holds at a start that was solved, and how the answers to questions are found."""
+def solution_of(
+    solved: SolvedInstant, answered: Answers | None = None
+) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
+    """Return what holds at a start that was solved, and how the answers to questions are found, or were `answered`."""
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)
     units = {name: measures.accelerations[speed.name] for name, speed in zip(names, resolved.speeds, strict=True)}
@@ -151,7 +155,7 @@ def solution_of(solved: SolvedInstant) -> tuple[Solution, Mapping[str, WorkedAns
         accelerations = with_letters(solved, lambda instant: dict(zip(names, instant.udot, strict=True)), units)
     reactions = {} if solved.needs_no_forces else reactions_of(solved)
     withheld = {} if solved.needs_no_forces else resolved.withheld
-    answers, remarks, asked = _answers(solved)
+    answers, remarks, asked = answered or _answers(solved)
     valid, state = validity(solved, reactions), state_found(solved)
     places = {place_of(row)[0]: row for row in resolved.rows}
     kinds: dict[str, RowKind] = {name: row.multiplier for name, row in places.items() if name in reactions}

@@ -193,7 +193,7 @@ class _Chain:
                     asked = self.system.ask.get(name)
                     title = step.title if asked is None else f"{name}: {question_of(asked).words()}"
                     step = replace(step, title=title, lines=lines, is_later=True)
-                if name not in ends:
+                if name not in ends and step.lines:
                     steps.append(step)
             if number <= len(self.system.then):
                 moved = [name for name in ends if _rounded(self._found[number - 1][1].answers[name]).value]

@@ -187,6 +187,10 @@ class Notation:
     spelling: Mapping[Any, Label]
     places: Mapping[Any, tuple[int, int]]
 
+    def joined(self, other: Notation) -> Notation:
+        """Return this notation with the symbols of another one that it has not."""
+        return replace(self, spelling={**other.spelling, **self.spelling}, places={**other.places, **self.places})
+
     def text(self, expression: Any) -> str:
         """Return a label, an expression or a matrix as one line of text."""
         return expression.text if isinstance(expression, Label) else self._text.shown(expression)

@@ -9,8 +9,8 @@ import pytest
 from test_worked_steps import steps, verify
 
 import multibody_sym as mbs
+from multibody_sym.answers.worked.alternatives import Refuted, refuted_assumptions
 from multibody_sym.answers.worked.equations import Equations, in_sympy
-from multibody_sym.answers.worked.worked import Refuted, refuted_assumptions
 from multibody_sym.derivation.symbolic_start import declared_state
 from multibody_sym.documents.document import worked_document, write_document
 from multibody_sym.dynamics.start.number_checks import check_numbers

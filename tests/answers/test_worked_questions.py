@@ -75,6 +75,7 @@ def test_a_throw_is_integrated_and_its_moment_put_in(wall: mbs.Solution) -> None
         "y'' = -g",
         "integrated from the start: y = v*t*sin(a) - g*t^2/2",
         "at the moment: g*t^2/2 - v*t*sin(a) = 0",
+        "this factor vanishes: g*t - 2*v*sin(a) = 0",
         "so: t = 2*v*sin(a)/g",
         "range = 2*v^2*sin(a)*cos(a)/g",
     ]
@@ -110,15 +111,13 @@ def test_bodies_are_cut_free_in_motion_where_forces_differ_from_those_at_the_sta
         ask={"first": {"y": -1}},
     )
     dropped, thrown = (mbs.solve(fall, initial={"u_y": u}, steps=True) for u in (0, 3))
-    title = "man, cut free in motion"
+    title = "man, cut free"
     assert line_texts(dropped, title)[1] == "k*y'^2: force air, up"
     assert line_texts(dropped, title)[-1] == "along y: m*y'' = k*y'^2 - m*g"
     assert line_texts(thrown, title)[-1] == "along y: m*y'' = -k*y'^2 - m*g"
-    lines = line_texts(loop, "ball, cut free in motion")
-    assert lines[-2] == "up: m*R*phi''*sin(phi) + m*R*phi'^2*cos(phi) = R_string_y - m*g"
-    assert loop.steps is not None
     unasked = mbs.solve(replace(fall, ask={}), steps=True)
-    assert line_texts(unasked, title) == line_texts(dropped, title)
+    assert line_texts(unasked, f"{title} in motion") == line_texts(dropped, title)
+    assert loop.steps is not None
     tags = [line.tag for step in loop.steps.steps for line in step.lines if isinstance(line, Formula) and line.tag]
     assert tags == [*range(1, len(tags) + 1)]
     assert not [title for title in later_steps(slide) if "in motion" in title]

@@ -12,6 +12,7 @@
     varied                     answers as functions of a parameter or start value
     kinematics                 velocity and acceleration of a point, instantaneous centre of a body, from body to body
     find                       `find` .. `so`: the value for which an equation holds
+    solving                    an equation solved for a letter line by line: factors, squares, tangents
     best                       `find` .. `least`, `greatest`: the value for which an answer is so
     expansions                 `limit`, `series`: formulas near a place
     from_runs                  numbers of a motion from simulations

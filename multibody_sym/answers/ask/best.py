@@ -15,6 +15,7 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError
 from multibody_sym.algebra.roots import angles_of_one_wave
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
+from multibody_sym.answers.ask.solving import solving_lines
 from multibody_sym.answers.ask.varied import OutOfTimeError, Patience, VariedAnswer, roots_near
 from multibody_sym.answers.ask.working import Working, equation, written
 from multibody_sym.answers.instant.letters import put_in
@@ -312,6 +313,11 @@ class _Search:
         if best.slope is not None:
             slope = min(best.slope, *self._forms(best.slope), key=lambda node: len(text(node)))
             yield equation(slope, ZERO, f"the derivative by {name} vanishes")
+            if best.place.expression is not None:
+                solved = self.varied.solved
+                known = solved.symbolic.letters, solved.sample
+                yield from solving_lines(slope, symbol(name), best.place.expression, *known)
+                yield equation(symbol(name), best.place.expression, "so")
             yield from self._curvature(best.slope, best.place)
         for end, value in best.others.items():
             compared = "" if best.is_end else f", which is {'less' if self.question.is_greatest else 'greater'}"

@@ -20,6 +20,7 @@ from multibody_sym.answers.ask.extremes import (
     zeros,
 )
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
+from multibody_sym.answers.ask.solving import solving_lines
 from multibody_sym.answers.ask.varied import (
     VARIED,
     OutOfTimeError,
@@ -194,6 +195,9 @@ class ValueSearch:
         sides = [put_in(side, formulas) for side in (self.equation.left, self.equation.right)]
         if len(formulas) == len(self.varied.known) and not leaves(sides, "quantity"):
             yield equation(sides[0], sides[1], "with the formulas put in")
+            if value.expression is not None:
+                known = self.solved.symbolic.letters, self.solved.sample
+                yield from solving_lines(subtract(*sides), symbol(self.name), value.expression, *known)
         how = "solved for" if value.expression is not None else "solved in numbers for"
         yield Sentence((f"{how} {self.name}",))
 

@@ -22,6 +22,7 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import InTime, least_conditions
 from multibody_sym.answers.ask.named_answers import Anywhere
+from multibody_sym.answers.ask.solving import solving_lines
 from multibody_sym.answers.ask.working import equation, other_times
 from multibody_sym.answers.instant.instant import AGREEMENT
 from multibody_sym.answers.instant.letters import TIME, put_in
@@ -144,7 +145,8 @@ class MotionFormulas:
                 so = equation(self.variable, root, "so")
                 if len(text(zero)) > _PLAIN:
                     zero = min(zero, book_form(with_whole_angles(vanishing)), key=lambda x: len(text(x)))
-                self.places[:] = equation(*(sides or (zero, ZERO)), where), so, *other_times(at, others)
+                between = solving_lines(zero, self.variable, root, solved.symbolic.letters, solved.sample)
+                self.places[:] = equation(*(sides or (zero, ZERO)), where), *between, so, *other_times(at, others)
                 return root
         raise NoClosedFormError(f"the moment is a root of no known kind in {self.variable.data}")
 

@@ -359,9 +359,6 @@ class ValueWhenQuestion(_LaterValueQuestion):
 # `ask: {period_of: phi}`: the period of a coordinate in the motion from the start, whatever its amplitude.
 
 
-_BY_RUN: Final = Sentence(("found by a run",))
-
-
 @dataclass(frozen=True)
 class PeriodQuestion(NumberQuestion):
     """The period of a coordinate."""
@@ -397,18 +394,23 @@ class PeriodQuestion(NumberQuestion):
         harmonic = self._formula(motion.solved, found.value or 0.0)
         swing = ToAndFro.of(motion.solved, self.coordinate) if harmonic is None else None
         formula = harmonic if swing is None else swing.confirmed(TIME, found.value or 0.0)
-        if swing is not None and formula is not None:
-            working.steps.append(lambda: swing.lines(TIME))
-        else:
-            working.steps.append(lambda: self._lines(motion.solved, by_formula=harmonic is not None))
+        told = replace(found, unit="s")
+        working.steps.append(lambda: self._lines(motion.solved, numbers, told, swing, by_formula=harmonic is not None))
         working.notes.extend(numbers.accuracy if formula is None else ())
         return replace(motion.with_formula(found, formula), unit="s")
 
-    def _lines(self, solved: SolvedInstant, *, by_formula: bool) -> Iterator[Line]:
-        """Yield q'' = A q + c, which swings with omega^2 = -A; nothing but that a run shows it for other equations."""
+    def _lines(
+        self, solved: SolvedInstant, numbers: RunNumbers, found: Value, swing: ToAndFro | None, *, by_formula: bool
+    ) -> Iterator[Line]:
+        """Yield q'' = A q + c, which swings with omega^2 = -A; for other equations the energy integral, or the run."""
+        if swing is not None:
+            yield from swing.lines(TIME)
+            if found.error:
+                yield Sentence((f"by quadrature, to {found.error:.0e} s",))
+            return
         there = anywhere(solved, solved.begin.q, solved.begin.u) if by_formula else None
         if there is None:
-            yield _BY_RUN
+            yield from numbers.lines(found, found.value or 0.0)
             return
         k = [c.name for c in solved.mechanism.coordinates].index(self.coordinate)
         moved = there.forms.udot[k]
@@ -476,7 +478,7 @@ class AdvanceQuestion(NumberQuestion):
         if swing is not None and formula is not None:
             working.steps.append(lambda: swing.lines(symbol(self.coordinate)))
         else:
-            working.steps.append(lambda: [_BY_RUN])
+            working.steps.append(lambda: numbers.lines(replace(found, unit=self.unit(motion)), found.t or 0.0))
         return replace(motion.with_formula(found, formula), unit=self.unit(motion))
 
 

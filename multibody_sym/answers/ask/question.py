@@ -24,7 +24,7 @@ from multibody_sym.answers.ask.later_formulas import MotionFormulas
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
 from multibody_sym.answers.ask.named_answers import anywhere
 from multibody_sym.answers.ask.uniform_motion import UniformMotion, uniform_motion
-from multibody_sym.answers.ask.working import Working
+from multibody_sym.answers.ask.working import AT_START, BY_RUN, Working
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.records import Line, Sentence
@@ -33,6 +33,7 @@ from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import STRIKES, Moment, StateCondition, moment_text
 from multibody_sym.model.system import System
+from multibody_sym.motion.methods.table import SUMMARIES
 from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
@@ -256,6 +257,23 @@ class RunNumbers:
         change = abs(number - coarse)
         return change if abs(number) <= change else self.motion.part_of_coarser * change
 
+    def lines(self, found: Value, time: float) -> Iterator[Line]:
+        """Yield how an answer was found, to which a run until a time leads: method, tolerance, checks."""
+        run = self.motion.until(time)
+        method = run.problem.method.name
+        yield BY_RUN
+        how = f"by {method} ({SUMMARIES[method]}), relative tolerance {self.motion.rtol:g}, until t = "
+        yield Sentence((how, Quantity(time, "s")))
+        energy = run.energy
+        largest = float(np.abs(energy).max(initial=0.0))
+        change = float(np.abs(energy - energy[0]).max(initial=0.0))
+        if largest > 0.0 and change <= _KEPT * largest and not run.changes:
+            kept = Quantity(float(energy[0]), "J")
+            yield Sentence(("check: the total energy of ", kept, f" changes by {change:.0e} J"))
+        if found.error:
+            known = f"by runs with other tolerances the answer is known to {found.error:.0e} {found.unit}"
+            yield Sentence((known.strip(),))
+
     def time(self, moment: Moment, asked: Node | None = None) -> float:
         """Return the time of a moment, at which a value may be `asked`. Raises NeverError where it does not come."""
         time = self.motion.moment(moment, asked)
@@ -295,6 +313,8 @@ class RunNumbers:
 
 _BESIDE: Final = 0.9
 """The part of the time to a moment at which a state is regular in which the motion may turn there."""
+_KEPT: Final = 1e-7
+"""The part of its largest size by which an energy that is kept changes in a run."""
 _STANDS: Final = 1e-7
 """The part of its largest value below which a speed is zero."""
 _CONFIRMED: Final = 1e-8
@@ -365,7 +385,7 @@ class AskedMotion:
         working.notes.extend(numbers.notes)
         formula = self._formula(question, found, time, working)
         if formula is None:
-            working.steps.append(lambda: [Sentence(("found by a run, at t = ", Quantity(time, "s")))])
+            working.steps.append(lambda: numbers.lines(replace(found, unit=question.unit(self)), time))
         return self.with_formula(found, formula)
 
     def with_formula(self, number: Value, formula: Node | None) -> Value:
@@ -380,7 +400,7 @@ class AskedMotion:
         if number.value is None or question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
-            working.steps.append(lambda: [Sentence(("at the start",))])
+            working.steps.append(lambda: [AT_START])
             return self.solved.values(self.solved.asked(asked), {})[""].expression
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
         for course in self._courses(time):

@@ -78,6 +78,11 @@ def direction_text(along: Point) -> str:
     return f"({', '.join(map(text, along))})"
 
 
+AT_START: Final = Sentence(("at the start",))
+"""Says that an extreme is that at the start."""
+BY_RUN: Final = Sentence(("the equations of motion are integrated numerically from the start",))
+"""Begins the lines of an answer that runs alone have."""
+
 OMEGA: Final = symbol("omega")
 IMAGINARY: Final = symbol("i")
 ZETA: Final = symbol("zeta")

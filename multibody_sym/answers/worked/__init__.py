@@ -1,7 +1,8 @@
 """Worked steps: balances of bodies, elimination, states that contradict themselves.
 
-    worked          the steps of a solved instant in order; "Other assumption": directions and sticking that lead to
-                    contradictions
+    worked          the steps of a solved instant, and the equations of motion, where questions use them
+    bodies          bodies cut free as lines; how their equations are eliminated
+    alternatives    "Other assumption": directions and sticking that lead to contradictions
     actions         what acts on each body that is cut free: weight, forces, unknown reactions
     equations       all equations, numbered, and eliminated by hand
     members         bodies at rest on which two or three forces act

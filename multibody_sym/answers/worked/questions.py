@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 from typing import Any, Final
@@ -28,8 +28,9 @@ def with_questions(
     answers: Mapping[str, Value],
     asked: Mapping[str, WorkedAnswer],
     undefined: Collection[str] = (),
+    lines: Mapping[str, Sequence[Line]] | None = None,
 ) -> Worked:
-    """Return a solution's steps with one more for each question that has an answer.
+    """Return a solution's steps with one more for each question that has an answer; `lines`: those of its working.
 
     A formula that names a letter that steps leave `undefined` is left out, as the lines before it say the same.
     """
@@ -37,9 +38,10 @@ def with_questions(
     for name, each in asked.items():
         found = {part: answers[f"{name}{part}"] for part in each.parts if f"{name}{part}" in answers}
         if found:
-            lines = [*spelt.lines(name, each, found)]
-            steps.append(WorkedStep(f"{name}: {each.asked}", tuple(_less_repeated(lines, before)), is_later=True))
-            before[name] = lines
+            worked_out = each.working.lines() if lines is None else lines[name]
+            told = [*spelt.lines(name, each, found, worked_out)]
+            steps.append(WorkedStep(f"{name}: {each.asked}", tuple(_less_repeated(told, before)), is_later=True))
+            before[name] = told
     spelling = {**worked.notation.spelling, **spelt.spelling}
     notation = replace(worked.notation, spelling=spelling, places={**spelt.places, **worked.notation.places})
     return replace(worked, steps=(*worked.steps, *steps), notation=notation)
@@ -93,9 +95,11 @@ class _Spelling:
         self.spelling[made] = Label(name, latex)
         return made
 
-    def lines(self, name: str, asked: WorkedAnswer, answers: Mapping[str, Value]) -> Iterator[Line]:
-        """Yield the lines of a question, and its answers by the ends of their names."""
-        lines = [self._line(line) for line in asked.working.lines()]
+    def lines(
+        self, name: str, asked: WorkedAnswer, answers: Mapping[str, Value], worked: Sequence[Line]
+    ) -> Iterator[Line]:
+        """Yield the lines of a question that is `worked` out, and its answers by the ends of their names."""
+        lines = list(map(self._line, worked))
         for end, answer in answers.items():
             if answer.value is None and answer.expression is None:
                 yield from lines

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
 
 import sympy
 
-from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.ask.working import WorkedAnswer
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.ask.working import AT_START, BY_RUN, WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
 from multibody_sym.answers.records import (
@@ -20,28 +21,22 @@ from multibody_sym.answers.records import (
     Line,
     Sentence,
     Solution,
-    Words,
     Worked,
     WorkedStep,
 )
-from multibody_sym.answers.worked.actions import Action, gripping_ratio, is_grip
+from multibody_sym.answers.worked.actions import gripping_ratio
+from multibody_sym.answers.worked.alternatives import rejected_alternatives
+from multibody_sym.answers.worked.bodies import FORCES, BodyLines, safely
 from multibody_sym.answers.worked.equations import (
-    BodyForce,
     EliminationStep,
     Equations,
-    FreeBody,
     HandElimination,
     LinearForm,
-    NumberedEquation,
-    accelerations_left,
-    in_number,
     in_sympy,
-    linear,
-    short,
 )
 from multibody_sym.answers.worked.members import members
 from multibody_sym.answers.worked.questions import with_questions
-from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
+from multibody_sym.derivation.free_bodies import MOMENT, force_letters
 from multibody_sym.derivation.notation import (
     MULTIPLIER,
     NAME,
@@ -55,22 +50,16 @@ from multibody_sym.derivation.notation import (
 from multibody_sym.derivation.symbolic_start import SymbolicState, any_state
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.law_elements import STICKS, FrictionPart, LawElement
 from multibody_sym.mechanics.mechanism import Mechanism, Source, TreeBody
-from multibody_sym.mechanics.modes import in_mode, is_direction
+from multibody_sym.mechanics.modes import is_direction
 from multibody_sym.mechanics.motion import state_of
 from multibody_sym.mechanics.references import in_plane
-from multibody_sym.mechanics.row_kinematics import coefficients, row_motion
-from multibody_sym.mechanics.row_records import TurningRow
 from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
-from multibody_sym.records import dataclass
-from multibody_sym.scalars import limits
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
-from multibody_sym.scalars.vectors import apply, negate
 from multibody_sym.text.printer import COMPONENTS, text
 from multibody_sym.text.units import DIMENSIONLESS
 from multibody_sym.text.values import Quantity, Value
@@ -178,53 +167,93 @@ class ByLetters:
 # ----------------------------------------------------------------------------------------------------------------------
 
 _NOT_UNIQUE: Final = 1e-8
-_WORDS: Final = {
-    "weight": "weight",
-    "load": "force",
-    "flow": "reactive force of what leaves or joins",
-    "spring": "pull of",
-    "reaction": "reaction of joint",
-    "counter": "reaction of joint",
-    "row": "force of",
-    "friction": "friction at",
-    "T": "tension of",
-    "S": "force of rod",
-    "N": "normal force at",
-    "F": "friction at",
-    "M": "friction at",
-}
+_LONGEST_SIDE: Final = 240
+"""Letters of a side of an equation in motion that is still read."""
+_OF_FORCES: Final = frozenset(("reaction", "tension", "multiplier", "power", "acceleration", "angular_acceleration"))
+"""Functions whose values follow from forces and accelerations."""
+
+
+def _names_forces(nodes: Iterable[Node]) -> bool:
+    """Return whether expressions name a force or an acceleration."""
+    named = leaves(list(nodes), "quantity"), leaves(list(nodes), "symbol")
+    return any(x.data[0] in _OF_FORCES or "'" in x.data[0] for x in named[0]) or any(
+        str(x.data).endswith("''") for x in named[1]
+    )
+
+
+def _is_of_start(asked: WorkedAnswer, lines: Sequence[Line]) -> bool:
+    """Return whether a question is about forces or accelerations at the start."""
+    if AT_START in lines:
+        return True
+    if asked.at_start is None:
+        return not asked.is_later and not asked.is_of_small_motion
+    return _names_forces([asked.at_start])
+
+
+def _is_of_motion(lines: Sequence[Line]) -> bool:
+    """Return whether lines need the equations of motion, as those of a theorem do not."""
+    formulas = [x for line in lines if isinstance(line, Formula) for x in line.sides]
+    words = [x for line in lines if isinstance(line, Sentence) for x in line.words if isinstance(x, Node)]
+    return BY_RUN in lines or _names_forces([*formulas, *words])
 
 
 def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, WorkedAnswer]) -> Worked:
     """Return the steps of a solution, and those by which questions that are `asked` are answered.
 
-    Where coefficients grow too long in symbols, numbers stand in their place. Where expressions have no value at the
-    exact start, such as a quotient 0/0, the steps end with the given values.
+    The forces at the start are found where nothing is asked, or something about them; the equations of motion where
+    lines of questions use them. Where coefficients grow too long in symbols, numbers stand in their place. Where
+    expressions have no value at the exact start, such as a quotient 0/0, the steps end with the given values.
     """
-    found, symbols, hides = None, symbols_of(solved.mechanism), False
-    if asked and not solved.mechanism.one_way and all(each.is_of_small_motion for each in asked.values()):
-        found = _steps_of_small_motion(solved, solution)
+    lines = {name: each.working.lines() for name, each in asked.items()}
+    of_motion = not solution.at_rest and any(map(_is_of_motion, lines.values()))
+    needs_start = solution.at_rest or solved.needs_no_forces or not asked
+    found = None
+    if not needs_start and not any(_is_of_start(each, lines[name]) for name, each in asked.items()):
+        found, symbols = _steps_of_motion(solved, solution) if of_motion else _steps_without_forces(solved, solution)
     if found is None:
         found, symbols, hides = _steps_at_start(solved, solution)
-        if not solution.at_rest and (hides or any(each.is_later for each in asked.values())):
+        if not solution.at_rest and (hides or of_motion):
             found = _with_motion(solved, solution, found) or found
     if not asked:
         return found
     assembled = {coordinate.name for coordinate in solved.mechanism.coordinates}
     undefined = set(solution.where) - assembled if solved.needs_no_forces else ()
-    return with_questions(found, solved.mechanism, symbols, solution.answers, asked, undefined)
+    return with_questions(found, solved.mechanism, symbols, solution.answers, asked, undefined, lines)
 
 
 _ON_ITS_WAY: Final = 0.02
 """m, rad, and their rates: how far a moment after the start is from it, more than samples of letters are aside."""
 
 
-def _steps_of_small_motion(solved: SolvedInstant, solution: Solution) -> Worked | None:
-    """Return what is given, and the bodies cut free in motion; None where these have no formulas."""
-    found = _with_motion(solved, solution, _given_alone(solved)[0])
-    if found is None or not solution.conditions:
-        return found
-    return replace(found, steps=(*found.steps, WorkedStep("Conditions", tuple(_condition_lines(solution)))))
+def _steps_without_forces(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
+    """Return what is given, the state and its conditions: for answers by theorems, as of energy, alone."""
+    steps = WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)), _conditions(solution)
+    return _given_alone(solved, *(step for step in steps if step.lines))
+
+
+def _steps_of_motion(solved: SolvedInstant, solution: Solution) -> tuple[Worked | None, Symbols]:
+    """Return what is given, the state, and the equations of motion; None where these have no formulas."""
+    given, symbols = _given_alone(solved)
+    moving = _in_motion(solved, solution)
+    if moving is None:
+        return None, symbols
+    steps = [
+        *given.steps,
+        WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)),
+        *moving.steps_in_motion(),
+        _conditions(solution),
+    ]
+    notation = moving.notation
+    with suppress(NoClosedFormError, ExpressionError):
+        if solved.mechanism.one_way and solved.mechanism.mode is not None:
+            start = _Work(solved, solution)
+            steps += rejected_alternatives(start.equations, start.notation, start.units)
+            notation = start.notation.joined(notation)
+    return replace(given, steps=tuple(step for step in steps if step.lines), notation=notation), moving.symbols
+
+
+def _conditions(solution: Solution) -> WorkedStep:
+    return WorkedStep("Conditions", tuple(_condition_lines(solution)))
 
 
 def _condition_lines(solution: Solution) -> Iterator[Line]:
@@ -234,11 +263,8 @@ def _condition_lines(solution: Solution) -> Iterator[Line]:
         yield Sentence((f"{condition} (else {broken})" if broken else condition,))
 
 
-def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked | None:
-    """Return steps with the bodies cut free soon after the start, where they differ from those at the start.
-
-    None where these have no formulas.
-    """
+def _in_motion(solved: SolvedInstant, solution: Solution) -> _Work | None:
+    """Return what the equations of motion are made from, soon after the start; None where these have no formulas."""
     mechanism, begin = solved.mechanism, solved.begin
     if mechanism.rates or any(body.quaternions for body in mechanism.bodies):
         return None
@@ -248,17 +274,24 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Wo
         q[k] = q[k] or math.copysign(_ON_ITS_WAY, u[rate]) * bool(u[rate])
     given = any_state(mechanism, replace(begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:
-        moving = _Work(solved, solution, given=given)
-        in_motion = moving.steps_in_motion()
+        return _Work(solved, solution, given=given)
     except (NoClosedFormError, ExpressionError):
         return None
-    spelling, places = moving.notation.spelling, moving.notation.places
-    notation = replace(
-        found.notation,
-        spelling={**spelling, **found.notation.spelling},
-        places={**places, **found.notation.places},
-    )
-    known = replace(found, notation=notation)
+
+
+def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked | None:
+    """Return steps with the equations of motion, where these differ from those at the start.
+
+    None where these have no formulas.
+    """
+    moving = _in_motion(solved, solution)
+    if moving is None:
+        return None
+    try:
+        in_motion = moving.steps_in_motion(" in motion")
+    except (NoClosedFormError, ExpressionError):
+        return None
+    known = replace(found, notation=found.notation.joined(moving.notation))
     return replace(known, steps=(*found.steps, *_other_steps(in_motion, known)))
 
 
@@ -305,7 +338,10 @@ def _given_alone(solved: SolvedInstant, *more: WorkedStep) -> tuple[Worked, Symb
     symbols = symbols_of(solved.mechanism)
     steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), *more
     notation = notation_of(solved.mechanism, symbols, labels=letters_of(solved.system))
-    return Worked(solved.mechanism.name, steps, notation), symbols
+    begin = solved.begin
+    groups = (symbols.parameters, begin.parameters), (symbols.coordinates, begin.q), (symbols.speeds, begin.u)
+    values = {s: float(x) for made, given in groups for s, x in zip(made, given, strict=True)}
+    return Worked(solved.mechanism.name, steps, notation, values), symbols
 
 
 class _Work:
@@ -325,16 +361,6 @@ class _Work:
         self.unknowns = self.equations.unknowns
 
     @cached_property
-    def _lettered(self) -> dict[Any, str]:
-        """The forces whose letter tells what they are, with it."""
-        rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
-        guides = (body for body in enumerate(self.mechanism.bodies))
-        normal = {self._own(k)[across] for k, body in guides if (across := guide_normal(body)) is not None}
-        found = {s: letter for s, row in rows if (letter := row_letter(row, self.mechanism))}
-        found |= dict.fromkeys(normal, NORMAL)
-        return found | {each.symbol: each.letter for each in self.actions.further}
-
-    @cached_property
     def _by_letters(self) -> ByLetters | None:
         """What gives the accelerations in letters; None where they are eliminated, or letters too long as well."""
         found = self.solved.lettered.found if self.reason else None
@@ -350,6 +376,11 @@ class _Work:
         if self._by_letters is not None:
             spelling, places = {**self._by_letters.spelling, **spelling}, {**places, **self._by_letters.places}
         return replace(plain, spelling=spelling, places={**plain.places, **places})
+
+    @cached_property
+    def told(self) -> BodyLines:
+        """How bodies cut free are written."""
+        return BodyLines(self.equations, self.notation, FORCES)
 
     @cached_property
     def _directions(self) -> dict[Any, Label]:
@@ -399,7 +430,8 @@ class _Work:
         return self.actions.reaction_symbols(index)
 
     @cached_property
-    def _units(self) -> dict[Any, str]:
+    def units(self) -> dict[Any, str]:
+        """The units of accelerations and forces."""
         told = MechanismUnits(self.mechanism)
         named = zip(self.symbols.accelerations, self.mechanism.speeds, strict=True)
         found = {s: told.accelerations[speed.name] for s, speed in named}
@@ -417,15 +449,15 @@ class _Work:
         steps = [
             WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
             WorkedStep("State", tuple(Sentence((line,)) for line in (*self._resting(), *self.solution.found))),
-            *(WorkedStep(f"{body.name}, cut free", tuple(self._body(body))) for body in self.cut.bodies),
-            WorkedStep("Free directions of joints", tuple(self._formula(e) for e in self.cut.free)),
-            WorkedStep("Relations between accelerations", tuple(self._formula(e) for e in self.equations.relations)),
-            WorkedStep("Laws of forces", (*map(self._formula, self.equations.laws), *self._lengths(), *self._grips())),
+            *(WorkedStep(f"{body.name}, cut free", tuple(self.told.body(body))) for body in self.cut.bodies),
+            WorkedStep("Free directions of joints", tuple(self.told.formula(e) for e in self.cut.free)),
+            WorkedStep("Relations between accelerations", tuple(map(self.told.formula, self.equations.relations))),
+            WorkedStep("Laws of forces", tuple(self._laws())),
             WorkedStep("Elimination", tuple(self._elimination())),
             WorkedStep("Result", tuple(self._result())),
             WorkedStep("Members", (*self._members(), *self._bodies_at_rest())),
-            WorkedStep("Conditions", tuple(_condition_lines(self.solution))),
-            *rejected_alternatives(self.equations, self.notation, self._units),
+            _conditions(self.solution),
+            *rejected_alternatives(self.equations, self.notation, self.units),
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
         return found, self.symbols
@@ -447,7 +479,7 @@ class _Work:
                 yield Sentence((f"{name}: a zero-force member",))
                 continue
             sign, word = (1, "tension") if self.values[s] > 0.0 else (-1, "compression")
-            form = sympy.S.Zero if self.reason else sign * self._safely(self.elimination.results[s])
+            form = sympy.S.Zero if self.reason else sign * safely(self.exactly, self.elimination.results[s])
             if form.is_number:
                 yield Sentence((f"{name}: {word} ", Quantity(size, "N")))
             else:
@@ -482,15 +514,74 @@ class _Work:
         acting = (action for actions in self.actions.of_body for action in actions)
         return any(action.kind in ("load", "spring") and action.element not in shown for action in acting)
 
-    def steps_in_motion(self) -> list[WorkedStep]:
-        """Return the bodies cut free, and what gives their forces."""
-        equations = self.equations
+    def steps_in_motion(self, beside: str = "") -> list[WorkedStep]:
+        """Return the bodies cut free, what gives their forces, and how the accelerations follow.
+
+        `beside`: the words in titles that tell them from those at the start. Raises NoClosedFormError.
+        """
+        equations, elimination = self.equations, self._eliminated_in_motion()
+        if elimination:
+            used = [e for e in equations.all if any(step.equation is e for step in elimination)]
+            for number, e in enumerate(used, 1):
+                e.tag = number
+        else:
+            used = equations.all
         steps = [
-            *(WorkedStep(f"{body.name}, cut free in motion", tuple(self._body(body))) for body in self.cut.bodies),
-            WorkedStep("Relations between accelerations in motion", tuple(map(self._formula, equations.relations))),
-            WorkedStep("Laws of forces in motion", tuple(map(self._formula, equations.laws))),
+            *(
+                WorkedStep(f"{body.name}, cut free{beside}", tuple(self.told.body(body, used)))
+                for body in self.cut.bodies
+                if any(e in used for e in body.equations)
+            ),
+            *(
+                WorkedStep(f"{title}{beside}", tuple(self.told.formula(e) for e in every if e in used))
+                for title, every in (
+                    ("Free directions of joints", self.cut.free),
+                    ("Relations between accelerations", equations.relations),
+                    ("Laws of forces", equations.laws),
+                )
+            ),
+            WorkedStep(f"Equations of motion{beside}", tuple(self._motion_lines(elimination))),
         ]
         return [replace(step, is_later=True) for step in steps if step.lines]
+
+    def _eliminated_in_motion(self) -> list[EliminationStep]:
+        """Return the steps of elimination that lead to accelerations; none where these are too long to be read."""
+        by = {step.unknown: step for step in self.elimination.steps}
+        moving = [x for x in self.symbols.accelerations if x in by]
+        if self.reason or self.elimination.unsolved(moving):
+            return []
+        needed, waiting = set[Any](), list(moving)
+        while waiting:
+            x = waiting.pop()
+            if x not in needed:
+                needed.add(x)
+                waiting += [y for y in by[x].equation.form.terms if y in by]
+        found = [step for step in self.elimination.steps if step.unknown in needed]
+        try:
+            lines = [line for step in found for line in self.told.found(step, in_sympy)]
+        except NoClosedFormError:
+            return []
+        sides = (side for line in lines for side in line.sides)
+        return found if all(len(self.notation.text(side)) <= _LONGEST_SIDE for side in sides) else []
+
+    def _motion_lines(self, elimination: Sequence[EliminationStep]) -> Iterator[Line]:
+        """Yield how accelerations follow, each in the end from coordinates and speeds alone."""
+        said = {e.sides(self.exactly) for e in self.equations.all}
+        for step in elimination:
+            for line in self.told.found(step, in_sympy):
+                if line.sides not in said:
+                    yield line
+                said.add(line.sides)
+        for step in elimination:
+            if step.unknown in self.symbols.accelerations and step.value.terms:
+                result = in_sympy(self.exactly, self.elimination.results[step.unknown])
+                if len(self.notation.text(result)) <= _LONGEST_SIDE:
+                    yield Formula((step.unknown, result), before=("so",))
+
+    def _laws(self) -> Iterator[Line]:
+        yield from map(self.told.formula, self.equations.laws)
+        yield from self._lengths()
+        yield from self._grips()
 
     def _lengths(self) -> Iterator[Line]:
         """Yield the laws of friction that the length of a vector presses."""
@@ -517,70 +608,6 @@ class _Work:
             else:
                 yield Formula((greater, less * ratio), relation="<=", before=(begin,))
 
-    def _formula(self, e: NumberedEquation) -> Formula:
-        return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
-
-    def _body(self, body: FreeBody) -> Iterator[Line]:
-        told = {x for e in body.equations for x in (*e.left.terms, *e.right.terms)}
-        for force in body.forces:
-            s = force.action.symbol
-            known = self.cut.known.get(s)
-            if s is None or s in told or (known is not None and not known.vanishes):
-                yield from self._force(force)
-        if not body.equations:
-            yield Sentence(("neither inertia nor forces: nothing to be written",))
-        for e in body.equations:
-            yield self._formula(e)
-
-    def _force(self, force: BodyForce) -> Iterator[Line]:
-        """Yield what acts: its size, what it is, and its direction."""
-        s, action = force.action.symbol, force.action
-        turns = all(x.is_zero for x in force.vector)
-        size, direction = self.words.turning(force.moment) if turns else self.words.of(force.vector)
-        if s is None and direction[0] == "along ":
-            yield Sentence((*direction[1:], ": ", self._named(action)))
-            return
-        known = self.cut.known.get(s)
-        if known is not None:
-            yield Sentence(tuple(self._driven(force, known)))
-            return
-        shown_size = self.exactly.written(size)
-        words = self._short(direction, action)
-        yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
-
-    def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Any]:
-        """Yield in words what acts along a free direction of a joint: friction by its letter, or what drives."""
-        turns = all(x.is_zero for x in force.vector)
-        (s, factor), *others = *known.terms.items(), (None, known.rest)
-        rubs = s in self.actions.told and not others[1:] and others[0][1].is_zero
-        sign = -1 if rubs and factor.sample < 0 else 1
-        vector = [x * sign for x in (force.moment if turns else force.vector)]
-        size, direction = self.words.turning(vector) if turns else self.words.of(vector)
-        yield self._safely(known) * self.exactly.written(size) * sign
-        named = f"{self._acting(s)} {self.actions.told[s]}" if rubs else f"drive of joint {force.action.element}"
-        yield f": {named}, "
-        yield from self._short(direction, force.action)
-
-    def _acting(self, s: Any) -> str:
-        letter = self._lettered.get(s, "")
-        letter = self.notation.text(s)[:1] if s in self._lettered else ""
-        return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
-
-    def _named(self, action: Action) -> str:
-        """Return what acts in words."""
-        of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
-        letter = self._lettered[action.symbol] if of_symbol else ""
-        word = _WORDS.get(letter, _WORDS[action.kind])
-        return f"{word} {action.element}".strip()
-
-    def _short(self, direction: Words, action: Action) -> Words:
-        """Return a direction, that of a joint's axis by its name where its components are long."""
-        if action.symbol not in self.symbols.reactions:
-            return short(direction, ("along its line",))
-        axis = "xyz"[self.symbols.reactions.index(action.symbol) % 3]
-        way = "along" if action.kind == "reaction" else "against"
-        return short(direction, (f"{way} {axis} of {action.element}",))
-
     def _elimination(self) -> Iterator[Line]:
         if self.reason:
             count, kind = (
@@ -592,7 +619,7 @@ class _Work:
             yield from self._by_each_other()
             return
         for found in self.elimination.steps:
-            yield from self._found(found)
+            yield from self.told.found(found, safely)
 
     def _by_each_other(self) -> Iterator[Line]:
         """Yield what gives the accelerations in letters, else by those that are left, as relations alone give them."""
@@ -612,33 +639,14 @@ class _Work:
         if not self.exactly.numbers:
             yield from (Formula(sides, before=("from relations alone",)) for sides in told)
 
-    def _found(self, found: EliminationStep) -> Iterator[Line]:
-        value = self._safely(found.value)
-        if found.equation.kind == "law" and found.becomes is None:
-            return
-        if found.becomes is not None:
-            changed = accelerations_left(found.becomes, self.symbols.accelerations)
-            if len(changed.form.terms) > 1 or any(x in self.symbols.accelerations for x in changed.form.terms):
-                sides = self._safely(changed.left), self._safely(changed.right)
-                yield Formula(sides, before=(f"({found.equation.tag}) becomes",))
-        yield Formula((found.unknown, value), before=(f"from ({found.equation.tag})",))
-
-    def _safely(self, form: LinearForm) -> Any:
-        """Return a linear form in sympy, with numbers where its coefficients are too long to be read."""
-        try:
-            return in_sympy(self.exactly, form)
-        except NoClosedFormError:
-            parts = [in_number(a) * x for x, a in form.terms.items()]
-            return sympy.Add(in_number(form.rest), *parts)
-
     def _result(self) -> Iterator[Line]:
         unsolved = self._unsolved()
         for x in self.unknowns:
             if x in unsolved:
                 continue
-            sides = (x,) if self.reason else (x, self._safely(self.elimination.results[x]))
+            sides = (x,) if self.reason else (x, safely(self.exactly, self.elimination.results[x]))
             vanishes = sides[-1] == 0 or abs(self.values[x]) <= self._rounding
-            value = Quantity(0.0 if vanishes else self.values[x], self._units.get(x, ""))
+            value = Quantity(0.0 if vanishes else self.values[x], self.units.get(x, ""))
             plain = len(sides) == 2 and sides[1].is_number
             yield Formula(sides[:1] if plain else sides, value=value)
         if open_ := [x for x in self.unknowns if x in unsolved]:
@@ -673,220 +681,3 @@ def _with_speeds(solved: SolvedInstant) -> SymbolicState:
 
 def _value(form: LinearForm, values: Mapping[Any, float]) -> float:
     return float(form.rest.sample) + sum(float(a.sample) * values[x] for x, a in form.terms.items())
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# The test of a state: other directions of sliding, and sticking, are assumed and lead to contradictions.
-
-
-_MOST: Final = 4
-_STILL: Final = 1e-12
-
-
-@dataclass(frozen=True)
-class RestingFriction:
-    """Friction of an element that is active, along one row."""
-
-    element: LawElement
-    friction: FrictionPart
-
-
-@dataclass(frozen=True)
-class Refuted:
-    """An assumption, the `slips` by part, its `equations`, and what contradicts it where one `part` rubs.
-
-    What slides would have the tangential acceleration `left` (over accelerations) = `value`, against the assumption.
-    What sticks would need the friction `value`, more than its `limit`; on a rope that grips it would be the greater
-    tension `left`, more than the less one allows.
-    """
-
-    slips: Mapping[str, int]
-    part: RestingFriction
-    equations: Equations
-    left: LinearForm
-    value: Quotient
-    limit: Quotient | None = None
-
-
-def parts_at_rest(equations: Equations) -> list[RestingFriction]:
-    """Return the friction parts in the plane that are pressed and do not slide yet."""
-    mode, motion, found = equations.mechanism.mode, equations.actions.motion, []
-    for element in equations.mechanism.one_way if mode is not None else ():
-        if mode is None or (element.unilateral and not mode.acts(element)):
-            continue
-        for part in (part for part in element.frictions if len(part.rows) == 1 and not part.enough):
-            speed = row_motion(part.rows[0], motion, equations.actions.bias).phidot
-            if abs(float(equations.exactly.quotients([speed])[0].sample)) <= _STILL:
-                found.append(RestingFriction(element, part))
-    return found
-
-
-def refuted_assumptions(equations: Equations) -> Iterator[Refuted]:
-    """Yield other assumptions about friction that starts from rest, each with what contradicts it.
-
-    All that slides slides back, or sticks; what sticks slides. Where all that sticks leaves forces open, one part does.
-    """
-    mode = equations.mechanism.mode
-    if mode is None:
-        return
-    parts = parts_at_rest(equations)
-    slips = {part.friction.name: mode.slip(part.friction) for part in parts}
-    sliding = {name: slip for name, slip in slips.items() if slip != STICKS}
-    if sliding:
-        back = {name: -slip for name, slip in sliding.items()}
-        stuck = [dict.fromkeys(sliding, STICKS), *({name: STICKS} for name in sliding)]
-        assumptions = [[back], stuck]
-    else:
-        assumptions = [[{name: slip}] for name in slips for slip in (1, -1)][:_MOST]
-    for tried in assumptions:
-        found = (_contradiction(equations, parts, assumed) for assumed in tried)
-        first = next((each for each in found if each is not None), None)
-        if first is not None:
-            yield first
-
-
-def _contradiction(equations: Equations, parts: list[RestingFriction], slips: Mapping[str, int]) -> Refuted | None:
-    """Return what contradicts an assumption; None where nothing does, or no closed form tells."""
-    mechanism, state = equations.mechanism, equations.given.state
-    assert mechanism.mode is not None
-    added = {row.name for element in mechanism.one_way for row in element.rows}
-    bare = replace(mechanism, rows=tuple(row for row in mechanism.rows if row.name not in added), mode=None, held=())
-    assumed = in_mode(bare, replace(mechanism.mode, slips={**mechanism.mode.slips, **slips}))
-    # parameters that this mode has besides are zero
-    parameters = [state.slots.get(slot("parameters", k), ZERO) for k in range(len(assumed.parameters))]
-    start = state_of(assumed, Node, ZERO, list(state.q), list(state.u), parameters)
-    try:
-        other = Equations(assumed, replace(equations.given, state=start), plane=equations.words.plane)
-        if other.reason:
-            return None
-        for part in (part for part in parts if part.friction.name in slips):
-            sticks = slips[part.friction.name] == STICKS
-            found = _too_much(other, part, slips) if sticks else _wrong_way(other, part, slips)
-            if found is not None:
-                return found
-    except NoClosedFormError:
-        pass
-    return None
-
-
-def _wrong_way(other: Equations, part: RestingFriction, slips: Mapping[str, int]) -> Refuted | None:
-    """Return how a part that was assumed to slide contradicts that: it begins to move the other way."""
-    moved = row_motion(part.friction.rows[0], other.actions.motion, other.actions.bias)
-    *factors, gamma = other.exactly.quotients([*moved.jacobian, moved.gamma])
-    rate = linear(zip(other.symbols.accelerations, factors, strict=True), -gamma)
-    left = rate.times(2 if is_grip(part.friction) else 1)
-    value = other.result(left)
-    return Refuted(slips, part, other, left, value) if float(value.sample) * slips[part.friction.name] < 0 else None
-
-
-def _too_much(other: Equations, part: RestingFriction, slips: Mapping[str, int]) -> Refuted | None:
-    """Return how a part that was assumed to stick contradicts that: it needs too much friction."""
-    if is_grip(part.friction):
-        (ratio,) = other.exactly.quotients([gripping_ratio(part.friction, other.actions.motion)])
-        greater, less = other.grip(part.friction.rows[0].name)
-        size, limit = other.result(greater), other.result(less) * ratio
-        return Refuted(slips, part, other, greater, size, limit) if size.sample > limit.sample else None
-    names = [row.name for row in other.mechanism.rows]
-    friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
-    normals = [other.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
-    static = coefficients(other.actions.motion, part.friction.rows, [part.friction.static])
-    (coefficient,) = other.exactly.quotients(static)
-    left = LinearForm({friction: other.exactly.constant(1)}, coefficient * 0)
-    value, forces = other.result(left), [other.result(normal) for normal in normals]
-    limit = limits.most(coefficient, limits.pressing(forces, [1 if force.sample >= 0 else -1 for force in forces]))
-    size = value if value.sample >= 0 else -value
-    return Refuted(slips, part, other, left, size, limit) if size.sample > limit.sample else None
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Assumptions that are rejected, as lines: what is assumed, what follows from it, and why that cannot be.
-
-
-def rejected_alternatives(equations: Equations, notation: Notation, units: Mapping[Any, str]) -> Iterator[WorkedStep]:
-    """Yield the steps that reject other assumptions about friction."""
-    told = _Rejected(equations, notation, units)
-    if equations.reason:
-        return
-    for number, found in enumerate(refuted_assumptions(equations), 1):
-        yield WorkedStep(f"Other assumption {number}", tuple(told.lines(found)))
-
-
-class _Rejected:
-    """The letters in which rejected assumptions are printed: those of the state that holds."""
-
-    def __init__(self, equations: Equations, notation: Notation, units: Mapping[Any, str]) -> None:
-        self.equations, self.notation, self.units = equations, notation, units
-        self.parts = {part.friction.name: part for part in parts_at_rest(equations)}
-
-    def lines(self, found: Refuted) -> Iterator[Line]:
-        """Yield what is assumed, what follows, and the contradiction."""
-        if found.limit is None:
-            ways = (f"{name} slides {self._way(self.parts[name], slip)}" for name, slip in found.slips.items())
-            yield Sentence((f"Assume that {' and '.join(ways)}, and friction acts against that. Then",))
-            unit = min((self.units.get(x, "") for x in found.left.terms), key=lambda unit: (unit != "m/s^2", unit))
-            yield self._formula(found, in_sympy(found.equations.exactly, found.left), found.value, unit)
-            sign = ">" if found.slips[found.part.friction.name] > 0 else "<"
-            yield Sentence((f"and not {sign} 0, as was assumed: a contradiction.",))
-            return
-        needed, most, unit = self._needed(found)
-        yield Sentence((f"Assume that {' and '.join(found.slips)} stick{'s' if len(found.slips) == 1 else ''}. Then",))
-        yield self._formula(found, needed, found.value, unit)
-        yield Sentence(("is needed, and no more is there than",))
-        yield self._formula(found, most, found.limit, unit)
-        yield Sentence(("a contradiction.",))
-
-    def _formula(self, found: Refuted, left: Any, value: Quotient, unit: str) -> Formula:
-        number = Quantity(float(value.sample), unit)
-        try:
-            written = found.equations.exactly.written(value)
-        except NoClosedFormError:
-            return Formula((left,), value=number, assumed=True)
-        return Formula((left,) if written.is_number else (left, written), value=number, assumed=True)
-
-    def _needed(self, found: Refuted) -> tuple[Any, Any, str]:
-        """Return what would be needed to stick, the most that it can be, and their unit."""
-        part = found.part.friction
-        if not is_grip(part):
-            friction, most = self._symbols(found.part)
-            return sympy.Abs(friction), most, self.units.get(friction, "")
-        (grip,) = (each for each in self.equations.actions.grips if each.slip == part.rows[0].name)
-        (other,) = (each for each in found.equations.actions.grips if each.slip == part.rows[0].name)
-        forward = other.before in found.left.terms
-        greater, less = (grip.before, grip.behind) if forward else (grip.behind, grip.before)
-        (ratio,) = self.equations.exactly.quotients([gripping_ratio(part, self.equations.actions.motion)])
-        return greater, less * self.equations.exactly.written(ratio), self.units.get(greater, "")
-
-    def _symbols(self, part: RestingFriction) -> tuple[Any, Any]:
-        """Return the letter of a part's friction, and the most that it can be, in the letters of the state."""
-        equations = self.equations
-        names = [row.name for row in equations.mechanism.rows]
-        row = part.friction.rows[0].name
-        further = [each.symbol for each in equations.actions.further if each.element == part.friction.name]
-        friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
-        static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
-        (coefficient,) = equations.exactly.quotients(static)
-        normals = [equations.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
-        forces = [in_sympy(equations.exactly, normal) for normal in normals]
-        N = limits.pressing(forces, [int(part.element.unilateral)] * len(forces))
-        return friction, limits.most(equations.exactly.written(coefficient), N)
-
-    def _way(self, part: RestingFriction, slip: int) -> str:
-        """Return where the first of two bodies slides to, or how a joint's coordinate changes."""
-        row, equations = part.friction.rows[0], self.equations
-        moved = row_motion(row, equations.actions.motion, equations.actions.bias)
-        if row.surfaces is None:
-            moving = [k for k, x in enumerate(moved.jacobian) if as_node(x) is not ZERO]
-            if len(moving) > 1:
-                return "forward" if slip > 0 else "backward"
-            mechanism, (speed,) = equations.mechanism, moving
-            pairs = (pair for body in mechanism.bodies for pair in body.rate_pairs)
-            rates = (mechanism.coordinates[q].name for q, u in pairs if u == speed)
-            return f"so that {next(rates, mechanism.speeds[speed].name)} {'grows' if slip > 0 else 'falls'}"
-        if isinstance(row, TurningRow):
-            return "forward" if slip > 0 else "backward"
-        first, second = (skin.place.body for skin in row.surfaces)
-        index, sign = (first, slip) if first >= 0 else (second, -slip)
-        world = apply(equations.actions.motion.rotation(index), moved.of_body[index][0])
-        vector = equations.exactly.quotients(world if sign > 0 else negate(world))
-        words = equations.words.of(vector)[1]
-        return "".join(word if isinstance(word, str) else self.notation.text(word) for word in words)

@@ -1,0 +1,195 @@
+"""Bodies cut free as lines: what acts on each, its equations, and how these are eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Any, Final
+
+import sympy
+
+from multibody_sym.algebra.quotients import NoClosedFormError
+from multibody_sym.answers.records import Formula, Line, Sentence, Words
+from multibody_sym.answers.worked.actions import Action, Actions
+from multibody_sym.answers.worked.equations import (
+    BodyForce,
+    CutBodies,
+    Directions,
+    EliminationStep,
+    Equations,
+    Exactly,
+    FreeBody,
+    LinearForm,
+    NumberedEquation,
+    accelerations_left,
+    in_number,
+    in_sympy,
+    short,
+)
+from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, guide_normal, row_letter
+from multibody_sym.derivation.notation import Notation, Symbols
+from multibody_sym.mechanics.load_records import JointForce, JointPotential, JointSpring
+from multibody_sym.records import dataclass
+
+FORCES: Final[Mapping[str, str]] = {
+    "force": "force of",
+    "moment": "moment of",
+    "weight": "weight",
+    "load": "force",
+    "flow": "reactive force of what leaves or joins",
+    "spring": "pull of",
+    "reaction": "reaction of joint",
+    "counter": "reaction of joint",
+    "row": "force of",
+    "friction": "friction at",
+    "T": "tension of",
+    "S": "force of rod",
+    "N": "normal force at",
+    "F": "friction at",
+    "M": "friction at",
+}
+IMPULSES: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("weight", "load", "flow", "spring"), "impulse"),
+    **dict.fromkeys(("reaction", "counter"), "impulse of joint"),
+    **dict.fromkeys(("row", "T", "S", "N", "force", "moment"), "impulse of"),
+    **dict.fromkeys(("friction", "F", "M"), "impulse of friction at"),
+}
+"""How the kinds of actions, and forces with a letter, are called; in impacts."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyLines:
+    """How bodies cut free are written; `words`: how actions are called."""
+
+    equations: Equations
+    notation: Notation
+    words: Mapping[str, str]
+
+    @property
+    def symbols(self) -> Symbols:
+        """The symbols of the unknowns."""
+        return self.equations.symbols
+
+    @property
+    def exactly(self) -> Exactly:
+        """What writes coefficients."""
+        return self.equations.exactly
+
+    @property
+    def _actions(self) -> Actions:
+        return self.equations.actions
+
+    @property
+    def _directions(self) -> Directions:
+        return self.equations.words
+
+    @property
+    def _cut(self) -> CutBodies:
+        return self.equations.cut
+
+    @cached_property
+    def _driving(self) -> dict[str, list[str]]:
+        """The names of the springs and forces in each joint."""
+        found: dict[str, list[str]] = {}
+        for load in self.equations.mechanism.loads:
+            if isinstance(load, (JointSpring, JointForce, JointPotential)):
+                found.setdefault(load.joint, []).append(load.name)
+        return found
+
+    @cached_property
+    def _lettered(self) -> dict[Any, str]:
+        """The forces whose letter tells what they are, with it."""
+        rows = zip(self.symbols.multipliers, self.equations.mechanism.rows, strict=True)
+        guides = (body for body in enumerate(self.equations.mechanism.bodies))
+        normals = ((k, across) for k, body in guides if (across := guide_normal(body)) is not None)
+        found = {s: letter for s, row in rows if (letter := row_letter(row, self.equations.mechanism))}
+        found |= {self._actions.reaction_symbols(k)[across]: NORMAL for k, across in normals}
+        return found | {each.symbol: each.letter for each in self._actions.further}
+
+    def formula(self, e: NumberedEquation) -> Formula:
+        """Return an equation with its number."""
+        return Formula(e.sides(self.exactly), tag=e.tag, before=tuple(e.about))
+
+    def body(self, body: FreeBody, used: Sequence[NumberedEquation] | None = None) -> Iterator[Line]:
+        """Yield what acts on a body and its equations, those alone that are `used` where this is given."""
+        told = {x for e in body.equations for x in (*e.left.terms, *e.right.terms)}
+        for force in body.forces:
+            s = force.action.symbol
+            known = self._cut.known.get(s)
+            if s is None or s in told or (known is not None and not known.vanishes):
+                yield from self._force(force)
+        if not body.equations:
+            yield Sentence(("neither inertia nor forces: nothing to be written",))
+        for e in body.equations if used is None else (e for e in body.equations if e in used):
+            yield self.formula(e)
+
+    def _force(self, force: BodyForce) -> Iterator[Line]:
+        """Yield what acts: its size, what it is, and its direction."""
+        s, action = force.action.symbol, force.action
+        turns = all(x.is_zero for x in force.vector)
+        size, direction = self._directions.turning(force.moment) if turns else self._directions.of(force.vector)
+        if s is None and direction[0] == "along ":
+            yield Sentence((*direction[1:], ": ", self._named(action)))
+            return
+        known = self._cut.known.get(s)
+        if known is not None:
+            yield Sentence(tuple(self._driven(force, known)))
+            return
+        shown_size = self.exactly.written(size)
+        words = self._short(direction, action)
+        yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
+
+    def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Any]:
+        """Yield in words what acts along a free direction of a joint: friction by its letter, or what drives."""
+        turns = all(x.is_zero for x in force.vector)
+        (s, factor), *others = *known.terms.items(), (None, known.rest)
+        rubs = s in self._actions.told and not others[1:] and others[0][1].is_zero
+        sign = -1 if rubs and factor.sample < 0 else 1
+        vector = [x * sign for x in (force.moment if turns else force.vector)]
+        size, direction = self._directions.turning(vector) if turns else self._directions.of(vector)
+        yield safely(self.exactly, known) * self.exactly.written(size) * sign
+        driving = self._driving.get(force.action.element, [f"joint {force.action.element}"])
+        word = self.words["moment" if turns else "force"]
+        named = f"{self._acting(s)} {self._actions.told[s]}" if rubs else f"{word} {' and '.join(driving)}"
+        yield f": {named}, "
+        yield from self._short(direction, force.action)
+
+    def _acting(self, s: Any) -> str:
+        letter = self.notation.text(s)[:1] if s in self._lettered else ""
+        return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
+
+    def _named(self, action: Action) -> str:
+        """Return what acts in words."""
+        of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
+        letter = self._lettered[action.symbol] if of_symbol else ""
+        word = self.words.get(letter, self.words[action.kind])
+        return f"{word} {action.element}".strip()
+
+    def _short(self, direction: Words, action: Action) -> Words:
+        """Return a direction, that of a joint's axis by its name where its components are long."""
+        if action.symbol not in self.symbols.reactions:
+            return short(direction, ("along its line",))
+        axis = "xyz"[self.symbols.reactions.index(action.symbol) % 3]
+        way = "along" if action.kind == "reaction" else "against"
+        return short(direction, (f"{way} {axis} of {action.element}",))
+
+    def found(self, found: EliminationStep, write: Callable[[Exactly, LinearForm], Any]) -> Iterator[Formula]:
+        """Yield an equation as it has become, solved for an unknown."""
+        value = write(self.exactly, found.value)
+        if found.equation.kind == "law" and found.becomes is None:
+            return
+        if found.becomes is not None:
+            changed = accelerations_left(found.becomes, self.symbols.accelerations)
+            if len(changed.form.terms) > 1 or any(x in self.symbols.accelerations for x in changed.form.terms):
+                sides = write(self.exactly, changed.left), write(self.exactly, changed.right)
+                yield Formula(sides, before=(f"({found.equation.tag}) becomes",))
+        yield Formula((found.unknown, value), before=(f"from ({found.equation.tag})",))
+
+
+def safely(exactly: Exactly, form: LinearForm) -> Any:
+    """Return a linear form in sympy, with numbers where its coefficients are too long to be read."""
+    try:
+        return in_sympy(exactly, form)
+    except NoClosedFormError:
+        parts = [in_number(a) * x for x, a in form.terms.items()]
+        return sympy.Add(in_number(form.rest), *parts)
