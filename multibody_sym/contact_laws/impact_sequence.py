@@ -48,7 +48,7 @@ from multibody_sym.contact_laws.uniqueness import SEEN, admissible_solution, ope
 from multibody_sym.errors import InputError, NoSolutionError
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.limits import most, pressing
+from multibody_sym.scalars.limits import CONNECTED, TOGETHER, most, pressing
 from multibody_sym.scalars.rank import DRAWN, exact, least_squares, null_space, scaled_rows
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -426,10 +426,6 @@ def _no_impulses_error(account: ImpactProgress, closed: Collection[int]) -> NoSo
 # in turn, which is the limit of those that would follow.
 
 
-ALIKE: Final = 1e-9
-"""Closing speeds that differ by less than this part are struck together."""
-CONNECTED: Final = 1e-12
-"""The part of their lengths below which what one row pushes does not move another."""
 PATIENCE: Final = 2
 """How often the number of impacts after which contacts collapse is too many altogether."""
 
@@ -515,7 +511,7 @@ def one_by_one(account: ImpactProgress) -> None:
             still = account.still()
             continue
         own = counts.cluster[fastest]
-        rows = [k for k in closing[speeds <= (1.0 - ALIKE) * speeds.min()].tolist() if counts.cluster[k] == own]
+        rows = [k for k in closing[speeds <= (1.0 - TOGETHER) * speeds.min()].tolist() if counts.cluster[k] == own]
         slow = still[np.abs(account.v[still]) <= account.allowed[still]] if len(still) else still
         held = [k for k in slow.tolist() if counts.cluster[k] == own]
         for island in counts.islands(rows, held):

@@ -29,7 +29,7 @@ from multibody_sym.contact_laws.problem import (
 )
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats, lengths
-from multibody_sym.scalars.limits import OF_FORCES, Kind
+from multibody_sym.scalars.limits import ACCEPTED, OF_FORCES, TIED, Kind
 from multibody_sym.scalars.pivoted_qr import PivotedQr, blas, pivoted_qr
 from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, null_space
 
@@ -578,12 +578,6 @@ def _limits(problem: Scaled, mu: Floats, modes: ModeArrays, z: Floats, a: Floats
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Whether the solution of a mode fulfils all laws, what to flip where it does not, and its labels by motion.
-
-
-ACCEPTED: Final = 1e-10
-"""Inequalities hold to this part of the terms of their row, and of the largest force."""
-TIED: Final = 1e-12
-"""What is left of terms is zero below this part of them: some thousand roundings."""
 
 
 @dataclass(frozen=True)

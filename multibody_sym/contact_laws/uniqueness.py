@@ -27,10 +27,10 @@ from multibody_sym.contact_laws.problem import (
     beyond,
     limits_of,
 )
-from multibody_sym.contact_laws.solve_mode import TIED, ModeSolution, force_tolerance, gap_tolerance, sticking
+from multibody_sym.contact_laws.solve_mode import ModeSolution, force_tolerance, gap_tolerance, sticking
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.limits import Kind
+from multibody_sym.scalars.limits import TIED, Kind
 from multibody_sym.scalars.linear_inequalities import Cone, inner_point, linear_program, nonnegative_least_squares
 from multibody_sym.scalars.rank import ROUNDED, null_space, row_space
 

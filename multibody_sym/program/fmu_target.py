@@ -23,7 +23,15 @@ import numpy as np
 
 from multibody_sym.program.c_target import c_source
 from multibody_sym.program.program import Program, elements_read
-from multibody_sym.program.target_layout import parts_of, runtime_sources, template_text, wrap_items
+from multibody_sym.program.target_layout import (
+    c_array,
+    c_number,
+    c_string,
+    c_structure,
+    parts_of,
+    runtime_sources,
+    template_text,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import Node
 
@@ -347,8 +355,8 @@ def _model_header(fmu: Fmu) -> str:
     }  # fmt: skip
     order = list(fmu.programs)
     sizes |= {f"{key}_PROGRAM": order.index(name) if name in order else -1 for key, name in _PROGRAMS.items()}
-    defined = [f"#define MBS_FMU_TOKEN {_string(fmu.token)}"]
-    defined += [f"#define MBS_FMU_{name} {_number(x)}" for name, x in (sizes | {**fmu.numbers}).items()]
+    defined = [f"#define MBS_FMU_TOKEN {c_string(fmu.token)}"]
+    defined += [f"#define MBS_FMU_{name} {c_number(x)}" for name, x in (sizes | {**fmu.numbers}).items()]
     starts = [x.start for x in fmu.states]
     values = [*(p.start for p in fmu.parameters), *(w.start for w in fmu.inputs if w.free)]
     kinds = [_KINDS.index(p.kind) for p in fmu.parameters]
@@ -364,40 +372,12 @@ def _model_header(fmu: Fmu) -> str:
         _array("char *const", "ends", fmu.ends),
     ]  # fmt: skip
     head = f"/* {_MODEL_HEADER}: sizes, names and numbers of the model, written by multibody_sym. */"
-    method = _structure("mbs_method", "method", fmu.method)
+    method = c_structure("mbs_method", "mbs_fmu_method", fmu.method)
     return "\n".join([head, "#pragma once", '#include "runtime.h"', "", *defined, "", *arrays, *method, ""])
 
 
-def _structure(kind: str, name: str, fields: Mapping[str, Any]) -> list[str]:
-    """Return the declarations of a structure with numbers, arrays, and structures of the kind `mbs_<field>`."""
-    lines, texts = [], []
-    for field, x in fields.items():
-        own = f"{name}_{field}"
-        if isinstance(x, np.ndarray):
-            lines.append(_array("double", own, x.ravel().tolist()))
-            texts.append(f".{field} = mbs_fmu_{own}")
-        elif isinstance(x, Mapping):
-            lines += _structure(f"mbs_{field}", own, x)
-            texts.append(f".{field} = &mbs_fmu_{own}")
-        else:
-            texts.append(f".{field} = {_number(x)}")
-    return [*lines, wrap_items(f"static const {kind} mbs_fmu_{name} = {{", texts, "};")]
-
-
 def _array(kind: str, name: str, values: Iterable[float | int | str]) -> str:
-    texts = [_number(x) if not isinstance(x, str) else _string(x) for x in values]
-    none = '""' if "char" in kind else "0"  # C has no empty arrays
-    return wrap_items(f"static const {kind} mbs_fmu_{name}[] = {{", texts or [none], "};")
-
-
-def _number(x: float | int) -> str:
-    return repr(x) if isinstance(x, int) else repr(float(x))
-
-
-def _string(text: str) -> str:
-    """Return a string of C: bytes that are no plain letters are octal."""
-    plain = (chr(b) if 32 <= b < 127 and chr(b) not in '"\\?' else f"\\{b:03o}" for b in text.encode())
-    return '"' + "".join(plain) + '"'
+    return c_array(kind, f"mbs_fmu_{name}", values)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -199,9 +199,20 @@ ROUNDED_GAP: Annotated[float, "of the largest length, by which what touches may 
 LEAST_LEFT: Annotated[float, "of a time that no step leads on by"] = 16.0 * EPSILON
 
 
+# ----------------------------------------------------------------------------------------------------------------------
+# Contacts and impacts, by which exported C decides states as well (contacts.c).
+
+ULPS: Annotated[float, "roundings that what cancels may be off by"] = 4.0
+REMAINING: Annotated[float, "of the time since the first bounce: what bounces no longer than that rests, ..."] = 1e-9
+TICKS: Annotated[float, "... and of the time: shorter flights are not resolved"] = 1e3 * EPSILON
+LOST_HEIGHT: Annotated[float, "of the largest length: lower bounces are lost in rounding"] = 1e4 * EPSILON
+MOST_SWITCHES: Annotated[float, "and impacts of a whole run: each keeps a kilobyte, so many ten gigabytes"] = 1e7
+GOES_ON: Annotated[float, "of the time, by which it has to go on to have done so"] = 16.0 * EPSILON
+
+
 def constants_header() -> str:
     """Return the text of `constants.h`."""
-    from multibody_sym.scalars import least_norm, rank, sign_changes
+    from multibody_sym.scalars import least_norm, limits, rank, sign_changes
 
     here = sys.modules[__name__]
     hints = get_type_hints(here, include_extras=True)
@@ -216,6 +227,11 @@ def constants_header() -> str:
         ("ROUNDING", rank.ROUNDING, "of the longest row's largest number: rows of smaller ones count as zero"),
         ("TIE", rank.TIE, "lengths closer than this fraction count as equal: the row declared first is taken"),
         ("CLEAR", rank.CLEAR, "of a row's length: where that is left of every row in turn, all are independent"),
+        ("VANISHES", rank.ROUNDED, "of the largest impulse: a smaller one is rounding"),
+        ("ACCEPTED", limits.ACCEPTED, "of the largest force, and of the terms of a row: inequalities hold to that"),
+        ("TIED", limits.TIED, "of their terms: what is left of them is zero below that"),
+        ("TOGETHER", limits.TOGETHER, "of closing speeds that differ by less are struck together"),
+        ("CONNECTED", limits.CONNECTED, "of their lengths: below that one row does not move another"),
         ("ALIKE", least_norm._ALIKE, "of the longest row: lengths below that may be rounding"),
         ("SHORTEST", least_norm.SHORTEST, "part of the longest row's length that scales shorter rows"),
         ("NEARLY_ZERO", least_norm._NEARLY_ZERO, "sums that are no lengths"),

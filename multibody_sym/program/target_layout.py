@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from string import Template
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -158,6 +158,44 @@ def wrap_items(start: str, items: Iterable[str], end: str, *, indent: str = "   
         lines[-1] += item + ", "
     lines[-1] = lines[-1].removesuffix(", ") + end
     return "\n".join(line.rstrip() for line in lines)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Data in C: numbers, strings, arrays and structures.
+
+
+def c_structure(kind: str, name: str, fields: Mapping[str, Any]) -> list[str]:
+    """Return the declarations of a structure with numbers, arrays, and structures of the kind `mbs_<field>`."""
+    lines, texts = [], []
+    for field, x in fields.items():
+        own = f"{name}_{field}"
+        if isinstance(x, np.ndarray):
+            lines.append(c_array("double", own, x.ravel().tolist()))
+            texts.append(f".{field} = {own}")
+        elif isinstance(x, Mapping):
+            lines += c_structure(f"mbs_{field}", own, x)
+            texts.append(f".{field} = &{own}")
+        else:
+            texts.append(f".{field} = {c_number(x)}")
+    return [*lines, wrap_items(f"static const {kind} {name} = {{", texts, "};")]
+
+
+def c_array(kind: str, name: str, values: Iterable[float | int | str]) -> str:
+    """Return the definition of an array of numbers or strings; C has no empty ones."""
+    texts = [c_number(x) if not isinstance(x, str) else c_string(x) for x in values]
+    none = '""' if "char" in kind else "0"
+    return wrap_items(f"static const {kind} {name}[] = {{", texts or [none], "};")
+
+
+def c_number(x: float | int) -> str:
+    """Return a number of C."""
+    return repr(x) if isinstance(x, int) else repr(float(x))
+
+
+def c_string(text: str) -> str:
+    """Return a string of C: bytes that are no plain letters are octal."""
+    plain = (chr(b) if 32 <= b < 127 and chr(b) not in '"\\?' else f"\\{b:03o}" for b in text.encode())
+    return '"' + "".join(plain) + '"'
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -24,6 +24,15 @@ cone; slip along the way that it takes; a reaction towards the side on which it 
 OF_FORCES: Final[tuple[Kind, ...]] = ("force", "cone", "side")
 """The kinds that are measured by forces; the others are by motion."""
 
+ACCEPTED: Final = 1e-10
+"""Inequalities hold to this part of the terms of their row, and of the largest force."""
+TIED: Final = 1e-12
+"""What is left of terms is zero below this part of them: some thousand roundings."""
+TOGETHER: Final = 1e-9
+"""Closing speeds that differ by less than this part are struck together."""
+CONNECTED: Final = 1e-12
+"""The part of their lengths below which what one row pushes does not move another."""
+
 _BOUNDLESS: Final = 1e-17
 """What stands for 2 - coefficient over floats where k is beyond 1e16, and that rounds to 0."""
 

@@ -21,6 +21,10 @@
        events.c       the step that ends where a switching function crosses zero
        runtime.c      the loop
        turns.c        a run from mode to mode, over switches that were decided before
+       contact_laws.c     of exported contacts: the state that the laws allow, positions and speeds on their rows
+       contact_impacts.c  their impacts, and bounces that come to rest
+       contacts.c     from state to state of contacts, without Python
+       simulate.c     the program that prints such a run
        fmu.c          an instance of an FMU: values, events, steps, saved states
        fmi2.c         the functions of FMI 2.0
        fmi3.c         the functions of FMI 3.0

@@ -2,8 +2,6 @@
 #include "stepper.h"
 #include "turns.h"
 
-enum { OPEN, INSIDE, RESTING, LEAVING, CLOSING };
-
 /* The forces of what acts, what they do, by what they are measured. */
 typedef struct {
     double z[MBS_MOST_ACTIVE], *x;
@@ -22,7 +20,7 @@ long long mbs_room(const mbs_course *course)
     return (long long)(MBS_MOST_ACTIVE + 5) * s->nu + 4LL * s->nq + MBS_FACTORS(MBS_MOST_ACTIVE, widest);
 }
 
-static void ask(const mbs_course *c, double t, const double *q, const double *u)
+void mbs_ask(const mbs_course *c, double t, const double *q, const double *u)
 {
     mbs_laws *l = c->laws;
     const double *in[6] = {&t, q, u, l->parameters, l->given, l->given};
@@ -53,7 +51,7 @@ static double length_of(int n, const double *row)
 }
 
 /* The largest speed along a row of which a part counts. */
-static double speed_along(const mbs_course *c, int row)
+double mbs_speed_along(const mbs_course *c, int row)
 {
     const mbs_laws *l = c->laws;
     double total = 0.0;
@@ -64,17 +62,17 @@ static double speed_along(const mbs_course *c, int row)
     return total;
 }
 
-static int standing(const mbs_course *c, int element)
+int mbs_standing(const mbs_course *c, int element)
 {
     const mbs_laws *l = c->laws;
     int normal = l->normals[element];
     double gap = l->phi[normal], rate = l->phidot[normal];
     double allowed = MBS_TOUCHING * (l->angles[element] ? 1.0 : l->length);
     if (gap > allowed || l->reaches[element] < -fmin(allowed, l->past_ends[element]))
-        return OPEN;
+        return MBS_OPEN;
     if (gap < -allowed)
-        return INSIDE;
-    return fabs(rate) <= MBS_TOUCHING * speed_along(c, normal) ? RESTING : rate > 0.0 ? LEAVING : CLOSING;
+        return MBS_INSIDE;
+    return fabs(rate) <= MBS_TOUCHING * mbs_speed_along(c, normal) ? MBS_RESTING : rate > 0.0 ? MBS_LEAVING : MBS_CLOSING;
 }
 
 /* What touches is what did when the switch was decided, and nothing closes. */
@@ -82,10 +80,10 @@ static int touches_alike(const mbs_course *c, const mbs_turn *turn, const int *c
 {
     const mbs_laws *l = c->laws;
     for (int k = 0; k < l->elements; ++k) {
-        int now = standing(c, k), touches = now == RESTING || now == CLOSING || (closed[k] && now != LEAVING);
+        int now = mbs_standing(c, k), touches = now == MBS_RESTING || now == MBS_CLOSING || (closed[k] && now != MBS_LEAVING);
         if (touches != turn->touching[k])
             return 0;
-        if (touches && l->phidot[l->normals[k]] < -MBS_TOUCHING * speed_along(c, l->normals[k]))
+        if (touches && l->phidot[l->normals[k]] < -MBS_TOUCHING * mbs_speed_along(c, l->normals[k]))
             return 0;
     }
     return 1;
@@ -95,7 +93,7 @@ static int signs_alike(const mbs_course *c, const mbs_turn *turn)
 {
     for (int k = 0; k < turn->parts; ++k) {
         int tangent = turn->signs[k].tangent;
-        double speed = c->laws->phidot[tangent], allowed = MBS_TOUCHING * speed_along(c, tangent);
+        double speed = c->laws->phidot[tangent], allowed = MBS_TOUCHING * mbs_speed_along(c, tangent);
         if (turn->signs[k].sign != (fabs(speed) <= allowed ? 0 : speed > 0.0 ? 1 : -1))
             return 0;
     }
@@ -150,7 +148,7 @@ static int onto_rows(const mbs_course *c, const mbs_turn *turn, double t, double
         return 0;
     for (int k = 0; k < s->plains; ++k)
         q[s->plain[2 * k]] += change[s->plain[2 * k + 1]];
-    ask(c, t, q, u);
+    mbs_ask(c, t, q, u);
     return 1;
 }
 
@@ -179,7 +177,7 @@ static int at_rest(const mbs_course *c, const mbs_turn *turn, double t, const do
             return 0;
     for (int k = 0; k < n; ++k)
         u[k] += change[k];
-    ask(c, t, q, u);
+    mbs_ask(c, t, q, u);
     return 1;
 }
 
@@ -344,7 +342,7 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
             later_q[i] = q[i] + soon * qdot[i];
         for (int i = 0; i < n; ++i)
             later_u[i] = u[i] + soon * udot[i];
-        ask(c, t + soon, later_q, later_u);
+        mbs_ask(c, t + soon, later_q, later_u);
         if (!holds(c, turn, &turn->before, turn->cause, s))
             return 0;
         double beyond = over(c, turn, s);
@@ -357,7 +355,7 @@ static int ahead(const mbs_course *c, const mbs_turn *turn, double t, const doub
 }
 
 /* Rounded up to a power of two, so that it does not hang on digits. */
-static double rounded_up(double value)
+double mbs_rounded_up(double value)
 {
     return value > 0.0 ? ldexp(1.0, (int)ceil(log2(MBS_BETWEEN_POWERS * value))) / MBS_BETWEEN_POWERS : 0.0;
 }
@@ -390,14 +388,14 @@ static double largest_cause(const mbs_course *c, const mbs_turn *turn)
     return largest;
 }
 
-static double margin(const mbs_course *c, const mbs_margin *rule, double t, double largest)
+double mbs_margin_of(const mbs_course *c, const mbs_margin *rule, double t, double largest)
 {
     if (rule->kind == MBS_FORCE)
         return MBS_FORCE_MARGIN * largest;
     if (rule->kind == MBS_SPEED) {
-        double along = speed_along(c, rule->row);
+        double along = mbs_speed_along(c, rule->row);
         double by_time = MBS_TIME_MARGIN * fabs(t) * fabs(c->laws->right[rule->row]);
-        return rounded_up(MBS_SPEED_MARGIN * along + fmin(by_time, MBS_MOST_TIME_MARGIN * along));
+        return mbs_rounded_up(MBS_SPEED_MARGIN * along + fmin(by_time, MBS_MOST_TIME_MARGIN * along));
     }
     return MBS_ROUNDED_GAP * (rule->kind == MBS_ANGLE ? 1.0 : c->laws->length);
 }
@@ -409,7 +407,7 @@ static int followed(const mbs_course *c, const mbs_turn *turn, double t, double 
     int count = to->problem->system->switches;
     double largest, cause;
     solved s;
-    ask(c, t, q, u);
+    mbs_ask(c, t, q, u);
     if (!touches_alike(c, turn, c->modes[c->mode].closed) || !onto_rows(c, turn, t, q, u))
         return 0;
     if (!signs_alike(c, turn) || !at_rest(c, turn, t, q, u))
@@ -418,18 +416,18 @@ static int followed(const mbs_course *c, const mbs_turn *turn, double t, double 
     if (turn->cause < 0 ? !holds(c, turn, &turn->after, -1, &s) : !ahead(c, turn, t, q, u, &s))
         return 0;
     largest = largest_force(c, turn, &s);
-    largest = rounded_up(largest > cause ? largest : cause);
+    largest = mbs_rounded_up(largest > cause ? largest : cause);
     if (turn->cause >= 0)
-        ask(c, t, q, u);
+        mbs_ask(c, t, q, u);
     for (int i = 0; i < count; ++i)
-        to->margins[i] = margin(c, to->rules + i, t, largest);
+        to->margins[i] = mbs_margin_of(c, to->rules + i, t, largest);
     for (int i = 0; i < to->holds; ++i)
         u[to->held[i]] = 0.0;
     return 1;
 }
 
 /* Begin in another mode at (t, x), with all that was counted. */
-static void enter(const mbs_problem *problem, mbs_state *state, const double *x, double *work)
+void mbs_enter(const mbs_problem *problem, mbs_state *state, const double *x, double *work)
 {
     mbs_state before = *state;
     mbs_start(problem, x, state, work);
@@ -452,7 +450,7 @@ static void enter(const mbs_problem *problem, mbs_state *state, const double *x,
     state->sample = before.sample;
 }
 
-static void grow_speed(mbs_laws *l, int n, const double *u)
+void mbs_grow_speed(mbs_laws *l, int n, const double *u)
 {
     double fastest = 0.0;
     for (int k = 0; k < n; ++k) {
@@ -476,7 +474,7 @@ static int turned(mbs_course *c, mbs_state *state, double *work)
         return 0;
     for (int k = 0; k < index; ++k)
         turn += now->turns[k];
-    grow_speed(c->laws, s->nu, work + s->nq);
+    mbs_grow_speed(c->laws, s->nu, work + s->nq);
     for (int k = 0; k < now->turns[index]; ++k, ++turn) {
         mbs_copy(n, work, x);
         if (!followed(c, turn, state->t, x, x + s->nq))
@@ -487,7 +485,7 @@ static int turned(mbs_course *c, mbs_state *state, double *work)
         c->passages[c->passed++] = passage;
         c->since = state->t;
         c->mode = turn->to;
-        enter(c->modes[turn->to].problem, state, x, work);
+        mbs_enter(c->modes[turn->to].problem, state, x, work);
         return 1;
     }
     return 0;

@@ -94,6 +94,30 @@ typedef struct {
 long long mbs_follow(mbs_course *course, mbs_state *state, double *work, long long steps, long long rows,
                      double *samples);
 
+/* ---- what contacts.c asks as well ---- */
+
+/* How an element stands. */
+enum { MBS_OPEN, MBS_INSIDE, MBS_RESTING, MBS_LEAVING, MBS_CLOSING };
+
+/* Fill in all that the laws ask at a state. */
+void mbs_ask(const mbs_course *c, double t, const double *q, const double *u);
+int mbs_standing(const mbs_course *c, int element);
+
+/* The largest speed along a row of which a part counts. */
+double mbs_speed_along(const mbs_course *c, int row);
+
+/* Rounded up to a power of two, so that it does not hang on digits. */
+double mbs_rounded_up(double value);
+
+/* By how much a switching function of a mode with this `largest` force may exceed zero. */
+double mbs_margin_of(const mbs_course *c, const mbs_margin *rule, double t, double largest);
+
+/* Note the speeds that a run has come to. */
+void mbs_grow_speed(mbs_laws *l, int n, const double *u);
+
+/* Begin in another mode at (t, x), with all that was counted. */
+void mbs_enter(const mbs_problem *problem, mbs_state *state, const double *x, double *work);
+
 /* Doubles of room that a course takes. */
 long long mbs_room(const mbs_course *course);
 

@@ -35,7 +35,7 @@ from multibody_sym.mechanics.motion import Motion, State, motion_of, qdot_of, st
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
-from multibody_sym.program.runtime_constants import TOUCHING
+from multibody_sym.program.runtime_constants import TOUCHING, ULPS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.limits import creep_coefficient, most, sliding
@@ -43,8 +43,6 @@ from multibody_sym.scalars.linear_inequalities import Cone, Inside, inner_point
 from multibody_sym.scalars.node import slot
 from multibody_sym.scalars.rank import SWITCHED, least_squares, null_space, row_space
 
-ULPS: Final = 4.0
-"""Roundings that what cancels may be off by."""
 _LITTLE: Final = 1e-6
 """The part of the time that the fastest needs for the model's size over which rates are taken."""
 _OF_FALLING: Final = 1e-3

@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, NamedTuple, Unpack, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack, cast
 
 import numpy as np
 
@@ -30,6 +30,9 @@ from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import fold_input
 from multibody_sym.text.files import is_special, path_name, write_whole
+
+if TYPE_CHECKING:
+    from multibody_sym.motion.prepare.contact_code import ContactCode
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The folder of an export: its files replace those of an earlier one, never what somebody else wrote or changed.
@@ -136,6 +139,7 @@ def export(
     """Write a system's Programs as source code with a self-test and `names.json`, or as an FMU; return the files.
 
     The code needs nothing of this package; `integrate.py` beside Python code shows a loop that integrates it.
+    `simulate.c` beside C goes from state to state of contacts, stops and ropes.
 
     `to` is "c", "javascript", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the file.
     `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one. `fold` writes
@@ -167,7 +171,8 @@ def exported(
     if to != FMU:
         begins = system.impact is not None or placed.closing
         left = "the motion begins with an impact, which is left out; `impact` returns the speeds after it"
-        found = _sources(placed, made, to, folder, route, fold)
+        simulated = _simulated(system, placed, route, fold) if to == "c" and resolved.one_way else None
+        found = _sources(placed, made, to, folder, route, fold, simulated)
         return found._replace(notes=(*first, *((left,) if begins else ()), *found.notes))
     if fold:
         with at("fold"):
@@ -178,8 +183,21 @@ def exported(
     return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], (*first, *made_fmu.notes))
 
 
+def _simulated(system: System, placed: StartState, route: str, fold: bool) -> ContactCode | str:
+    """Return what simulates a system from state to state of its contacts in C, or why nothing does."""
+    from multibody_sym.motion.prepare.contact_code import contact_code  # which other exports do without
+
+    return "the parameters are folded" if fold else contact_code(system, placed, route)
+
+
 def _sources(
-    placed: StartState, made: Mapping[str, Program], to: str, folder: Path, route: str, fold: bool
+    placed: StartState,
+    made: Mapping[str, Program],
+    to: str,
+    folder: Path,
+    route: str,
+    fold: bool,
+    simulated: ContactCode | str | None,
 ) -> Exported:
     """Write source code into a folder."""
     resolved, begin = placed.mechanism, placed.start
@@ -190,7 +208,14 @@ def _sources(
     if fold:
         made = {key: fold_input(program, "parameters", begin.parameters) for key, program in made.items()}
         samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
-    texts = LANGUAGES[to].files(made, samples)
+    notes, files = list[str](), dict[str, str]()
+    if isinstance(simulated, str):
+        notes.append(f"without simulate.c, which goes from state to state: {simulated}")
+    elif simulated is not None:
+        made, files = {**made, **simulated.programs}, {**simulated.files}
+        samples |= {name: [list(sample)] for name, sample in simulated.samples.items()}
+        notes.append("simulate.c goes from state to state; its head says how it is compiled")
+    texts = {**LANGUAGES[to].files(made, samples), **files}
     ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
     mode = {"mode": placed.words, "mode_ends": ends} if resolved.one_way else {}
     signatures = {
@@ -203,8 +228,8 @@ def _sources(
     table = {"formalism": route, "folded": fold, **mode, **_names(resolved, state), "programs": signatures}
     words = ", ".join(f"{name}: {word}" for name, word in placed.words.items())
     end = "it ends where the last values of `events` become positive"
-    notes = (f"of the state at the start only, {{{words}}}; {end}",) if mode else ()
-    return Exported(write_export(folder, texts, table), notes)
+    notes = [f"of the state at the start only, {{{words}}}; {end}", *notes] if mode else notes
+    return Exported(write_export(folder, texts, table), tuple(notes))
 
 
 def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:

@@ -108,7 +108,7 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
         moments=knots_before(mechanism, math.inf),
         plain=tuple(pairs.plain),
         balls=tuple(pairs.balls),
-        method=_method(method),
+        method=method_fields(method),
         numbers=_numbers(mechanism, begin.parameters, settings, own),
         stop_time=settings.t_end,
         tolerance=settings.rtol,
@@ -293,7 +293,7 @@ def _are_whole(exponents: Iterable[Any]) -> bool:
     return all(e == int(e) for e in exponents)
 
 
-def _method(method: Method) -> dict[str, Any]:
+def method_fields(method: Method) -> dict[str, Any]:
     """Return the fields of `mbs_method`."""
     orders = {"order": method.order, "error_order": method.error_order}
     if isinstance(method, RungeKutta):

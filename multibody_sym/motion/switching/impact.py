@@ -17,7 +17,18 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import coordinate_rates, motion_of, state_of
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.motion.switching.law_values import LawValues
-from multibody_sym.program.runtime_constants import INDEPENDENT, MOST_PUT_BACK, NOT_PUT_BACK, ROUNDED_GAP, SLIGHT
+from multibody_sym.program.runtime_constants import (
+    GOES_ON,
+    INDEPENDENT,
+    LOST_HEIGHT,
+    MOST_PUT_BACK,
+    MOST_SWITCHES,
+    NOT_PUT_BACK,
+    REMAINING,
+    ROUNDED_GAP,
+    SLIGHT,
+    TICKS,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.least_norm import solve_lists
@@ -153,12 +164,6 @@ def at_zero(parameters: Floats, values: Floats, sizes: Floats) -> tuple[Floats, 
 
 # ----------------------------------------------------------------------------------------------------------------------
 
-_REMAINING: Final = 1e-9
-"""The part of the time since the first bounce that what bounces may still have left, to count as at rest."""
-_TICKS: Final = 1e3 * np.finfo(float).eps
-"""The part of the time, too: shorter flights are not resolved."""
-_HEIGHT: Final = 1e4 * np.finfo(float).eps
-"""The part of the largest length below which the height of a bounce is lost in rounding."""
 _LOSSLESS: Final = 1e-9
 """The part of what closing speeds take from an impact that is rounding of the energy it gives back."""
 _LONGEST: Final = 12
@@ -181,10 +186,6 @@ _PRESSED: Final = 2.0
 """By how many times of what counts as touching without closing loads have made closing what wedges."""
 _JAMS: Final = 10.0
 """How many times larger the impulses are with friction of what pulls, where this jams: it would act both ways."""
-_IMPACT_ROUNDING: Final = 16.0 * np.finfo(float).eps
-"""The part of the time by which it has to go on to have done so."""
-MOST: Final = 1e7
-"""Switches and impacts of a whole run, at the pace of a block of them: each keeps a kilobyte, so many ten gigabytes."""
 SHRINKS: Final = 0.99
 """Blocks of switches that are shorter than this part of those before end soon enough: 2,300 blocks make it 1e-10."""
 _LESS: Final = 0.95
@@ -256,7 +257,7 @@ class Standstill:
     def lasts(self, time: float, contacts: int) -> str:
         """Note such an end; return why the run is to end, in words, empty where it goes on; `since` tells from when."""
         most = 10 * _endless(contacts)
-        on = time - self._last > _IMPACT_ROUNDING * abs(time)
+        on = time - self._last > GOES_ON * abs(time)
         self._last, self._times = time, 1 if on else self._times + 1
         if self._times > most:
             self.since = time
@@ -273,7 +274,7 @@ class Standstill:
         shrunk = 1.0 - took / self._before if self._before else 1.0
         self._slowed = self._slowed + 1 if 0.0 < shrunk < _LESS * self._shrunk else 0
         lasts = 0.0 < SHRINKS * self._before < took or self._slowed >= _SLOWS
-        self._fast = took * MOST < most * self.span and lasts
+        self._fast = took * MOST_SWITCHES < most * self.span and lasts
         self._shrunk = shrunk
         self.since, self._begun, self._before, self._number = self._begun, time, took, 0
 
@@ -449,7 +450,7 @@ class BounceMemory:
         """
         if not facts.rate(element) > 0.0:
             return None
-        on = facts.t - self._left.get(element.name, -np.inf) > _IMPACT_ROUNDING * abs(facts.t)
+        on = facts.t - self._left.get(element.name, -np.inf) > GOES_ON * abs(facts.t)
         if element.name in self.since and on:
             self._left[element.name] = facts.t
             return facts.q
@@ -468,7 +469,7 @@ class BounceMemory:
         """
         closing = (x for x in approaching(facts, closed) if facts.gap(x) > 0.0)  # an event is found a little before
         left = max((-facts.gap(x) / facts.rate(x) for x in closing), default=0.0)
-        found, ahead = set[str](), _TICKS * abs(facts.t) + left
+        found, ahead = set[str](), TICKS * abs(facts.t) + left
         for x in (x for x in facts.near if x.name not in closed):
             moves = x.name in self.since or facts.sense(x) != 0
             at_once = max(facts.allowed_gap(x, ROUNDED_GAP), ahead * abs(facts.rate(x)))
@@ -511,7 +512,7 @@ class BounceMemory:
         More than 100 + 20 of them for each contact in the last 1e-9 of the time since the first impact, or in a time
         that is not resolved.
         """
-        lately = max(_REMAINING * (time - self._first), _TICKS * abs(time))
+        lately = max(REMAINING * (time - self._first), TICKS * abs(time))
         while self._hits and time - self._hits[0][0] > lately:
             self._hits.popleft()
         many = len(self._hits) > _endless(contacts)
@@ -537,7 +538,7 @@ class BounceMemory:
         return {x.name: left for x in taking} if ends else {}
 
     def _unseen(self, time: float) -> float:
-        return max(_REMAINING * (time - self._first), _TICKS * abs(time)) if self._first <= time else 0.0
+        return max(REMAINING * (time - self._first), TICKS * abs(time)) if self._first <= time else 0.0
 
     def remaining(self, facts: LawValues, element: LawElement, udot: Floats) -> float | None:
         """Return the time (s) for which an element would still bounce that is about to rest now; None if it goes on.
@@ -550,7 +551,7 @@ class BounceMemory:
         e = facts.restitution(element)
         rebound = -e * facts.rate(element)
         left = 2.0 * rebound / (falling * (1.0 - e))
-        unseen = max(_REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), _TICKS * abs(facts.t))
+        unseen = max(REMAINING * (facts.t - self.since.setdefault(element.name, facts.t)), TICKS * abs(facts.t))
         return left if left < unseen or low_bounce(facts, element, falling, rebound) else None
 
     def rested(self, names: Collection[str]) -> None:
@@ -582,7 +583,7 @@ def lost_height(facts: LawValues, element: LawElement, steps: float = 0.0) -> fl
     These are the tolerances of another library, and the part `steps` of the farthest that is moved.
     """
     farthest, scale = facts.farthest(element), facts.scale
-    return max(_HEIGHT * farthest, scale.atol + scale.rtol * farthest, steps * farthest)
+    return max(LOST_HEIGHT * farthest, scale.atol + scale.rtol * farthest, steps * farthest)
 
 
 def ceases(facts: LawValues, element: LawElement) -> bool:

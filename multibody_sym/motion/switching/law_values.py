@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from multibody_sym.contact_laws.problem import Flags, LawState, ModeArrays, Scaled, ScaledFriction, scaled
 from multibody_sym.contact_laws.search import modes_of
 from multibody_sym.contact_laws.solve_mode import active_rows, fulfils, solve_mode, sticking
-from multibody_sym.dynamics.contact.contact_problem import ULPS, Numbered, PosedLaws, RowNumbers, Scale, with_shares
+from multibody_sym.dynamics.contact.contact_problem import Numbered, PosedLaws, RowNumbers, Scale, with_shares
 from multibody_sym.mechanics.contact_geometry import flat_rims
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, Mode
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, State, motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.program.loading import Compiled
-from multibody_sym.program.runtime_constants import BETWEEN_POWERS, ROUNDED_GAP, TOUCHING
+from multibody_sym.program.runtime_constants import BETWEEN_POWERS, ROUNDED_GAP, TOUCHING, ULPS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, Floats
 from multibody_sym.scalars.rank import SWITCHED, null_space, rank, row_space
