@@ -8,27 +8,39 @@ formula gets a letter.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import field, replace
+from functools import partial
 from typing import Final
 
 from multibody_sym.answers.ask.ask import question_of
 from multibody_sym.answers.ask.named_answers import in_parameters, questions_beside
+from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.records import Definition, Sentence, Solution, StageFound, Worked, WorkedStep
 from multibody_sym.derivation.notation import Label, latex_name
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.spanning_tree import free_name
-from multibody_sym.mechanics.stages import at_end, end_questions, going_on, in_own_time, in_stage, stage_systems
+from multibody_sym.mechanics.stages import (
+    at_end,
+    end_questions,
+    going_on,
+    in_own_time,
+    in_stage,
+    integrals_later,
+    stage_systems,
+)
+from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.fields import Names
 from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask
-from multibody_sym.model.system import System, expressions
+from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, real, symbol
+from multibody_sym.scalars.node import ZERO, Node, add, real, symbol
+from multibody_sym.text.printer import text
 from multibody_sym.text.units import parse_unit
 from multibody_sym.text.values import Value
 
@@ -48,22 +60,27 @@ def solution_in_stages(system: System, solve: Callable[[System], Solution]) -> S
     for number, part in enumerate(stage_systems(system), 1):
         with in_stage(system, number):
             begun = chain.begun(part, number)
-            asked = {} if number == last else end_questions(system, number, names)
+            summed = integrals_later(system, number, part)
+            asked = {} if number == last else end_questions(system, number, names, summed)
             ends = in_own_time(asked, chain.begins.t.expression or ZERO)
             found = solve(replace(begun, ask=Names({**begun.ask, **ends})))
         chain.add(found, ends)
-        if number < last and not chain.goes_on(found, number, names):
+        if number < last and not chain.goes_on(found, number, names, summed):
             break
     return chain.solution()
 
 
 @dataclass(frozen=True)
 class _Beginning:
-    """The time and the coordinates and speeds with which a stage begins, and the letters of those without formulas."""
+    """The time and the coordinates and speeds with which a stage begins, and the letters of those without formulas.
+
+    `before`: work and impulses until then, that questions name.
+    """
 
     t: Value = _AT_START
     start: Mapping[str, Value] = field(default_factory=dict)
     letters: Mapping[str, Definition] = field(default_factory=dict)
+    before: Mapping[Node, Value] = field(default_factory=dict)
 
     def lettered(self, number: int, system: System) -> _Beginning:
         """Return the same with a letter for each value without a formula, as stage `number` begins."""
@@ -76,7 +93,14 @@ class _Beginning:
                 letters[letter] = Definition(value.value, unit=value.unit, says=f"{name} as stage {number} begins")
                 formula = symbol(letter)
             values[name] = replace(value, expression=formula)
-        return _Beginning(values.pop("t"), values, letters)
+        before = dict[Node, Value]()
+        for integral, value in self.before.items():
+            letter = free_name(f"{integral.data[0]}_{number}", {*taken, *letters})
+            letters[letter] = Definition(
+                value.value or 0.0, unit=value.unit, says=f"{text(integral)} before stage {number}"
+            )
+            before[integral] = replace(value, expression=symbol(letter))
+        return _Beginning(values.pop("t"), values, letters, before)
 
 
 class _Chain:
@@ -84,6 +108,7 @@ class _Chain:
 
     def __init__(self, system: System) -> None:
         self.system, self.begins = system, _Beginning()
+        self._mechanism = mechanism(replace(system, ask=Names()))
         self._answers: dict[str, Value] = {}
         self._found: list[tuple[_Beginning, Solution]] = []
         self._ends: list[set[str]] = []
@@ -101,7 +126,9 @@ class _Chain:
         }
         own = replace(own, parameters=Names({**own.parameters, **letters}))
         start = {name: x.expression if x.expression is not None else ZERO for name, x in begins.start.items()}
-        found = going_on(own, begins.t.expression or ZERO, start)
+        sums = {integral: add(integral, x.expression or ZERO) for integral, x in begins.before.items()}
+        summed = {name: with_expressions(x, partial(put_in, shown=sums)) for name, x in own.ask.items()}
+        found = going_on(replace(own, ask=Names(summed)), begins.t.expression or ZERO, start)
         _verify_varied(found, begins.letters, number)
         return found
 
@@ -111,13 +138,21 @@ class _Chain:
         for name, value in found.answers.items():
             if name not in ends:
                 is_time = name in asked and asked[name].when is not None and asked[name].value is None
-                unit = "s" if is_time and asked[name].of is None else value.unit
+                unit = "s" if is_time and asked[name].of is None else self._unit(asked.get(name)) or value.unit
                 t = None if value.t is None else value.t + (self.begins.t.value or 0.0)
                 self._answers[name] = replace(value, unit=unit, t=t)
         self._found.append((self.begins, found))
         self._ends.append({*ends})
 
-    def goes_on(self, found: Solution, number: int, names: list[str]) -> bool:
+    def _unit(self, question: Ask | None) -> str:
+        """Return the unit of an expression that names answers, by theirs; empty for another question."""
+        units = {name: x.unit for name, x in self._answers.items() if x.unit}
+        asked = None if question is None else question.value
+        if asked is None or not any(str(x.data) in units for x in leaves([asked], "symbol")):
+            return ""
+        return MechanismUnits(self._mechanism, units).of([asked])[0]
+
+    def goes_on(self, found: Solution, number: int, names: list[str], integrals: Iterable[Node]) -> bool:
         """Return whether the stage after `number` begins before the end of the run, and find with what."""
         stage, values = self.system.then[number - 1], known_values(self.system)
         if stage.after is None:
@@ -135,7 +170,11 @@ class _Chain:
             why = why or f"it would begin at t = {ended.value or 0.0:.6g} s, and t_end of the simulation is {end:g} s"
             self._missed = f"stage {number + 1} is not reached: {why}"
             return False
-        self.begins = _Beginning(ended, start, self.begins.letters).lettered(number + 1, self.system)
+        before = dict(self.begins.before)
+        for integral in integrals:
+            more, earlier = found.answers[at_end(text(integral), number)], before.get(integral, _AT_START)
+            before[integral] = replace(more, value=(more.value or 0.0) + (earlier.value or 0.0))
+        self.begins = _Beginning(ended, start, self.begins.letters, before).lettered(number + 1, self.system)
         return True
 
     def solution(self) -> Solution:

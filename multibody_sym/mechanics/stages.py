@@ -18,10 +18,12 @@ from multibody_sym.model.joints import MovingJoint
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.stages import MOMENTS
 from multibody_sym.model.state_words import StateCondition, time_of
-from multibody_sym.model.system import System, t, with_expressions
+from multibody_sym.model.system import System, expressions, t, with_expressions
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, add, subtract, symbol
+from multibody_sym.text.parser import of_run
+from multibody_sym.text.printer import text
 
 _KEY: Final = "then"
 _END: Final = " at the end of stage "
@@ -29,17 +31,28 @@ _ELEMENTS: Final = ("constraints", "contacts", "forces", "joints")
 _STARTING: Final = ("contacts", "forces")
 
 
-def end_questions(system: System, number: int, names: Iterable[str] = ()) -> dict[str, Ask]:
-    """Return the questions about the end of a stage by its number: `t`, and coordinates and speeds by `names`.
+def end_questions(
+    system: System, number: int, names: Iterable[str] = (), integrals: Iterable[Node] = ()
+) -> dict[str, Ask]:
+    """Return the questions about the end of a stage by its number: `t`, coordinates and speeds by `names`, `integrals`.
 
     They are called `at_end(name, number)`. The time after which the next stage begins, or the coordinate with whose
     value it does, needs no question.
     """
     stage = system.then[number - 1]
     values = {**{name: symbol(name) for name in names if name not in (stage.at or {})}, **(stage.initial or {})}
+    values.update({text(integral): integral for integral in integrals})
     asked: dict[str, Any] = {"after": stage.after} if stage.after is not None else {"when": stage.moment}
     found = {} if stage.after is not None else {at_end("t", number): Ask(**asked)}
     return {**found, **{at_end(name, number): Ask(value=value, **asked) for name, value in values.items()}}
+
+
+def integrals_later(system: System, number: int, part: System) -> list[Node]:
+    """Return work and impulses of elements that act in a stage, its `part`, which questions of later stages name."""
+    last, acting = len(system.then) + 1, {name for key in _ELEMENTS for name in getattr(part, key)}
+    later = Names({name: x for name, x in system.ask.items() if (x.stage or last) > number})
+    named = leaves([x.node for x in expressions(replace(system, ask=later)) if x.path[0] == "ask"], "quantity")
+    return [x for x in named if of_run(x) and x.data[1][0].partition(".")[0] in acting]
 
 
 def at_end(name: str, number: int) -> str:

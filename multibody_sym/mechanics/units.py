@@ -7,7 +7,7 @@ were declared with. A row's multiplier times the derivative of the row by a coor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
@@ -44,6 +44,8 @@ class MechanismUnits:
     """The units of a mechanism's quantities by their names, as texts that `parse_unit` reads."""
 
     mechanism: Mechanism
+    answers: Mapping[str, str] = field(default_factory=dict)
+    """The units of answers that expressions may name."""
 
     @cached_property
     def state(self) -> dict[str, str]:
@@ -91,10 +93,13 @@ class MechanismUnits:
     @cached_property
     def _declared(self) -> MechanismUnits:
         """The units in coordinates of joints, in which expressions are declared."""
-        return self if self.mechanism.relative is None else MechanismUnits(self.mechanism.relative)
+        return self if self.mechanism.relative is None else MechanismUnits(self.mechanism.relative, self.answers)
 
     def _leaf(self, leaf: Node) -> InferredUnit | None:
         leaf = self.mechanism.symbols.get(leaf, leaf)
+        if leaf.op == "symbol" and self.answers.get(str(leaf.data)):
+            kind = kind_of(self.answers[str(leaf.data)])
+            return InferredUnit(kind, firm=kind.angle != 1)  # 30*w/pi is in turns a minute
         if leaf.op == "quantity":
             function, arguments = leaf.data
             if function in ("'", "''", "generalized_momentum"):

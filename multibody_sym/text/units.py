@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable
 from fractions import Fraction
@@ -551,8 +552,17 @@ def _times_constant(known: InferredUnit | None, constant: Node) -> InferredUnit 
     """Return the kind of the product with a constant."""
     if known is None or constant.op == "real" or not is_pure(constant):
         return None
+    if known.kind.angle in (1, -1) and _is_turn(constant):
+        kind = Kind(Dimension(*known.kind.dimension), angle=0)
+        return known._replace(kind=kind)  # 2*pi/omega is a time, omega/(2*pi) a rate
     plain = constant.op == "number" and abs(constant.data) in _HALVES
     return known if plain else known._replace(doubtful=True)
+
+
+def _is_turn(constant: Node) -> bool:
+    """Return whether a constant is pi or 2 pi."""
+    of_circle = any(leaf.op == "pi" for leaf in postorder([constant]))
+    return of_circle and constant.shadow is not None and constant.shadow in (math.pi, 2 * math.pi)
 
 
 def _common_kind(args: tuple[Node, ...], operands: list[InferredUnit | None]) -> InferredUnit | None:

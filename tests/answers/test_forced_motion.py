@@ -10,6 +10,8 @@ from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import Formula
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import symbol
 
 DRIVEN = """
 multibody_sym: 1
@@ -116,3 +118,36 @@ def test_equations_of_steps_hold_at_amplitude_and_lag(kind: str, inputs: str) ->
         known = {s: values[solution.steps.notation.text(s)] for side in line.sides for s in side.free_symbols}
         left, right = (float(side.subs(known)) for side in line.sides)
         assert left == pytest.approx(right, rel=1e-10)
+
+
+@lru_cache
+def damped_pair(pace: float) -> mbs.Value:
+    model = """
+multibody_sym: 1
+name: damped_pair
+gravity: [0, 0, 0]
+parameters: {m1: 2 kg, m2: 1 kg, c1: 3 N*s/m, c2: 5 N*s/m, k1: 450 N/m, k2: 150 N/m, W: 13 rad/s}
+inputs: {F: 10*sin(W*t)}
+bodies: {one: {mass: m1}, two: {mass: m2}}
+joints:
+  A: {type: prismatic, parent: ground, child: one, axis: x, q: x}
+  B: {type: prismatic, parent: one, child: two, axis: x, q: y}
+forces:
+  a: {type: spring, joint: A, stiffness: k1, damping: c1}
+  b: {type: spring, joint: B, stiffness: k2, damping: c2}
+  F: {type: force, on: two, value: [F, 0, 0]}
+ask: {lag: {phase: y, of: F}}
+"""
+    return mbs.solve(mbs.loads(model), {"W": pace}).answers["lag"]
+
+
+@pytest.mark.parametrize("pace", [3.0, 11.0, 17.0, 40.0])
+def test_a_lag_has_one_formula_at_every_pace(pace: float) -> None:
+    """The formula at 13 rad/s is that of all frequencies, as a linear system of complex numbers shows."""
+    M, C, K = ([[3.0, 1.0], [1.0, 1.0]], [[3.0, 0.0], [0.0, 5.0]], [[450.0, 0.0], [0.0, 150.0]])
+    y = np.linalg.solve(np.array(K) + 1j * pace * np.array(C) - pace**2 * np.array(M), [1.0, 1.0])[1]
+    numbers = {"m1": 2.0, "m2": 1.0, "c1": 3.0, "c2": 5.0, "k1": 450.0, "k2": 150.0, "W": pace}
+    formula = damped_pair(13.0).expression
+    assert formula is not None
+    lag = evaluate_float([formula], {symbol(name): x for name, x in numbers.items()})[0]
+    assert lag == pytest.approx(-np.angle(y), abs=1e-9)

@@ -8,7 +8,7 @@ corrected by Newton's method; the times of impacts are those of the run.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -167,6 +167,8 @@ _DENSE: Final = 60
 _SAME: Final = 1e-6
 _ALIKE: Final = 1e-4
 """How well the samples tell where a coordinate turns, and when it does."""
+_ROOT: Final = 4 * float(np.finfo(float).eps)
+"""The part of a time to which a turn is found."""
 _STILL: Final = 1e-13
 """A speed that is rounding."""
 _CORRECTIONS: Final = 3
@@ -262,14 +264,14 @@ class Swing:
 
     def _swung(self, run: Trajectory, turns: list[float]) -> float:
         """Return the time from one turn to the next but one."""
-        places = [self._at(run, t) for t in turns[:_TURNS]]
-        size = max(places) - min(places)
-        first, second = turns[2] - turns[0], turns[4] - turns[2]
-        repeated = max(abs(places[k] - places[k + 2]) for k in range(_TURNS - 2)) <= _SAME * size
-        if not repeated or abs(second - first) > _ALIKE * first:
+        about = turns[:_TURNS]
+        if _repeats(about, [self._at(run, t) for t in about]):
+            begin = about[0] if about[0] == 0.0 else self._turned(about[0], run)
+            return self._turned(about[2], run) - begin
+        exact = [t if t == 0.0 else self._turned(t, run) for t in about]  # a turn may be narrower than a step
+        if not _repeats(exact, [self._at(run, t) if t == 0.0 else self._there(t) for t in exact]):
             raise NoPeriodError(f"the motion of {self.coordinate} does not repeat itself{self._driven(run)}")
-        begin = turns[0] if turns[0] == 0.0 else self._turned(turns[0], run)
-        return self._turned(turns[2], run) - begin
+        return exact[2] - exact[0]
 
     def _driven(self, run: Trajectory) -> str:
         """Return what is to be said of the motion where something in the model depends on time; else nothing."""
@@ -343,7 +345,7 @@ class Swing:
         At an impact, where slopes jump, it is that of a run which ends there.
         """
         if time in _impacts(run):
-            return float(self._run(time)[self.coordinate][-1])
+            return self._there(time)
         q, u = run[self.coordinate], run[f"u_{self.coordinate}"]
         k = min(int(np.searchsorted(run.t, time, side="right")), len(q) - 1)
         step = float(run.t[k] - run.t[k - 1])
@@ -352,16 +354,23 @@ class Swing:
         ends = q[k - 1] * y * y * (1 + 2 * x) + q[k] * x * x * (3 - 2 * x)
         return float(ends + step * (u[k - 1] * x * y * y - u[k] * x * x * y))
 
+    def _there(self, time: float) -> float:
+        """Return the coordinate at the end of a run to a time."""
+        return float(self._run(time)[self.coordinate][-1])
+
     def _turned(self, time: float, run: Trajectory) -> float:
-        """Return the time of a turn, corrected by runs that end there; that of an impact as it is."""
-        if time in _impacts(run):
+        """Return the time of a turn, by runs that end beside it; that of an impact as it is."""
+        name, k = f"u_{self.coordinate}", int(np.searchsorted(run.t, time))
+        ends = {float(run.t[j]): float(run[name][j]) for j in (k - 1, k)}
+        before, after = ends
+        if time in _impacts(run) or not ends[before] * ends[after] < 0.0:
             return time
-        u, k = run[f"u_{self.coordinate}"], int(np.searchsorted(run.t, time))
-        slope = (u[k] - u[k - 1]) / (run.t[k] - run.t[k - 1])
-        for _ in range(_CORRECTIONS):
-            missed = float(self._run(time)[f"u_{self.coordinate}"][-1])
-            time -= missed / float(slope)
-        return time
+        from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
+        def speed(t: float) -> float:
+            return ends[t] if t in ends else float(self._run(t)[name][-1])
+
+        return float(brentq(speed, before, after, xtol=_ROOT * after, rtol=_ROOT))
 
     # --- around ---------------------------------------------------------------------------------------------------
 
@@ -398,3 +407,11 @@ class Swing:
 def _impacts(run: Trajectory) -> list[float]:
     """Return the times of a run's impacts."""
     return [float(change["t"]) for change in run.changes if change["kind"] == "impact"]
+
+
+def _repeats(times: Sequence[float], places: Sequence[float]) -> bool:
+    """Return whether turns at times and places are those of a motion that repeats itself after every second one."""
+    size = max(places) - min(places)
+    first, second = times[2] - times[0], times[4] - times[2]
+    alike = max(abs(places[k] - places[k + 2]) for k in range(len(places) - 2)) <= _SAME * size
+    return alike and abs(second - first) <= _ALIKE * first

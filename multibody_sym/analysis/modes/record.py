@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import reduce
+from itertools import takewhile
 from operator import mul
 from typing import Any, Final, Literal
 
@@ -15,6 +16,7 @@ from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
 from multibody_sym.algebra.quotient_functions import sqrt, with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient, factors_of
+from multibody_sym.algebra.roots import Roots
 from multibody_sym.algebra.writers import LatexScript
 from multibody_sym.analysis.modes.matrices import Matrices
 from multibody_sym.derivation.notation import dotted, latex_name
@@ -203,6 +205,7 @@ class Root:
 
     `frequency`: omega without a root in a root, where there is such a form; `forms`: other forms of x.
     A `value` with an imaginary part (a complex number of mpmath) belongs to motions that grow while they swing.
+    `rests`: it is zero, but for rounding of parameters.
     """
 
     value: Any
@@ -211,6 +214,7 @@ class Root:
     times: int
     frequency: Quotient | None = None
     forms: tuple[Node, ...] = ()
+    rests: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +243,9 @@ def spectrum(given: Matrices) -> Spectrum:
         powers = coefficients(field, field.in_ring(factor), k)
         if len(powers) > 1:
             kept.append((tuple(powers), times))
-            roots += list(_roots(powers, times))
+            found = sorted(_roots(powers, times), key=lambda root: abs(root.value))
+            zeros = len(list(takewhile(_vanishes, powers)))
+            roots += [replace(root, rests=n < zeros) for n, root in enumerate(found)]
             if powers[0].is_zero:
                 continue
             for e in range(1, len(powers)):  # all roots of the factor are positive
@@ -250,6 +256,11 @@ def spectrum(given: Matrices) -> Spectrum:
                 signs.append(Condition(b * b - 4 * (a * c), strict=True, under_root=True))
     roots.sort(key=lambda root: (PRECISE.re(root.value), PRECISE.im(root.value)))
     return Spectrum(tuple(roots), tuple(kept), tuple(signs))
+
+
+def _vanishes(a: Quotient) -> bool:
+    """Return whether a coefficient is zero at the sample, to rounding of its terms."""
+    return a.is_zero or Roots(a.field, SQUARE).vanishes(a.field.in_ring(a.above))
 
 
 def _polynomial(given: Matrices) -> tuple[Poly, int]:

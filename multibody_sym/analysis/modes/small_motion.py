@@ -42,7 +42,7 @@ from multibody_sym.model.system import System, expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
-from multibody_sym.scalars.elementary import BUILD, leaves, postorder
+from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import PI, TWO, Node, as_node, divide, multiply, negate, symbol
 from multibody_sym.scalars.rank import least_directions
@@ -63,6 +63,7 @@ _LONGEST_NUMBER: Final = 20
 _SHAPES: Final = 100_000
 _MOST_SHAPED: Final = 5
 _ROOT_BELOW: Final = 3
+_LOST: Final = 15
 _STILL: Final = 1e-12
 
 
@@ -188,10 +189,16 @@ class Formulas:
 
 
 def _reading_length(node: Node) -> tuple[int, bool, bool, str]:
-    """Return how long a form is to read, longer where a root divides it; 2 sqrt(a) is the shortest of equals."""
+    """Return how long a form is to read, longer where a root divides it; 2 sqrt(a) is the shortest of equals.
+
+    A root with letters that is subtracted below loses digits, and its limits.
+    """
     divides = node.op == "div" and any(x.op == "sqrt" for x in (node.args[1], *node.args[1].args))
+    quotient = node.args[0] if node.op == "sqrt" else node
+    below = flatten("add", quotient.args[1]) if quotient.op == "div" else []
+    loses = any(x.op == "neg" and x.args[0].op == "sqrt" and leaves([x], "symbol") for x in below)
     numbered = node.op == "mul" and node.args[0].op == "number" and node.args[1].op == "sqrt"
-    return len(text(node)) + _ROOT_BELOW * divides, not numbered, node.op != "sqrt", text(node)
+    return len(text(node)) + _ROOT_BELOW * divides + _LOST * loses, not numbered, node.op != "sqrt", text(node)
 
 
 # --- modes in numbers, from eigenvalues and eigenvectors -------------------------------------------------------------
@@ -350,7 +357,6 @@ _MOVING: Final = ("joints", "forces", "constraints", "bodies", "inputs", "gravit
 _LATER: Final = (0.137, 1.913, 31.07)
 """Times (s) at which a system is compared with what it is at t = 0."""
 _SAME: Final = 1e-9
-_REST: Final = 1e-12
 """The part of the largest omega^2 up to which one is zero."""
 _AGREEMENT: Final = 1e-7
 """How near a root must come to the square of an eigenvalue, of which rounding takes more where two of them meet."""
@@ -495,7 +501,7 @@ class SmallMotion:
             size, inverse = len(M), np.linalg.inv(M)
             A = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ K, -inverse @ G]])
             values = np.linalg.eigvals(A)
-        squares = [complex(root.value) for root in found.roots if not _rests(root, found)]
+        squares = [complex(root.value) for root in found.roots if not root.rests]
         known = [-(complex(x) * complex(x)) for x in values]
         largest = max((abs(x) for x in squares), default=0.0)
         missed = [(min((abs(x - y) for y in known), default=math.inf), abs(x)) for x in squares]
@@ -531,7 +537,7 @@ class SmallMotion:
     def _mode(self, root: Root, shape: dict[str, Value], quarter: dict[str, Value]) -> Mode:
         assert self.spectrum is not None
         value = complex(root.value)
-        if _rests(root, self.spectrum):
+        if root.rests:
             return Mode("free", shape=shape, quarter=quarter)
         if value.imag:
             rate = complex(np.sqrt(-value))
@@ -641,9 +647,3 @@ class SmallMotion:
             turning = any(body.quaternions for body in self.mechanism.bodies)
             notes.append(_STOPPED + (_IN_ANGLES if turning else ""))
         return [*notes, *(f"numbers only, where no formula is given: {reason}" for reason in self.reasons)]
-
-
-def _rests(root: Root, found: Spectrum) -> bool:
-    """Return whether omega^2 is zero."""
-    size = max(abs(complex(each.value)) for each in found.roots)
-    return (root.quotient is not None and root.quotient.is_zero) or abs(complex(root.value)) <= _REST * size

@@ -16,7 +16,7 @@ from multibody_sym.answers.ask.formula_questions import FORMULA_QUESTIONS
 from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
-from multibody_sym.answers.ask.question import AskedMotion, Question
+from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
 from multibody_sym.answers.ask.sections import GreatestSectionQuestion, SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
@@ -89,6 +89,10 @@ def answers_of(solved: SolvedInstant) -> Answers:
             reasons.set_aside()
             question = question_of(ask)
             parts = _answers(motion, name, ask, worked[name].working, remarks)
+            written = question_of(solved.system.ask[name])
+            if ask is not solved.system.ask[name] and isinstance(written, SingleQuestion):
+                unit = written.unit(motion)  # of the answers that it names
+                parts = {end: replace(x, unit=unit or x.unit) for end, x in parts.items()}
             worked[name] = worked[name]._replace(
                 at_start=question.at_start(),
                 is_later=question.is_later(),

@@ -138,6 +138,33 @@ class Sides:
         before = [(-np.inf, more) for at, more in jumps if at < middle]
         return float(integrated_outputs(adding, self._run.stretches, [part], before)[ASKED][0])
 
+    def largest(self, low: float, high: float) -> tuple[float, float]:
+        """Return when the value is largest between two times of a stretch, and the value then.
+
+        Ever finer samples about the largest one are taken until the polynomial through them tells, or times end.
+        """
+        stretch = self._stretches[self._at((low + high) / 2)]
+        low, high = max(low, stretch.problem.start), min(high, stretch.until)
+        leg = stretch.part(low, high, *stretch.at(low))
+        while True:
+            part = leg.fine(_FINER)
+            t, y = part.t, part.evaluated("outputs")[0][:, part.told.outputs.index(ASKED)]
+            y = np.where(np.isfinite(y), y, -np.inf)
+            k = int(np.argmax(y))
+            near = slice(max(k - _EXTREMES_BESIDE, 0), k + _EXTREMES_BESIDE + 1)
+            if 0 < k < len(t) - 1 and np.isfinite(y[near]).all() and is_smooth(t[near], y[near], t[k]):
+                turns = turning_points(_fitted(t[near], y[near]), t[k - 1], t[k + 1])
+                known = [(x, self._value(self._at(x), x)) for x in turns]
+                return max([*known, (float(t[k]), float(y[k]))], key=lambda place: place[1])
+            before, after = max(k - 1, 0), min(k + 1, len(t) - 1)
+            if not t[after] - t[before] > _ROUNDED * abs(t[after]) or (before, after) == (0, len(t) - 1):
+                return float(t[k]), float(y[k])
+            leg = leg.part(float(t[before]), float(t[after]), part.q[before], part.u[before])
+
+    def can_refine(self) -> bool:
+        """Return whether what is asked follows from a state: it is no integral over the run."""
+        return ASKED in self._asked.outputs
+
     def when(self, crossing: Crossing) -> float:
         """Return when a function crosses zero, to rounding."""
         if crossing not in self._times:
@@ -170,10 +197,42 @@ class Sides:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# The polynomial through samples about an extreme one, and where it turns back.
+
 
 _EXTREMES_BESIDE: Final = 4
 """So many samples on each side of the extreme one make the polynomial that is searched."""
 _REAL: Final = 1e-9
+_SMOOTH: Final = 1e-6
+"""The part of what samples span by which a polynomial may miss one: its extreme has the root of that as error."""
+_FINER: Final = 16
+"""Pieces of four samples between two times about an extreme."""
+
+
+def is_smooth(t: Floats, y: Floats, at: float, noise: float = 0.0) -> bool:
+    """Return whether the polynomial through samples but the one `at` a time has this, too."""
+    k = int(np.argmin(np.abs(t - at)))
+    others = np.arange(len(t)) != k
+    if len(t) <= 2:
+        return True
+    missed = abs(float(_fitted(t[others], y[others], (t[0], t[-1]))(t[k])) - float(y[k]))
+    return missed <= max(_SMOOTH * float(np.ptp(y)), noise)
+
+
+def _fitted(t: Floats, y: Floats, domain: tuple[float, float] | None = None) -> Polynomial:
+    """Return the polynomial through samples."""
+    return Polynomial.fit(t, y, len(t) - 1, domain=domain or (t[0], t[-1]))
+
+
+def turning_points(fitted: Polynomial, low: float, high: float) -> list[float]:
+    """Return where a polynomial turns back between two times."""
+    roots = fitted.deriv().roots()
+    real = roots[np.abs(roots.imag) <= _REAL * float(np.ptp(fitted.domain))].real
+    return [float(x) for x in real if low <= x <= high]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 _SAME: Final = 100
 """By so many tolerances of what a value spans what is reached first may fall short of the extreme, as runs err."""
 _LIKELY: Final = 1e-6
@@ -192,13 +251,14 @@ _UNTIL: Final = "until"
 class _Place:
     """A time `t` that may have the extreme, before (`side` -1) or behind (1) a bend or jump there; 0 where none is.
 
-    It is about `value`, and may be larger by `unsure` where few samples tell.
+    It is about `value`, and may be larger by `unsure` where few samples tell: `between` two times finer ones do.
     """
 
     t: float
     value: float
     side: int = 0
     unsure: float = 0.0
+    between: tuple[float, float] | None = None
 
     @property
     def most(self) -> float:
@@ -244,7 +304,8 @@ class ExtremeQuestion(LaterQuestion):
         if not inside.any():
             raise NeverError("the motion ends before the time after which it is asked, or there is no value")
         rounding, changes = motion.rtol * float(np.ptp(y[inside])), bends(run)
-        likely = _likely(run, y, inside, begin, list(changes))
+        noise = motion.rtol * float(np.abs(y[inside]).max())
+        likely = _likely(run, y, inside, begin, list(changes), noise)
         t, value = _first(likely, _Reached(run, changes, rounding), rounding)
         if is_cut_off and t >= float(run.t[-1]):
             which, more = ("largest", "larger") if self.is_largest else ("least", "smaller")
@@ -321,6 +382,8 @@ class _Reached:
 
     def _of(self, place: _Place) -> tuple[float, float]:
         t, side = place.t, place.side
+        if place.between is not None and self._sides.can_refine():
+            return self._sides.largest(*place.between)
         if side == 0:
             return t, self._ends[t] if t in self._ends else self._sides.value(t)
         if t in self.states:
@@ -338,7 +401,7 @@ def _first(likely: list[_Place], reached: _Reached, rounding: float) -> tuple[fl
     within a mode count before those with which one begins, and these before those with which one ends.
     """
     best = sorted(likely, key=lambda each: -each.value)[:_EXACTLY]
-    best += [*sorted(likely, key=lambda each: -each.most)[:_EXACTLY], likely[-1]]
+    best += [*sorted(likely, key=lambda each: -each.most)[:_EXACTLY], likely[-1], *(x for x in likely if x.between)]
     largest = max(reached(place)[1] for place in best)
     alike = [place for place in best if reached(place)[1] >= largest - rounding]
     clearness = {place: 2 if place.t not in reached.states else max(place.side, 0) for place in alike}
@@ -350,14 +413,16 @@ def _first(likely: list[_Place], reached: _Reached, rounding: float) -> tuple[fl
     raise AssertionError("one of the best is among them")
 
 
-def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float, changes: list[float]) -> list[_Place]:
+def _likely(
+    run: Trajectory, y: Floats, inside: np.ndarray, begin: float, changes: list[float], noise: float
+) -> list[_Place]:
     """Return the places at which the largest value may be first, in their order.
 
     The begin, the end, where the polynomials through samples turn back, and both sides of changes and bends.
     """
     looked = np.where(inside, y, -np.inf)
     top, first = int(np.argmax(looked)), int(np.argmax(run.t >= begin))
-    legs, little = _Legs(run, y, looked, changes), _LIKELY * float(np.ptp(y[inside]))
+    legs, little = _Legs(run, y, looked, changes, noise), _LIKELY * float(np.ptp(y[inside]))
     about = 0.0 if run.t[first] == begin else float(legs.rises[first])
     found = [_Place(begin, float(np.interp(begin, run.t, y)), unsure=about), legs.sample(len(y) - 1)]
     if not np.isfinite([place.value for place in found]).all():
@@ -381,12 +446,13 @@ def _likely(run: Trajectory, y: Floats, inside: np.ndarray, begin: float, change
 class _Legs:
     """The samples of a run between `changes`; where samples are `looked` at is the largest value looked for."""
 
-    def __init__(self, run: Trajectory, y: Floats, looked: Floats, changes: list[float]) -> None:
+    def __init__(self, run: Trajectory, y: Floats, looked: Floats, changes: list[float], noise: float) -> None:
         self.t, self.y, self.looked, self.changes = run.t, y, looked, changes
         self.number = np.searchsorted(changes, run.t, side="right")
         """Of each sample how many changes it has behind it: a change has the value before it, a sample there not."""
         self.begins = np.r_[True, self.number[1:] != self.number[:-1]]
         self.ends = np.r_[self.begins[1:], True]
+        self.noise = noise
 
     def peaks(self, top: int, little: float) -> list[int]:
         """Return samples near which the largest value may be: not less than those beside them, or beside a change."""
@@ -415,7 +481,7 @@ class _Legs:
         near, values = t[first : last + 1], self.y[first : last + 1]
         if not np.isfinite(values).all():
             return [self.sample(k)]
-        fitted = Polynomial.fit(near, values, len(near) - 1, domain=[near[0] - self.step, near[-1] + self.step])
+        fitted = _fitted(near, values, (near[0] - self.step, near[-1] + self.step))
         low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
         found = list[_Place]()
         if self.begins[k] and k:
@@ -424,9 +490,10 @@ class _Legs:
         if self.ends[k] and k < len(t) - 1:
             high = self.changes[leg]
             found.append(_Place(high, float(fitted(high)), -1, self._unsure(near, k, high)))
-        roots = fitted.deriv().roots() if len(near) > 2 else np.array([])
-        real = roots[np.abs(roots.imag) <= _REAL * (near[-1] - near[0])].real
-        found += [_Place(float(x), float(fitted(x))) for x in real if low <= x <= high]
+        if not is_smooth(near, values, t[k], self.noise):
+            return [*found, replace(self.sample(k), unsure=float(self.rises[k]), between=(float(low), float(high)))]
+        if len(near) > 2:
+            found += [_Place(x, float(fitted(x))) for x in turning_points(fitted, low, high)]
         return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
 
     def sample(self, k: int) -> _Place:

@@ -312,13 +312,16 @@ class PhaseQuestion(_ForcedQuestion):
             along = a * c
             notes.extend(f"while {each}" for each in _granted([Condition(absolute(along), strict=True)]))
             return ZERO if along.sample > 0 else PI
-        forms = [add(_argument(below), negate(_argument(above)))]
         with suppress(NoClosedFormError):  # products of two determinants
-            forms.append(_argument((c * a + d * b, d * a - c * b)))
-        form = min(forms, key=lambda form: len(text(form)))
+            form = _argument((c * a + d * b, d * a - c * b))
+            if len(text(form)) <= _LONGEST:
+                return form
+        form = add(_argument(below), negate(_argument(above)))
         sample = {x.node: float(x.sample) for x in a.field.letters if x.node is not None}
         turns = round((self.value(linear) - evaluate_float([form], sample)[0]) / (2 * np.pi))
-        return add(form, multiply(as_node(2 * turns), PI)) if turns else form
+        found = add(form, multiply(as_node(2 * turns), PI)) if turns else form
+        notes.append(f"while -pi < {text(found)} <= pi; elsewhere 2*pi is added or subtracted")
+        return found
 
     def lines(self, linear: ForcedMotion) -> Iterator[Line]:
         yield from super().lines(linear)

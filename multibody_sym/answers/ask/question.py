@@ -365,12 +365,13 @@ class AskedMotion:
         return self._forced[name]
 
     def unit_of(self, asked: Node) -> str:
-        """Return the SI unit of an expression."""
+        """Return the SI unit of an expression, which may name answers."""
         if asked == TIME:
             return "s"
         if asked.op == "quantity" and asked.data[0] == "'" and asked.data[1][0] in self.solved.mechanism.rate_units:
             return self.solved.mechanism.rate_units[asked.data[1][0]]  # Pa/s: no unit that units of a rate are made of
-        (unit,) = MechanismUnits(self.solved.mechanism).of([asked])
+        units = {name: answer.unit for name, answer in self.answers.items() if answer.unit}
+        (unit,) = MechanismUnits(self.solved.mechanism, units).of([asked])
         return unit
 
     def later(self, question: LaterQuestion, working: Working) -> Value:
