@@ -37,6 +37,7 @@ def written() -> Mapping[Path, Callable[[], str]]:
         tutorials / "slider_crank.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "slider_crank.yaml")),
         tutorials / "robot.svg": partial(_drawn, _robot),
         DOCS / "guide" / "beam_diagrams.svg": _diagrams,
+        DOCS / "guide" / "phase_portrait.svg": _phase_portrait,
         DOCS / "guide" / f"{_BEAM}.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml")),
         ROOT / "README.md": _readme,
         DOCS / "index.md": _first_page,
@@ -60,6 +61,10 @@ def printed(page: Path, language: str) -> str:
 
 def _diagrams() -> str:
     return mbs.draw(mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml"), diagrams=True).svg
+
+
+def _phase_portrait() -> str:
+    return mbs.draw(mbs.load(EXAMPLES / "bead_on_hoop.yaml"), phase="theta").svg
 
 
 def _drawn(load: Callable[[], mbs.System]) -> str:

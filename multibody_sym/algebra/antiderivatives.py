@@ -388,7 +388,7 @@ class _Integration:
 #
 #     (alpha/a) sqrt(Q) + (beta - alpha b/(2 a)) J(s),    J = acos((2 a s + b)/sqrt(b^2 - 4 a c))/sqrt(-a)   for a < 0
 #
-# and between the two zeros of Q, a < 0:   pi (beta - alpha b/(2 a))/sqrt(-a).
+# and between the two zeros of Q, a < 0, for any powers of s above the root.
 
 
 _SUBSTITUTIONS: Final = (1, 2, -1, -2)
@@ -407,22 +407,8 @@ class RootIntegral:
     @classmethod
     def of(cls, factor: Quotient, square: Quotient, by: Node) -> RootIntegral | None:
         """Return the integrand factor/sqrt(square) by a symbol; None where no substitution gives it this form."""
-        field = factor.field
-        place = field.position(by)
-        solver = Roots(field, by)
-        parts = (factor.above, factor.below, square.above, square.below)
-        used = {k for p in parts for m in p for k, n in enumerate(m) if n}
-        if place is None or any(k != place and solver.depends(k) for k in used):
-            return None
-        q = field.whole(field.ring.gens[place])
-        is_negative = bool(q.sample < 0)
-        for n in _SUBSTITUTIONS:
-            for m in _FACTORS:
-                size = -n if is_negative and m % 2 else n  # sqrt(q^(2 m)) is positive
-                linear = powers_of_step(factor * q.power(1 - n + m) / size, place, n, 1)
-                inside = powers_of_step(square * q.power(2 * m), place, n, 2)
-                if linear is not None and inside is not None:
-                    return cls(by, n, (linear[0], linear[1]), (inside[0], inside[1], inside[2]))
+        for n, linear, inside in _substituted(factor, square, by, range(2)):
+            return cls(by, n, (linear[0], linear[1]), (inside[0], inside[1], inside[2]))
         return None
 
     @property
@@ -433,14 +419,8 @@ class RootIntegral:
 
     @property
     def pace(self) -> Quotient:
-        """sqrt(-a); raises NoClosedFormError where nothing swings between two places."""
+        """sqrt(-a). Raises NoClosedFormError where nothing swings between two places."""
         return sqrt(-self.square[2])
-
-    def complete(self) -> Quotient:
-        """Return the size of the integral between the zeros of Q. Raises NoClosedFormError where there are none."""
-        share = self.share
-        pi = share.field.letter(PI, share.field.letters[0])
-        return pi * share * sign(share) / self.pace
 
     def angle(self, s: Quotient) -> Quotient:
         """Return (2 a s + b)/sqrt(b^2 - 4 a c), between -1 and 1."""
@@ -502,6 +482,59 @@ class RootIntegral:
         s = divide(subtract(multiply(size, found), book_node(b)), book_node(2 * a))
         root = s if abs(self.power) == 1 else BUILD["sqrt"](s)
         return root if self.power > 0 else divide(ONE, root)
+
+
+def _substituted(
+    factor: Quotient, square: Quotient, by: Node, powers: range
+) -> Iterator[tuple[int, dict[int, Quotient], Powers]]:
+    """Yield factor/sqrt(square) as P(s)/sqrt(c + b s + a s^2) in s = `by`^n: n, the `powers` of s in P, and c, b, a."""
+    field = factor.field
+    place = field.position(by)
+    solver = Roots(field, by)
+    parts = (factor.above, factor.below, square.above, square.below)
+    used = {k for p in parts for m in p for k, n in enumerate(m) if n}
+    if place is None or any(k != place and solver.depends(k) for k in used):
+        return
+    q = field.whole(field.ring.gens[place])
+    is_negative = bool(q.sample < 0)
+    for n in _SUBSTITUTIONS:
+        for m in _FACTORS:
+            size = -n if is_negative and m % 2 else n  # sqrt(q^(2 m)) is positive
+            moved = factor * q.power(1 - n + m - n * powers.start) / size
+            found = powers_of_step(moved, place, n, len(powers) - 1)
+            inside = powers_of_step(square * q.power(2 * m), place, n, 2)
+            if found is not None and inside is not None:
+                yield n, dict(zip(powers, found, strict=True)), inside
+
+
+_POWERS: Final = (range(2), range(-2, 5))
+"""Powers of s in the integrals between turns: those that have an antiderivative here, and all."""
+
+
+def integral_between_turns(factor: Quotient, square: Quotient, by: Node) -> Quotient:
+    """Return the size of the integral of factor/sqrt(square) by a symbol between the zeros of the square around it.
+
+    The integrals I_n of s^n/sqrt(c + b s + a s^2) follow from each other, as s^n sqrt(..) vanishes at both ends:
+
+        n c I_(n-1) + (n + 1/2) b I_n + (n + 1) a I_(n+1) = 0        I_0 = pi/sqrt(-a)        |I_-1| = pi/sqrt(-c)
+
+    Raises NoClosedFormError where no substitution gives it this form, or nothing swings between two places.
+    """
+    for powers in _POWERS:
+        for n, above, (c, b, a) in _substituted(factor, square, by, powers):
+            used = [k for k, x in above.items() if not x.is_zero]
+            if not (a.sample < 0 and (c.sample < 0 or (n == 1 and min(used, default=0) >= 0))):
+                continue  # s = 0 lies between the zeros
+            pi = a.field.letter(PI, a.field.letters[0])
+            known = {0: pi / sqrt(-a), 1: -b / (2 * a) * pi / sqrt(-a)}
+            if min(used, default=0) < 0:
+                known[-1] = pi / sqrt(-c) * (1 if b.sample > 0 else -1)
+                known[-2] = -b / (2 * c) * known[-1]
+            for k in range(1, max(used, default=0)):
+                known[k + 1] = -(k * c * known[k - 1] + (2 * k + 1) * b * known[k] / 2) / ((k + 1) * a)
+            total = sum((above[k] * known[k] for k in used), a.field.constant(0))
+            return total * sign(total)
+    raise NoClosedFormError(_UNKNOWN)
 
 
 def powers_of(a: Quotient, by: Node, highest: int) -> Powers | None:

@@ -4,6 +4,7 @@
     deviations            first-order deviations of a motion; whether A is constant along it
     kinks                 states at which A has two values: kinks, contacts about to slip or to open
     modes                 `modes`: frequencies and shapes of small motions; periods of large ones
+    phase_plane           one freedom: fixed points, separatrix, curves of constant energy
     equilibrium           `equilibrium`: positions of rest, their stability, whether they are all; `trim`
     equilibrium_search, positions    the search for them; whether two positions are one
     rest                  ranges of a parameter in which friction holds a system at rest

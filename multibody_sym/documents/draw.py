@@ -17,7 +17,7 @@ from multibody_sym.errors import at as within
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
-from multibody_sym.model.argument_checks import callback, flag
+from multibody_sym.model.argument_checks import callback, flag, text
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
@@ -51,6 +51,7 @@ def draw(
     dimensions: bool = True,
     redundant: bool = False,
     diagrams: bool = False,
+    phase: str | None = None,
     mark: Mapping[str, str] | Sequence[str] | None = None,
     strip: str | Sequence[str] = (),
     on_progress: Callable[[float], None] | None = None,
@@ -67,7 +68,8 @@ def draw(
     what finds no room, and what is given without a place, stands in a legend; `dimensions` are named lengths;
     `redundant` marks joints and constraints with rows that follow from others; `diagrams` draws N, V and M along beams
     below, of which `ask` names a section, else along those of a structure, and plans of the velocities and
-    accelerations that `ask` names; `mark` what stands at places of the model such as `joints.A`, with a word each if it
+    accelerations that `ask` names; `phase`: the phase portrait of this coordinate instead, with closed curves, the
+    separatrix and fixed points; `mark` what stands at places of the model such as `joints.A`, with a word each if it
     is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`); `parameters` to
     `project` change the system for this call; `formalism` for a run, of which `on_progress` is called with the part
     that is done; Ctrl-C ends it. Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
@@ -78,6 +80,11 @@ def draw(
     if path is not None:
         ending_of(path)
     asked = with_overrides(system, options)
+    if phase is not None:
+        figure = _phase_portrait(asked, phase)
+        if path is not None:
+            figure.write(path)
+        return figure
     with numbers_of(asked):
         scene = stripped(scene_of(asked), _prefixes(strip))
         progress = callback("on_progress", on_progress)
@@ -99,6 +106,14 @@ def draw(
     if path is not None:
         figure.write(path)
     return figure
+
+
+def _phase_portrait(asked: System, coordinate: str) -> Figure:
+    """Return the phase portrait of a coordinate."""
+    from multibody_sym.analysis.phase_plane import PhasePlane
+
+    with numbers_of(asked), within("phase"):
+        return Figure(PhasePlane.of(asked, text("phase", coordinate)).portrait().picture(asked.name))
 
 
 def _with_diagrams(figure: Figure, asked: System) -> Figure:

@@ -30,7 +30,7 @@ from multibody_sym.model.fields import AXES, QUATERNION, Element, dimension_of_u
 from multibody_sym.model.forces import Damper, SpringDamper, Torque
 from multibody_sym.model.joints import Foot, MovingJoint, guides
 from multibody_sym.model.parameters import Tabled, input_dimensions, unit_text
-from multibody_sym.model.settings import FORCED, Ask, Equation
+from multibody_sym.model.settings import FORCED, MOMENTUM, Ask, Equation
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.steps import PARAMETER
 from multibody_sym.model.system import RESERVED, System, Written, expressions, expressions_in, verify_symbol
@@ -368,7 +368,7 @@ _MAY_NAME: Final[Mapping[str, tuple[str, ...]]] = {
     "inputs": ("a parameter", "a coordinate", "a speed", _STATE, "the time"),
     "outputs": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT),
     "stop": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT),
-    "ask": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", _OUTPUT, _ANSWER),
+    "ask": ("a parameter", "a coordinate", "a speed", _STATE, "an input", "the time", "a momentum", _OUTPUT, _ANSWER),
     _MOTION: ("a parameter", "an input", "the time"),
 }
 _MAY_ASK: Final = ("outputs", "stop", "ask")
@@ -427,13 +427,15 @@ def verify_expressions(system: System, names: Mapping[str, str]) -> None:
 def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
     """Return the names beside those of the motion that an expression at a path may use.
 
-    Those of outputs, and in a question those of answers: to others, and to the extremes that it asks for itself.
+    Those of outputs; in a question those of answers, of extremes that it asks for itself, and of momenta.
     """
     outputs = dict.fromkeys(system.outputs, _OUTPUT)
     if path[0] != "ask":
         return outputs
-    equation = system.ask[path[1]].so
-    return outputs | dict.fromkeys((*system.ask, *(() if equation is None else equation.extremes)), _ANSWER)
+    question = system.ask[path[1]]
+    extremes = () if question.so is None else question.so.extremes
+    momenta = [f"{MOMENTUM}{q}" for q, _ in rate_names(system)] if question.is_of_phase_space else ()
+    return outputs | dict.fromkeys((*system.ask, *extremes), _ANSWER) | dict.fromkeys(momenta, "a momentum")
 
 
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
@@ -696,8 +698,7 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
                         kind = _kind_of_source(question) if key == "of" else _ASKED_KINDS[key]
                         raise ModelError(f"no {kind} is called {word!r}", number="M106", word=word, known=[*known])
             for key in ("when", "at", "until"):
-                moment = getattr(question, key)
-                if moment is not None:
+                if (moment := getattr(question, key)) is not None:
                     with at(key):
                         _verify_moment(mechanism, moment)
             if question.so is not None:
@@ -725,7 +726,7 @@ _ASKED_KINDS: Final = {
     "in": "parameter, coordinate or speed",
     "let": "parameter, coordinate or speed",
     "formula": "coordinate or speed",
-    **dict.fromkeys(("period_of", "advance"), "coordinate"),
+    **dict.fromkeys(("period_of", "advance", "action"), "coordinate"),
     **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
     "velocity": "point or body",
     "acceleration": "point or body",
@@ -759,16 +760,15 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
     for key in (*FORCED, "decrement"):
         if getattr(question, key) is not None:
             yield key, getattr(question, key), coordinates
+    points = {key: getattr(question, key) for key in ("velocity", "acceleration")}
     if question.of is not None and _is_forced(question):
         yield "of", question.of, [*system.inputs]
     elif question.formula is not None or question.advance is not None:
         named = coordinates if question.formula is None else moving
         yield from ((key, word, named) for key, word in (("advance", question.advance), ("of", question.of)) if word)
-    elif question.of is not None and question.of not in mechanism.markers:
-        own = [f"{body}.{point}" for body in system.bodies for point in OWN_POINTS]
-        yield "of", question.of, (*mechanism.markers, *(own if question.of in own else ()))
-    for key in ("velocity", "acceleration"):
-        point = getattr(question, key)
+    else:
+        points = {"of": question.of, **points}
+    for key, point in points.items():
         if point is not None and point not in mechanism.markers:
             own = [f"{body}.{x}" for body in system.bodies for x in OWN_POINTS]
             yield key, point, (*mechanism.markers, *(own if point in own else ()))
@@ -783,9 +783,9 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
             yield key, name, (*system.parameters, *moving, *([str(_TIME.data)] if key == "let" else ()))
     if question.formula is not None and question.of is None:
         yield "formula", text(question.formula), moving
-    if question.period_of is not None:
-        rates = [pair for body in mechanism.bodies for pair in body.rate_pairs]
-        yield "period_of", question.period_of, [mechanism.coordinates[q].name for q, _ in rates]
+    rates = [mechanism.coordinates[q].name for body in mechanism.bodies for q, _ in body.rate_pairs]
+    swinging = (("period_of", question.period_of), ("action", question.action))
+    yield from ((key, coordinate, rates) for key, coordinate in swinging if coordinate is not None)
 
 
 def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
@@ -814,7 +814,7 @@ def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:
 
 
 def just_after(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]:
-    """Return the names of the questions about the instant of an impact, in the order in which they name each other.
+    """Return the questions about the instant of an impact, in the order in which they name each other.
 
     These are expressions at no later moment that name no answer about the motion after it.
     """

@@ -47,7 +47,8 @@ _FORMS: Final = (
     "{section: body, component: moment, at: place}, "
     "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
     "{transmissibility: coordinate, from: input}, {decrement: coordinate}, {damping: number of a mode}, "
-    "{velocity: point}, {acceleration: point} or {instant_center: body}; "
+    "{velocity: point}, {acceleration: point} or {instant_center: body}, "
+    "{action: coordinate}, {bracket: [expression, expression]}, {canonical: {Q: expression, P: expression}}; "
     "c sticks (a state) and conditions may stand for {coordinate: value}"
 )
 _SETS: Final = (
@@ -79,6 +80,9 @@ _SETS: Final = (
     ("velocity",),
     ("acceleration",),
     ("instant_center",),
+    ("action",),
+    ("bracket",),
+    ("canonical",),
 )
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
@@ -91,6 +95,8 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
 """Keys that may stand beside the keys of a question."""
 FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissibility")
 """Keys of questions about the steady motion under an input."""
+MOMENTUM: Final = "p_"
+"""What stands before the name of a coordinate in that of its momentum."""
 _MODES: Final = 1000
 
 
@@ -239,6 +245,9 @@ class Ask(Element):
     `of` it, a frequency of `resonance` and of `antiresonance`, and a `transmissibility` from an input of the same unit;
     small free motions have a `decrement` and modes a `damping` ratio. `velocity`, `acceleration`: those of a point at
     the start, by components and size. `instant_center`: the point about which a body turns at the start, in the plane.
+    `action`: the action of a coordinate that swings or goes around, and the frequency of its angle. `bracket`: the
+    Poisson bracket of two expressions of coordinates, momenta p_q and speeds. `canonical`: whether new coordinates and
+    momenta, in pairs, are canonical.
     With `stage` a question is about that stage of the motion, and the start is that of the stage.
     """
 
@@ -340,6 +349,17 @@ class Ask(Element):
     instant_center: str | None = holds(
         Text(), None, says="the body whose instantaneous centre is asked for", such="rod"
     )
+    action: str | None = holds(
+        Text(), None, says="the coordinate whose action and frequency are asked for", such="theta"
+    )
+    bracket: tuple[Node, ...] | None = holds(
+        ListOf(Scalar(), 2, 2), None, such="[x, p_x]",
+        says="two expressions whose Poisson bracket is asked for; p_x is the momentum of x",
+    )
+    canonical: Mapping[str, Node] | None = holds(
+        MapOf(Scalar()), None, such="{Q: p_x, P: -x}",
+        says="new coordinates and momenta that are tested, each coordinate before its momentum",
+    )
     stage: int | None = holds(
         Count(), None, such="1",
         says="the stage of the motion that it is about, by its number; the last one if left out",
@@ -354,6 +374,11 @@ class Ask(Element):
     def is_of_vibrations(self) -> bool:
         """Whether it is about steady or fading vibrations, which a weight only shifts."""
         return any(getattr(self, name) is not None for name in (*FORCED, "decrement", "damping"))
+
+    @property
+    def is_of_phase_space(self) -> bool:
+        """Whether it is about functions of coordinates and momenta."""
+        return self.bracket is not None or self.canonical is not None
 
     @property
     def is_kinematic(self) -> bool:
@@ -373,6 +398,9 @@ class Ask(Element):
             raise ModelError(f"{{{names}}} is no known question{other}; ask with {_FORMS}", number="M104")
         if self.damping is not None and self.damping.shadow not in range(1, _MODES):
             raise ModelError("a mode is named by its number, {damping: 1}", number="M104").under("damping")
+        if self.canonical is not None and (not self.canonical or len(self.canonical) % 2):
+            message = "expected pairs, each coordinate before its momentum, {Q: .., P: ..}"
+            raise ModelError(message, number="M103").under("canonical")
         place = time_of(self.at)
         with at("at"):
             if place is not None and self.section is None:

@@ -1,4 +1,4 @@
-"""The period of a motion of any amplitude: by quadrature for one freedom with its energy conserved, else from runs.
+"""Period and action of a motion of any amplitude: by quadrature for one freedom that keeps its energy, else from runs.
 
 A coordinate that swings turns where its speed vanishes, or where an impact reverses it; its period is the time from one
 turn to the next but one. One that goes around has advanced by 2 pi. Runs end at the times that were found, which are
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -30,11 +31,12 @@ from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
-from multibody_sym.scalars.node import TWO, multiply
+from multibody_sym.scalars.node import TWO, multiply, quantity
 from multibody_sym.text.values import Value
 
 # ----------------------------------------------------------------------------------------------------------------------
-# The period of one freedom whose energy is conserved, by quadrature: T is the integral of dq/u over a swing or a turn.
+# One freedom whose energy is conserved, by quadrature: over a swing or a turn the period T is the integral of dq/u, the
+# action J that of p dq, divided by 2 pi.
 #
 # With u^2 = 2 (E - V(q))/M(q) between turning points c - a and c + a, and q = c + a sin(s), the integrand a cos(s)/u
 # is smooth and periodic in s, as 1/u is for what goes around: equal steps converge faster than any power of their
@@ -83,19 +85,32 @@ class Energy:
         first = self.parts(q0, u0)
         return (first[0] + (first[1] - stored)) / moving
 
-    def of_swing(self, low: float, high: float) -> tuple[float, float] | None:
-        """Return the period between turns that a run tells, and the part by which steps twice as long miss it."""
-        ends = [self._turn(low, high - low, -1.0), self._turn(high, high - low, 1.0)]
-        if ends[0] is None or ends[1] is None:
-            return None
-        middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
-        found = _integral(lambda s: 2 * half * math.cos(s) / math.sqrt(self.square(middle + half * math.sin(s))))
-        return self._known(found, middle)
+    def over_period(
+        self, f: Callable[[float, float], float], swung: tuple[float, float] | None
+    ) -> tuple[float, float] | None:
+        """Return the integral of f(q, |u|) dq over a period, and the part by which steps twice as long miss it.
 
-    def of_turn(self) -> tuple[float, float] | None:
-        """Return the time in which an angle that goes around advances by 2 pi."""
-        q0 = self.begin.q[0]
-        return self._known(_integral(lambda s: 2 / math.sqrt(self.square(q0 + 2 * s))), q0)
+        The way leads there and back between the turns that a run tells by its ends (`swung`); None: once around.
+        """
+        if swung is None:
+            middle, half, turns = self.begin.q[0], 2.0, False
+        else:
+            low, high = swung
+            ends = [self._turn(low, high - low, -1.0), self._turn(high, high - low, 1.0)]
+            if ends[0] is None or ends[1] is None:
+                return None
+            middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+            turns = True
+
+        def integrand(s: float) -> float:
+            q = middle + half * (math.sin(s) if turns else s)
+            return f(q, math.sqrt(self.square(q))) * half * (2 * math.cos(s) if turns else 1.0)
+
+        return self._known(_integral(integrand), middle)
+
+    def momentum(self, q: float, u: float) -> float:
+        """Return p = M(q) u."""
+        return 2 * self.parts(q, 1.0)[0] * u
 
     def _known(self, found: tuple[float, float] | None, middle: float) -> tuple[float, float] | None:
         """Return what was found with what rounding makes of E - V in it; None where runs know it better."""
@@ -174,6 +189,9 @@ _STILL: Final = 1e-13
 _CORRECTIONS: Final = 3
 _BY_RUNS: Final = "by runs"
 _FINEST: Final = 1e-15
+_MOMENTUM: Final = "momentum of the swing"
+_EQUAL_STEPS: Final = 512
+_NO_OUTPUTS: Final = Names()
 
 
 class NoPeriodError(Exception):
@@ -181,10 +199,10 @@ class NoPeriodError(Exception):
 
 
 @dataclass(frozen=True)
-class Period:
-    """A period in s; `means` by which it was found, and to which part of it, `missed`, it is known."""
+class Measured:
+    """A number of a periodic motion; `means` by which it was found, and to which part of it, `missed`, it is known."""
 
-    seconds: float
+    number: float
     means: str
     missed: float
 
@@ -193,14 +211,14 @@ class Period:
         """How it was found, and how well it is known, in words."""
         return f"{self.means}, to {self.missed:.0e}"
 
-    @property
-    def value(self) -> Value:
-        return Value(self.seconds, unit="s", error=self.missed * self.seconds)
+    def value(self, unit: str) -> Value:
+        """Return the number with its error."""
+        return Value(self.number, unit=unit, error=self.missed * abs(self.number))
 
 
-def period_of(system: System, coordinate: str) -> Period:
+def period_of(system: System, coordinate: str) -> Measured:
     """Return the period of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
-    return Swing.of(system, coordinate).period()
+    return Swing.of(system, coordinate).period
 
 
 @dataclass(frozen=True)
@@ -231,36 +249,63 @@ class Swing:
             )
         return cls(system, coordinate, found.unit == "rad")
 
-    def period(self) -> Period:
-        """Return the period. Raises NoPeriodError."""
+    @cached_property
+    def period(self) -> Measured:
+        """The period (s). Raises NoPeriodError."""
+        return self._by_energy(lambda _energy, _q, u: 1 / u) or self._with_error(lambda swing: swing._seconds)
+
+    @cached_property
+    def action(self) -> Measured:
+        """The integral of p dq over a period, divided by 2 pi, p = M u. Raises NoPeriodError."""
+        exactly = self._by_energy(lambda energy, q, u: energy.momentum(q, u) / (2 * math.pi))
+        return exactly or self._with_error(Swing._action_by_runs)
+
+    @cached_property
+    def _coarse(self) -> Swing:
+        return replace(self, is_coarse=True)
+
+    @cached_property
+    def _moving(self) -> tuple[Trajectory, list[float]]:
+        """A run with a few turns, and these. Raises NoPeriodError where nothing moves."""
         run = self._long_enough()
         if np.abs(run[f"u_{self.coordinate}"]).max() <= _STILL:
             raise NoPeriodError(f"{self.coordinate} does not move")
-        turns = self._turns(run)
-        exactly = self._by_energy(run, swings=len(turns) >= _TURNS)
-        if exactly is not None:
-            return exactly
-        seconds = self._by_runs(run, turns)
-        try:
-            coarse = replace(self, is_coarse=True)
-            run = coarse._long_enough()
-            other = coarse._by_runs(run, coarse._turns(run))
-        except NoPeriodError:
-            return Period(seconds, _BY_RUNS, _SAME)
-        missed = part_of_difference(self.system) * abs(other - seconds) / seconds
-        return Period(seconds, _BY_RUNS, max(missed, _FINEST))
+        return run, self._turns(run)
 
-    def _by_runs(self, run: Trajectory, turns: list[float]) -> float:
+    def _with_error(self, of: Callable[[Swing], float]) -> Measured:
+        """Return a number of runs with its error, as coarse runs show it."""
+        found = of(self)
+        try:
+            other = of(self._coarse)
+        except NoPeriodError:
+            return Measured(found, _BY_RUNS, _SAME)
+        missed = part_of_difference(self.system) * abs(other - found) / abs(found)
+        return Measured(found, _BY_RUNS, max(missed, _FINEST))
+
+    @cached_property
+    def _seconds(self) -> float:
+        """The period by runs."""
+        run, turns = self._moving
         return self._swung(run, turns) if len(turns) >= _TURNS else self._around(run)
 
-    def _by_energy(self, run: Trajectory, *, swings: bool) -> Period | None:
-        """Return the period by quadrature, None where energy does not tell the speed."""
+    def _action_by_runs(self) -> float:
+        """Return the integral of p u dt over a period by equal steps, divided by 2 pi."""
+        asked = {_MOMENTUM: quantity("generalized_momentum", (self.coordinate,))}
+        run = self._run(self._seconds, samples=_EQUAL_STEPS + 1, outputs=Names(asked))
+        along = (run[_MOMENTUM] * run[f"u_{self.coordinate}"])[:-1]
+        return float(along.mean()) * self._seconds / (2 * math.pi)
+
+    def _by_energy(self, f: Callable[[Energy, float, float], float]) -> Measured | None:
+        """Return the integral of f dq over a period by quadrature, None where energy does not tell the speed."""
+        run, turns = self._moving
+        swings = len(turns) >= _TURNS
         energy = Energy.of(self.system, self.coordinate)
         if energy is None or not (swings or self._goes_around(run)):
             return None
         q = run[self.coordinate]
-        found = energy.of_swing(float(q.min()), float(q.max())) if swings else energy.of_turn()
-        return None if found is None else Period(found[0], "by quadrature", max(found[1], _FINEST))
+        swung = (float(q.min()), float(q.max())) if swings else None
+        found = energy.over_period(lambda q, u: f(energy, q, u), swung)
+        return None if found is None else Measured(found[0], "by quadrature", max(found[1], _FINEST))
 
     def _swung(self, run: Trajectory, turns: list[float]) -> float:
         """Return the time from one turn to the next but one."""
@@ -301,9 +346,9 @@ class Swing:
             run = self._run(duration)
         return run
 
-    def _run(self, duration: float | None) -> Trajectory:
-        quiet = replace(self.system, stop=Names(), outputs=Names())
-        return simulate(quiet, t_end=duration, samples=_SAMPLES, **self._accuracy)
+    def _run(self, duration: float | None, samples: int = _SAMPLES, outputs: Names = _NO_OUTPUTS) -> Trajectory:
+        quiet = replace(self.system, stop=Names(), outputs=outputs)
+        return simulate(quiet, t_end=duration, samples=samples, **self._accuracy)
 
     @property
     def _accuracy(self) -> dict[str, Any]:

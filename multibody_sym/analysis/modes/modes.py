@@ -51,7 +51,7 @@ def modes(
             coordinate = text("period", period)
             try:
                 known = period_of(changed, coordinate)
-                note, value = f"the period of {coordinate} is known {known.how}", known.value
+                note, value = f"the period of {coordinate} is known {known.how}", known.value("s")
             except NoPeriodError as reason:
                 note, value = f"no period is told: {reason}", Value(None, None, "s")
             return replace(found, period=value, notes=(*found.notes, note))

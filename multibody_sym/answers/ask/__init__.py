@@ -11,6 +11,8 @@
     sections                   axial force, shear force and bending moment of beams
     varied                     answers as functions of a parameter or start value
     kinematics                 velocity and acceleration of a point, instantaneous centre of a body, from body to body
+    action                     action of a coordinate, the frequency of its angle
+    phase_space                Poisson brackets, canonical transformations
     find                       `find` .. `so`: the value for which an equation holds
     solving                    an equation solved for a letter line by line: factors, squares, tangents
     best                       `find` .. `least`, `greatest`: the value for which an answer is so

@@ -16,6 +16,7 @@ from multibody_sym.answers.ask.formula_questions import FORMULA_QUESTIONS
 from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
+from multibody_sym.answers.ask.phase_space import PHASE_SPACE_QUESTIONS
 from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
 from multibody_sym.answers.ask.sections import GreatestSectionQuestion, SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
@@ -46,6 +47,7 @@ QUESTIONS: Final[tuple[type[Question], ...]] = (
     SectionQuestion,
     GreatestSectionQuestion,
     *KINEMATIC_QUESTIONS,
+    *PHASE_SPACE_QUESTIONS,
 )
 
 

@@ -10,16 +10,16 @@ In: equations of motion at any state (`Anywhere`). Out: `MotionFormulas` of that
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.algebra.antiderivatives import RootIntegral, definite_integral, powers_of
+from multibody_sym.algebra.antiderivatives import RootIntegral, definite_integral, integral_between_turns, powers_of
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import exact_solve
-from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factors_of
+from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate, roots
 from multibody_sym.answers.ask.courses import FITS, InTime
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_book_form, in_letters
@@ -36,12 +36,27 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ONE, TWO, ZERO, Node, add, as_node, divide, multiply, negate, subtract, symbol
+from multibody_sym.scalars.node import (
+    ONE,
+    PI,
+    TWO,
+    ZERO,
+    Node,
+    add,
+    as_node,
+    divide,
+    multiply,
+    negate,
+    subtract,
+    symbol,
+)
 
 _SAME: Final = 1e-6
 """How near a root is to the coordinate that it is taken for."""
 
 _WORK: Final = symbol("W")
+_ENERGIES: Final = ("E", "E_0", "E_total")
+"""Letters of the energy, in the order of preference: the first that the model does not have."""
 
 State = tuple[Sequence[float], Sequence[float]]
 
@@ -54,6 +69,7 @@ class OneFreedom:
     `momenta`: the speeds of coordinates on which nothing depends, which follow by an integral. `values`: a state near
     the moment, at which formulas of constraints are simplified; empty where they are fractions of no zeros.
     `alone`: the acceleration of a coordinate whose equation names no other one; energies are those of a unit mass then.
+    `energy`: a letter in place of the energy at the start.
     """
 
     there: Anywhere
@@ -65,6 +81,7 @@ class OneFreedom:
     held: Sequence[Line] = ()
     values: Mapping[Node, float] = field(default_factory=dict)
     alone: Quotient | None = None
+    energy: Node | None = None
     granted: Granted = field(default_factory=Granted)
 
     # --- the energy at any place ----------------------------------------------------------------------------------
@@ -79,7 +96,9 @@ class OneFreedom:
 
     @cached_property
     def level(self) -> Node:
-        """The energy at the start."""
+        """The energy at the start, or its letter."""
+        if self.energy is not None:
+            return self.energy
         if self.alone is not None:
             return put_in(self.energies[0], {self.speed: self.at_start(self.speed)})
         motion = self.there.solved.nodes.motion
@@ -123,6 +142,12 @@ class OneFreedom:
         if mass is ZERO or TIME in leaves([mass, stored], "symbol"):
             raise NoClosedFormError("the energy depends on time")
         return multiply(TWO, mass)
+
+    @cached_property
+    def inertia(self) -> Node:
+        """The momentum of the variable, less what it is at rest, by its rate: M(q), whatever energies stand for it."""
+        momentum = self.here(derivative(as_node(kinetic_energy(self.there.instant.motion)), self.speed))
+        return subtract(put_in(momentum, {self.speed: ONE}), put_in(momentum, {self.speed: ZERO}))
 
     @cached_property
     def potential(self) -> Node:
@@ -283,19 +308,45 @@ class ToAndFro:
 
         Raises NoClosedFormError.
         """
-        with self.freedom.there.assuming(self.freedom.granted):
-            return self.freedom.granted.written(2 * self.freedom.root_integral(self._rate(node)).complete())
+        return self._there_and_back(self._rate(node))
+
+    def action(self) -> Node:
+        """Return the integral of p dq over a period, divided by 2 pi. Raises NoClosedFormError."""
+        return self._there_and_back(divide(multiply(self.freedom.inertia, self.freedom.square), multiply(TWO, PI)))
+
+    def by_energy(self) -> ToAndFro:
+        """Return the same motion with a letter in place of its energy. Raises NoClosedFormError."""
+        freedom, there = self.freedom, self.freedom.there
+        if freedom.alone is not None or freedom.power is not None:
+            raise NoClosedFormError("the energy of the coordinate has no level of its own")
+        letter = next(x for x in map(symbol, _ENERGIES) if x not in there.solved.mechanism.symbols)
+        if letter not in there.forms.known:
+            level = PRECISE.mpf(evaluate_float([freedom.level], there.solved.sample)[0])
+            there.forms.known[letter] = there.forms.field.letter(letter, Letter(letter, level))
+        return ToAndFro(replace(freedom, energy=letter, granted=Granted()))
+
+    def rate_by_energy(self, action: Node) -> Node:
+        """Return dE/dJ of an action by the letter of the energy. Raises NoClosedFormError."""
+        assert self.freedom.energy is not None
+        return written(self.freedom.there.forms.of([divide(ONE, derivative(action, self.freedom.energy))])[0])
+
+    def _there_and_back(self, rate: Node) -> Node:
+        """Return the size of the integral of a rate by the time over a period. Raises NoClosedFormError."""
+        freedom = self.freedom
+        with freedom.there.assuming(freedom.granted):
+            factor, square = freedom.there.forms.of([rate, freedom.square])
+            return freedom.granted.written(2 * integral_between_turns(factor, square, freedom.variable))
 
     def _rate(self, node: Node) -> Node:
         if node is not TIME and node not in self.freedom.momenta:
             raise NoClosedFormError("the coordinate follows by no integral")
         return ONE if node is TIME else self.freedom.rates[self.freedom.momenta[node]]
 
-    def confirmed(self, node: Node, value: float) -> Node | None:
-        """Return the formula of `whole` where it has a value that is known, with its sign; else None."""
+    def confirmed(self, find: Callable[[], Node], value: float) -> Node | None:
+        """Return a formula of a size, which has a value that is known, with its sign; None where it has another."""
         solved = self.freedom.there.solved
         try:
-            size = self.whole(node)
+            size = find()
             near = evaluate_float([size], solved.sample)[0]
         except (NoClosedFormError, ExpressionError, *UNDEFINED):
             return None

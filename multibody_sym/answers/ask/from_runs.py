@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any, Final
@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.analysis.modes.amplitude import accuracy, part_of_difference
+from multibody_sym.analysis.modes.amplitude import Swing, accuracy, part_of_difference
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.model.fields import AXES, Names
@@ -55,11 +55,18 @@ class Simulated:
 
     system: System
     is_coarse: bool = False
+    _swings: dict[str, Swing] = field(default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def coarser(self) -> Simulated:
         """The same motion, known less."""
-        return Simulated(self.system, is_coarse=True)
+        return Simulated(self.system, is_coarse=True, _swings=self._swings)
+
+    def swing(self, coordinate: str) -> Swing:
+        """Return the periodic motion of a coordinate, whose runs have tolerances of their own. Raises ModelError."""
+        if coordinate not in self._swings:
+            self._swings[coordinate] = Swing.of(self.system, coordinate)
+        return self._swings[coordinate]
 
     @property
     def part_of_coarser(self) -> float:

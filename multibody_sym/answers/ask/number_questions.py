@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import reduce
+from functools import partial, reduce
 from typing import Final, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.algebra.quotient_functions import sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
-from multibody_sym.analysis.modes.amplitude import NoPeriodError, period_of
+from multibody_sym.analysis.modes.amplitude import NoPeriodError
 from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.energy_integral import ToAndFro
@@ -378,11 +378,11 @@ class PeriodQuestion(NumberQuestion):
     def number(self, numbers: RunNumbers) -> Value:
         try:
             with at("period_of"):
-                found = period_of(numbers.motion.system, self.coordinate)
+                found = numbers.motion.swing(self.coordinate).period
         except NoPeriodError as reason:
             raise NeverError(str(reason)) from None
         numbers.accuracy.append(f"its number is known {found.how}")
-        return found.value
+        return found.value("s")
 
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         numbers = RunNumbers(motion.simulated)
@@ -393,7 +393,7 @@ class PeriodQuestion(NumberQuestion):
             return Value(None, unit="s")
         harmonic = self._formula(motion.solved, found.value or 0.0)
         swing = ToAndFro.of(motion.solved, self.coordinate) if harmonic is None else None
-        formula = harmonic if swing is None else swing.confirmed(TIME, found.value or 0.0)
+        formula = harmonic if swing is None else swing.confirmed(partial(swing.whole, TIME), found.value or 0.0)
         told = replace(found, unit="s")
         working.steps.append(lambda: self._lines(motion.solved, numbers, told, swing, by_formula=harmonic is not None))
         working.notes.extend(numbers.accuracy if formula is None else ())
@@ -474,9 +474,10 @@ class AdvanceQuestion(NumberQuestion):
             working.notes.append(str(reason))
             return Value(None, unit=self.unit(motion))
         swing = ToAndFro.of(motion.solved, self.of)
-        formula = None if swing is None else swing.confirmed(symbol(self.coordinate), found.value or 0.0)
+        node = symbol(self.coordinate)
+        formula = None if swing is None else swing.confirmed(partial(swing.whole, node), found.value or 0.0)
         if swing is not None and formula is not None:
-            working.steps.append(lambda: swing.lines(symbol(self.coordinate)))
+            working.steps.append(lambda: swing.lines(node))
         else:
             working.steps.append(lambda: numbers.lines(replace(found, unit=self.unit(motion)), found.t or 0.0))
         return replace(motion.with_formula(found, formula), unit=self.unit(motion))

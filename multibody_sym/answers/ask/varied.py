@@ -10,6 +10,7 @@ from typing import Final
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
+from multibody_sym.answers.ask.action import ActionQuestion
 from multibody_sym.answers.ask.extremes import ANYWHERE, UNKNOWN, ExtremeQuestion
 from multibody_sym.answers.ask.forced_questions import FORCED_QUESTIONS
 from multibody_sym.answers.ask.from_runs import Simulated
@@ -42,7 +43,12 @@ VARIED: Final = "varied expression"
 _LONGEST: Final = 8.0
 """Seconds of work after which a search without bounds ends."""
 
-NAMED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (*NUMBER_QUESTIONS, ExtremeQuestion, *FORCED_QUESTIONS)
+NAMED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (
+    *NUMBER_QUESTIONS,
+    ActionQuestion,
+    ExtremeQuestion,
+    *FORCED_QUESTIONS,
+)
 """The kinds whose answers an expression may name."""
 
 

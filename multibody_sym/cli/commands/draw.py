@@ -29,10 +29,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--names", choices=("letters", "all", "none"), default="letters", help=names)
     dimensions = "named lengths (default), or none"
     parser.add_argument("--dimensions", action=argparse.BooleanOptionalAction, default=True, help=dimensions)
-    redundant = "mark joints and constraints with rows that follow from others"
+    redundant = "mark joints and constraints that others imply"
     parser.add_argument("--redundant", action="store_true", help=redundant)
     diagrams = "show N, V, M of beams and plans of velocities below"
     parser.add_argument("--diagrams", action="store_true", help=diagrams)
+    phase = "draw this coordinate's phase portrait instead"
+    parser.add_argument("--phase", metavar="COORDINATE", help=phase)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
     strip = "leave out with what names begin, such as panda_ of a robot; may be repeated"
@@ -59,6 +61,7 @@ def run(options: argparse.Namespace) -> Reply:
             dimensions=options.dimensions,
             redundant=options.redundant,
             diagrams=options.diagrams,
+            phase=options.phase,
             mark=options.mark,
             strip=options.strip,
             on_progress=reached,

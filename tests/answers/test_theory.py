@@ -1,0 +1,162 @@
+"""Actions, Poisson brackets, canonical transformations and phase portraits, against closed forms and slow runs."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+import multibody_sym as mbs
+from multibody_sym.analysis.phase_plane import PhasePlane
+from multibody_sym.errors import MultibodyError
+from multibody_sym.text.printer import text
+
+_EXAMPLES = Path(__file__).parents[2] / "examples"
+_HEAD = "multibody_sym: 1\n"
+_PENDULUM = f"""{_HEAD}name: p
+gravity: [0, -g, 0]
+parameters: {{m: 1.2, l: 0.5, g: 9.81, a: 2}}
+bodies: {{bob: {{mass: m, com: [0, -l, 0]}}}}
+joints: {{hinge: {{type: revolute, parent: ground, child: bob, axis: z, q: theta, initial: {{q: a}}}}}}
+simulation: {{t_end: 2}}
+"""
+_WELL = f"""{_HEAD}name: w
+gravity: [0, 0, 0]
+parameters: {{m: 1, a: 2, b: 1, x0: 1.8}}
+bodies: {{block: {{mass: m}}}}
+joints: {{rail: {{type: prismatic, axis: x, parent: ground, child: block, q: x, initial: {{q: x0}}}}}}
+forces: {{well: {{type: potential, joint: rail, value: -a*x^2/2 + b*x^4/4}}}}
+simulation: {{t_end: 2}}
+"""
+_TOP = f"""{_HEAD}name: b
+gravity: [0, 0, 0]
+parameters: {{A: 1, B: 2, C: 2.5}}
+bodies: {{b: {{mass: 1, inertia: {{Ixx: A, Iyy: B, Izz: C}}}}}}
+joints:
+  ball: {{type: custom, parent: ground, child: b, free: [{{rotate: z}}, {{rotate: x}}, {{rotate: z}}],
+         q: [psi, th, phi], initial: {{q: [0.1, 1, 0.3], u: [1, 2, 0.5]}}}}
+ask:
+  x_y: {{bracket: [angular_momentum(x), angular_momentum(y)]}}
+  z_H: {{bracket: [angular_momentum(z), total_energy()]}}
+"""
+
+
+@cache
+def _solved(name: str) -> mbs.Solution:
+    return mbs.solve(mbs.load(_EXAMPLES / "questions" / f"{name}.yaml"))
+
+
+def test_actions_of_an_orbit_add_to_a_function_of_its_energy() -> None:
+    """J_r + J_phi = k sqrt(m/(2 |E|)), and both frequencies are 2 pi/T of Kepler's third law."""
+    found = _solved("actions_of_an_orbit").answers
+    k, m, R, v = 3.0, 2.0, 1.5, 1.1
+    energy = m * v * v / 2 - k / R
+    value = {name: x.value or 0.0 for name, x in found.items()}
+    assert value["J_r"] + value["J_phi"] == pytest.approx(k * math.sqrt(m / (2 * abs(energy))), rel=1e-12)
+    a = k / (2 * abs(energy))
+    assert value["J_r.frequency"] == pytest.approx(math.sqrt(k / m / a**3), rel=1e-12)
+    assert value["J_phi.frequency"] == pytest.approx(math.sqrt(k / m / a**3), rel=1e-12)
+    assert all(found[name].expression is not None for name in ("J_r", "J_r.frequency", "J_phi", "J_phi.frequency"))
+
+
+def test_first_integrals_have_no_bracket_with_the_energy() -> None:
+    found = _solved("actions_of_an_orbit").answers
+    assert text(found["spin"].expression) == text(found["axis"].expression) == "0"
+    assert found["spin"].value == found["axis"].value == 0.0
+
+
+def test_an_oscillator_has_the_action_E_over_w_and_canonical_angle_and_action() -> None:
+    solved = _solved("canonical_oscillator")
+    found = solved.answers
+    assert found["J"].value == pytest.approx(50 * 0.1**2 / 2 / 5, rel=1e-14)
+    assert text(found["J.frequency"].expression) == "sqrt(k/m)"
+    assert (found["angle.Q_P"].value, found["twice.Q_P"].value) == (1.0, 2.0)
+    told = "; ".join(map(str, solved.conditions))
+    assert "angle: canonical: {Q, P} = 1" in told
+    assert "twice: not canonical: {Q, P} = 2" in told
+
+
+@pytest.mark.parametrize("start", [0.7, 2.9])
+def test_a_pendulum_has_its_action_by_elliptic_integrals(start: float) -> None:
+    """J = 8 m l^2 w0 (E(k) - (1 - k^2) K(k))/pi, k = sin(a/2)."""
+    m, l, g = 1.2, 0.5, 9.81
+    k = mp.sin(mp.mpf(start) / 2)
+    wanted = 8 * m * l**2 * math.sqrt(g / l) * (mp.ellipe(k * k) - (1 - k * k) * mp.ellipk(k * k)) / mp.pi
+    model = mbs.loads(_PENDULUM + "ask: {J: {action: theta}}")
+    found = mbs.solve(model, parameters={"a": start}).answers
+    assert found["J"].value == pytest.approx(float(wanted), rel=1e-12)
+    frequency = mp.pi * math.sqrt(g / l) / 2 / mp.ellipk(k * k)
+    assert found["J.frequency"].value == pytest.approx(float(frequency), rel=1e-12)
+
+
+def test_an_action_stays_while_a_spring_grows_slowly() -> None:
+    """E/w over 27 periods in which the stiffness doubles; the energy does not stay."""
+    model = mbs.loads(
+        _WELL.replace("-a*x^2/2 + b*x^4/4", "a*(1 + t/b)*x^2/2").replace("b: 1", "b: 100")
+        + "outputs: {J: total_energy()/sqrt(a*(1 + t/b)/m), E: total_energy()}"
+    )
+    run = mbs.simulate(model, t_end=100, samples=2, backend="python")
+    assert run["J"][-1] == pytest.approx(run["J"][0], rel=5e-3)
+    assert run["E"][-1] > 1.4 * run["E"][0]
+
+
+def test_angular_momenta_of_a_body_have_brackets_of_each_other() -> None:
+    found = mbs.solve(mbs.loads(_TOP)).answers
+    assert text(found["x_y"].expression) == "p_psi"  # which is angular_momentum(z)
+    assert found["z_H"].value == 0.0
+
+
+def test_the_phase_plane_of_a_double_well_has_its_fixed_points_and_separatrix() -> None:
+    """H = p^2/2 - x^2 + x^4/4: centres at +-sqrt(2) with H = -1, a saddle at 0, through which p^2 = 2 x^2 - x^4/2."""
+    plane = PhasePlane.of(mbs.loads(_WELL), "x").portrait()
+    kinds = [(x.kind, round(x.q, 9), round(x.energy, 9)) for x in plane.fixed_points]
+    root = round(math.sqrt(2), 9)
+    assert kinds == [("centre", -root, -1.0), ("saddle", 0.0, 0.0), ("centre", root, -1.0)]
+    for curve in (x for x in plane.curves if x.kind == "separatrix"):
+        q, p = curve.points.T
+        np.testing.assert_allclose(p**2, np.maximum(2 * q**2 - q**4 / 2, 0.0), atol=1e-9)
+    start = next(x for x in plane.curves if x.kind == "start")
+    assert start.closed
+    assert start.points[:, 0].min() == pytest.approx(math.sqrt(4 - 1.8**2), rel=1e-9)
+
+
+def test_a_bead_on_a_hoop_that_turns_fast_has_centres_beside_the_bottom() -> None:
+    """cos(theta) = g/(R w^2), by Jacobi's integral; a slow hoop has one at the bottom."""
+    model = mbs.load(_EXAMPLES / "bead_on_hoop.yaml")
+    found = PhasePlane.of(model, "theta").fixed_points
+    wanted = math.acos(9.81 / (0.3 * 64))
+    assert [x.q for x in found if x.kind == "centre"] == pytest.approx([-wanted, wanted], rel=1e-9)
+    assert [x.q for x in found if x.kind == "saddle"] == pytest.approx([-math.pi, 0.0, math.pi], rel=1e-9)
+    figure = mbs.draw(model, phase="theta")
+    assert "Centres at -1.035, 1.035. Saddles at -pi, 0, pi." in figure.description
+    assert figure.svg.count("<svg") == 1
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ("{action: phi}", "no coordinate is called 'phi'"),
+        ("{bracket: [theta]}", "expected a list of 2"),
+        ("{bracket: [theta, p_phi]}", "'p_phi' is not declared"),
+        ("{value: p_theta}", "'p_theta' is not declared"),
+        ("{canonical: {Q: theta}}", "each coordinate before its momentum"),
+        ("{canonical: {Q: theta, P: p_theta, R: theta, S: theta}}", "2 pairs for 1 coordinates"),
+    ],
+)
+def test_what_does_not_fit_is_an_error(asked: str, message: str) -> None:
+    with pytest.raises(MultibodyError, match=message):
+        mbs.solve(mbs.loads(_PENDULUM + f"ask: {{b: {asked}}}"))
+
+
+def test_a_phase_portrait_needs_one_freedom_that_keeps_its_energy() -> None:
+    damped = _PENDULUM + "forces: {d: {type: damper, joint: hinge, damping: 1}}"
+    with pytest.raises(MultibodyError, match="d may do work"):
+        mbs.draw(mbs.loads(damped), phase="theta")
+    with pytest.raises(MultibodyError, match="is free beside it"):
+        mbs.draw(mbs.loads(_TOP.partition("ask")[0]), phase="th")
+    with pytest.raises(MultibodyError, match="no coordinate is called 'x'"):
+        mbs.draw(mbs.loads(_PENDULUM), phase="x")
