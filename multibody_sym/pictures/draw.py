@@ -157,7 +157,8 @@ _REACTIONS: Final = ("reaction", "couple")
 
 def description(scene: Scene, placed: Placed, shown: FigureContent) -> str:
     """Return sentences that say what a picture shows."""
-    view, lengths = "in its plane" if scene.plane else "in space", [each.label for each in scene.dimensions]
+    view = "in its plane" if scene.plane else "in space"
+    lengths = [label for each in scene.dimensions if (label := each.label or each.start_label)]
     told = [
         f"The mechanism {scene.name}, drawn {view}, at t = {placed.time:g} s.",
         _sentence("Bodies", scene.bodies),
@@ -223,8 +224,8 @@ def scene_marks(
     found += arrow_marks(sheet, found)
     found += word_marks(sheet)
     if names != "none":
-        lengths = [mark for mark in dimension_marks(sheet, names) if dimensions or mark.role != "dimension"]
-        found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet, names)]
+        lengths = [mark for mark in dimension_marks(sheet, names, found) if dimensions or mark.role != "dimension"]
+        found += [*label_marks(sheet, names, found), *lengths, *angle_marks(sheet, names, found)]
     arrows = [np.asarray(mark.points)[:, 0].max() for mark in found if isinstance(mark, Arrow)]
     found += arrows_beside(sheet, np.array([max([top[0], *arrows]), top[1]]))
     if names == "none":

@@ -14,7 +14,7 @@ from multibody_sym.pictures.marks.ropes import drawn_pieces, rope_marks
 from multibody_sym.pictures.marks.shapes import capsule, outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.supports import support
-from multibody_sym.pictures.page.layout import crossing_count, segments_of
+from multibody_sym.pictures.page.layout import crossing_count, distances, segments_of
 from multibody_sym.pictures.page.picture import (
     AXIS,
     BLACK,
@@ -42,6 +42,7 @@ from multibody_sym.pictures.page.picture import (
     Hatch,
     Mark,
     Pen,
+    Run,
     Simple,
     Stroke,
     Wish,
@@ -505,10 +506,14 @@ def _spin(
 # Coordinates that are asked of what moves freely; arrows of what is driven.
 
 
-_LENGTH, _CROSS = 24.0, 44.0
+COORDINATE_LENGTH, _CROSS = 24.0, 44.0
 """How long (pt) the arrow of a coordinate is, and how long both axes of what moves in x and y."""
-_ASIDE: Final = 10.0
-"""How far (pt) such an arrow is from its body."""
+_ASIDE, _AHEAD, _ROOM = 10.0, 14.0, 38.0
+"""How far (pt) such an arrow is from its body, begins before its middle, and reaches with its letter."""
+_THIN: Final = 20.0
+"""Beside a body that is no wider (pt) the arrow is near its front."""
+_OFF_CORNER: Final = 0.35
+"""A body is a wedge where a corner of the box about it is so far from it, in parts of the box's smaller side."""
 _TURN: Final = (1.0, 14.0, 0.78)
 """The angle of the bow of what turns, its radius (pt), and the part of the radius of a round body."""
 _AXES_BESIDE, _DRIVEN, _ABOUT = 16.0, 24.0, 12.0
@@ -520,28 +525,29 @@ def free_axes(sheet: Sheet, drawn: Sequence[Mark]) -> Iterator[Mark]:
 
     Both axes of what moves in two directions begin where its coordinates do.
     """
-    lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in drawn for part in _parts(mark))])
+    lines = lines_of(drawn)
     for item in sheet.scene.items:
         form = item.form
         if not isinstance(form, Axes):
             continue
         named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
+        if form.of_equation:
+            yield from () if not sheet.flat else _axes_of_equation(sheet, item, form, named)
+            continue
         asked = [k for k, name in enumerate(form.names[: len(form.axes)]) if name in sheet.scene.asked]
         origin = sheet.at(item.body, form.at)
-        own = [mark for mark in drawn if (mark.role, mark.name) == ("body", sheet.scene.bodies[item.bodies[1]])]
-        points = [part for mark in own for part in (segments_of(x) for x in _parts(mark)) if len(part)]
-        box = np.vstack(points).reshape(-1, 2) if points else origin[None]
+        outline = outline_drawn(sheet, item.bodies[1], drawn)
+        outline = outline if len(outline) else origin[None]
         for k in asked:
             way = sheet.way(item.body, form.axes[k])
             if float(np.linalg.norm(way)) < 0.1:
                 continue
-            start = origin if len(asked) > 1 else _clear_start(box, way, lines)
-            tip = start + (_CROSS if len(asked) > 1 else _LENGTH) * way
-            yield Arc(start, DATUM, None, fill=BLACK, **named)
-            yield Arrow(np.array([start, tip]), COORDINATE, head=4.5, **named)
             letter = letters(sheet.scene.book.get(form.names[k], form.names[k]))
-            prefer = (float(way[0]), float(way[1]))
-            yield Wish(tip[None, :], letter, prefer=prefer, **{**named, "layer": LAYER_TEXT})
+            if len(asked) > 1:
+                yield from coordinate_arrow(origin, origin + _CROSS * way, letter, named)
+            else:
+                start = clear_start(outline, way, lines)
+                yield from coordinate_arrow(start, start + COORDINATE_LENGTH * way, letter, named)
         if len(form.axes) == 2 and len(form.names) == 3 and form.names[-1] in sheet.scene.asked:
             yield from _counted_turn(sheet, item, form, named)
 
@@ -550,17 +556,65 @@ def _parts(mark: Mark) -> Sequence[Simple]:
     return simple(mark) if isinstance(mark, (Stroke, Arc, Hatch, Arrow)) else ()
 
 
-def _clear_start(box: Floats, way: Floats, lines: Floats) -> Floats:
-    """Return where the arrow of a coordinate begins: on the side of its body where it crosses the fewest lines."""
+def _axes_of_equation(sheet: Sheet, item: Item, form: Axes, named: Mapping[str, Any]) -> Iterator[Mark]:
+    """Yield the axes in which a curve has its equation, as thin arrows."""
+    origin = sheet.at(item.body, form.at)
+    for name, axis in zip(form.names, form.axes, strict=True):
+        tip = origin + _CROSS * sheet.way(item.body, axis)
+        yield Arrow(np.array([origin, tip]), THIN, head=4.0, **named)
+        x, y = tip - origin
+        yield Wish(tip[None, :], letters(name), prefer=(float(x), float(y)), **{**named, "layer": LAYER_TEXT})
+
+
+def lines_of(drawn: Sequence[Mark]) -> Floats:
+    """Return the lines (n, 4) of marks that have their place."""
+    return np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in drawn for part in _parts(mark))])
+
+
+def outline_drawn(sheet: Sheet, body: int, drawn: Sequence[Mark], place: Floats | None = None) -> Floats:
+    """Return the points (n, 2) between which a body is `drawn`, none where it is not seen.
+
+    Of one that has several parts those about a `place` are meant, if there are some.
+    """
+    own = [mark for mark in drawn if body >= 0 and (mark.role, mark.name) == ("body", sheet.scene.bodies[body])]
+    parts = [part for mark in own if len(part := lines_of([mark]).reshape(-1, 2))]
+    about = [x for x in parts if place is not None and np.all((x.min(axis=0) <= place) & (place <= x.max(axis=0)))]
+    return np.vstack([np.zeros((0, 2)), *(about or parts)])
+
+
+def coordinate_arrow(start: Floats, tip: Floats, letter: Sequence[Run], named: Mapping[str, Any]) -> Iterator[Mark]:
+    """Yield the arrow of a coordinate from its datum dot, with its letter ahead."""
+    yield Arc(start, DATUM, None, fill=BLACK, **named)
+    yield Arrow(np.array([start, tip]), COORDINATE, head=4.5, **named)
+    x, y = tip - start
+    yield Wish(tip[None, :], tuple(letter), prefer=(float(x), float(y)), **{**named, "layer": LAYER_TEXT})
+
+
+def clear_start(outline: Floats, way: Floats, lines: Floats) -> Floats:
+    """Return where the arrow of a coordinate begins: beside its body, ahead of it or behind, clear of other lines.
+
+    Of equally free places the first is on the left of the way, near the front; of a wedge ahead of it.
+    """
     along, side = unit2(way), left(unit2(way))
-    middle = (box.min(axis=0) + box.max(axis=0)) / 2
-    tried = []
-    for sign in (1.0, -1.0):
-        out = float(((box - middle) @ (sign * side)).max()) + _ASIDE
-        start = middle + sign * out * side
-        tried.append((crossing_count(start, start + _LENGTH * along, lines), -sign, start))
-    _, _, best = min(tried, key=lambda each: each[:2])
-    return np.asarray(best)
+    middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
+    on_axes = (outline - middle) @ np.transpose([along, side])
+    (back, low), (front, high) = on_axes.min(axis=0), on_axes.max(axis=0)
+    ahead = max(_AHEAD, float(front) - 2 * COORDINATE_LENGTH) if high - low < _THIN else _AHEAD
+    beside = [(x, y) for x in (ahead, -COORDINATE_LENGTH - _AHEAD) for y in (high + _ASIDE, low - _ASIDE)]
+    heights = [low + part * (high - low) for part in (0.5, 0.25, 0.75)]
+    ends = [(x, y) for x in (front + _ASIDE, back - _ASIDE - _ROOM) for y in heights]
+    corners = np.array([[x, y] for x in (back, front) for y in (low, high)])
+    off = [float(np.linalg.norm(on_axes - corner, axis=1).min()) for corner in corners]
+    wedge = max(off) > _OFF_CORNER * min(front - back, high - low) > _ASIDE
+    tried = [middle + x * along + y * side for x, y in ([*ends, *beside] if wedge else [*beside, *ends])]
+    parts = np.linspace(0.0, _ROOM, 12)[:, None] * along
+    costs = [0.2 * k + float(_too_near(start + parts, lines)) for k, start in enumerate(tried)]
+    return np.asarray(tried[int(np.argmin(costs))])
+
+
+def _too_near(points: Floats, lines: Floats) -> int:
+    """Return how many of the points (m, 2) have a line nearer than half of a letter's height."""
+    return int((distances(points, lines).min(axis=1) < _ASIDE / 2).sum()) if len(lines) else 0
 
 
 def _counted_turn(sheet: Sheet, item: Item, form: Axes, named: dict[str, Any]) -> Iterator[Mark]:

@@ -9,16 +9,22 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from multibody_sym.pictures.marks.forces import driven_points, round_radius
+from multibody_sym.pictures.marks.forces import (
+    COORDINATE_LENGTH,
+    clear_start,
+    coordinate_arrow,
+    driven_points,
+    lines_of,
+    outline_drawn,
+)
 from multibody_sym.pictures.marks.ropes import drawn_pieces
 from multibody_sym.pictures.marks.shapes import outline_of
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
 from multibody_sym.pictures.marks.sliders import line_ends, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.symbols import ring_pins, touching_place
+from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import (
-    BLACK,
     COORDINATE,
-    DATUM,
     HIDDEN,
     LAYER_ARROW,
     LAYER_TEXT,
@@ -52,11 +58,11 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.text.printer import SYMBOL
+from multibody_sym.text.printer import SYMBOL, is_word, read_parts
 
 _TURNED, _BOW, _COUNTED = 0.07, 1.2, 0.55
 """From which angle on (rad) an arc shows it, and the bows that show the sense of a smaller one in space, in a plane."""
-_COUNTED_REACH: Final = 24.0
+_COUNTED_REACH: Final = 36.0
 """The largest radius (pt) of such a bow in a plane."""
 _ARC, _BEYOND = 32.0, 1.3
 """The radius of such an arc (pt), and how many times as long its line of reference is."""
@@ -64,9 +70,12 @@ _UNTURNED: Final = 1e-6
 """An angle (rad) below is zero."""
 _SHORTEST: Final = 9.0
 """The shortest length (pt) that gets a dimension line."""
-_COORDINATE: Final = 24.0
+_SEEN: Final = 6.0
+"""How near (pt) a line is that shows from where a coordinate counts."""
 _SAME: Final = 3.0
 """Within this distance (pt) places are one."""
+_BOTH: Final = 13.0
+"""How far (pt) from the middle line the letters of a spring and a damper side by side stand."""
 _NEAR_BLOCK: Final = 22.0
 """How far from its block (pt) the name of a slider stands on what it slides along."""
 _NAMED: Final = ("body", "joint", "pulley", "guide", "contact", "force", "limit", "stop")
@@ -88,17 +97,27 @@ def name_runs(scene: Scene, item: Item | Strand, names: Names) -> tuple[Run, ...
     """Return what stands beside a body, joint or strand: the letters of the problem, its name, both or nothing.
 
     Names are small beside letters. Among letters only what the model gives a label has a name, pins such as A, stops,
-    and of several alike masses without a letter and what a question asks about.
+    bodies where none of several has a letter, or that are named by one (K1), and of several alike those that a question
+    asks about.
     """
     mine = formula(item.letters) if item.letters else ()
     if isinstance(item, Item) and isinstance(item.form, (Stop, TurnStop)):
         return letters(item.label)
-    wanted = item.name in scene.asked or (isinstance(item, Item) and item.heavy and not mine)
-    if not item.label or not (names == "all" or item.titled or (wanted and not is_alone(scene, item))):
+    bare = isinstance(item, Item) and item.heavy and not mine
+    wanted = item.name in scene.asked and not is_alone(scene, item)
+    if not item.label or not (names == "all" or item.titled or wanted or (bare and _is_named(scene, item.name))):
         return mine
     if not mine:
         return letters(item.label) if names == "all" or item.titled else small(item.label)
     return (*mine, (" ", "small"), *small(item.label))
+
+
+def _is_named(scene: Scene, name: str) -> bool:
+    """Return whether a body without a letter has its name: one in letters, in space, or where no body has a letter."""
+    heavy = [(each.name, each.letters) for each in scene.items if each.role == "body" and each.heavy]
+    several = any(other != name and not found for other, found in heavy)
+    lettered = any(each.letters for each in scene.items if each.role == "body")
+    return several and not (scene.plane and lettered and is_word(read_parts(name)[0]))
 
 
 def is_alone(scene: Scene, item: Item | Strand) -> bool:
@@ -109,16 +128,22 @@ def is_alone(scene: Scene, item: Item | Strand) -> bool:
     if isinstance(item, Item) and (item.role == "guide" or (item.symbol and item.symbol.kind in ("slider", "hanger"))):
         return len(item.name) > 1
     every: Sequence[Item | Strand] = scene.strands if isinstance(item, Strand) else scene.items
-    alike = [each for each in every if each.name != item.name and _looks(each) == _looks(item)]
+    looks: dict[str, set[tuple[str, str, str]]] = {}  # a body may have several signs
+    for each in every:
+        if isinstance(item, Strand) or (isinstance(each, Item) and each.role == item.role):
+            looks.setdefault(each.name, set()).add(_looks(each))
+    alike = [each for each in every if each.name != item.name and looks.get(each.name) == looks[item.name]]
     return not alike or (item.label != item.name and any(each.label == item.label for each in alike))
 
 
 def _looks(item: Item | Strand) -> tuple[str, str, str]:
-    """Return by what things are alike: bodies by their letters, joints by their sign."""
+    """Return by what things are alike: bodies by their letters, form and size, joints by their sign."""
     if isinstance(item, Strand):
         return item.kind, "", item.letters
-    sign = item.symbol.kind if item.symbol is not None and item.role == "joint" else ""
-    return item.role, sign, item.letters
+    sign = item.symbol.kind if item.symbol is not None else ""
+    if item.role == "body":
+        sign = f"{type(item.form).__name__} {sign} {float(np.linalg.norm(np.ptp(item.form.bounds, axis=0))):.3g}"
+    return item.role, sign if item.role in ("body", "joint") else "", item.letters
 
 
 def label_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
@@ -195,6 +220,14 @@ def _strand_names(sheet: Sheet, names: Names, shared: _Shared) -> Iterator[Mark]
         if runs and len(pieces) and np.all(np.isfinite(pieces)) and seen:
             longest = max(pieces, key=lambda piece: float(np.linalg.norm(piece[1] - piece[0])))
             strand, middle = placed.strand, longest[0] + np.outer((0.3, 0.7), longest[1] - longest[0])
+            if strand.damping and not sheet.flat:
+                runs = (*runs, (", ", "roman"), *formula(strand.damping))
+            elif strand.damping:  # a letter on either side
+                x, y = left(unit2(longest[1] - longest[0]))
+                text = _text(strand.kind, strand.name)
+                yield Wish(middle, formula(strand.damping), (-x, -y), _BOTH, **text)
+                yield Wish(middle, runs, (x, y), _BOTH, **text)
+                continue
             centres = [end for anchor, end in zip(strand.anchors, longest, strict=False) if anchor.body in sheet.ground]
             about = np.array(centres) if strand.kind == "attraction" and centres else middle
             yield Wish(about, runs, clear=6.0, **_text(strand.kind, strand.name))
@@ -269,33 +302,58 @@ def _beside(sheet: Sheet, item: Item, symbol: Symbol, otherwise: Floats) -> Floa
 # --- lengths and angles --------------------------------------------------------------------------------------------
 
 
-def dimension_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
-    """Yield the lengths that the model names, and the coordinates of sliders."""
+def dimension_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield the lengths that the model names, and the coordinates of sliders, clear of what is `drawn`.
+
+    A coordinate is measured from a place that is seen. Its value at the start, if it has a letter, is a length there;
+    then, near zero or where nothing is seen at its datum it is a short arrow beside its body.
+    """
+    lines, taken = lines_of(drawn), [np.zeros((0, 4))]
+    told = {each.label for each in sheet.scene.dimensions if not each.coordinate}
     for each in sheet.scene.dimensions:
-        if not _label_now(sheet, each, names):
+        own, given = _own_label(each, names), each.start_label if sheet.placed.time == 0.0 else ""
+        given = "" if given in told else given
+        if not own and not given:
             continue
-        a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
-        if each.coordinate and each.a.body in sheet.ground:  # it is measured beside what is displaced, straight
-            shift = sheet.settled.bodies.get(each.b.body, np.zeros(2))
-            along = unit2(b - shift - a)
-            aside = shift - float(shift @ along) * along
-            a, b = a + aside, b - shift + aside
+        a, b = _measured_ends(sheet, each)
         length = float(np.linalg.norm(b - a))
-        role = "coordinate" if each.coordinate else "dimension"
         if each.radius:
+            text = _text("dimension", each.name)
             if length >= _SHORTEST:
-                yield Arrow(np.array([a, b]), THIN, head=4.0, role=role, name=each.name, layer=LAYER_ARROW)
-            yield Wish(np.array([(a + b) / 2]), formula(each.label), clear=1.5, **_text(role, each.name))
-        elif each.coordinate and (length < _COORDINATE or _shares_line(sheet, each)):
-            # its body is seen at its sign, if it has one
-            items = (i for i in sheet.touched.get(each.b.body, ()) if i.role == "body")
-            signs = (i.symbol.at for i in items if i.symbol is not None)
-            label = _label_now(sheet, each, names) if length < _COORDINATE else each.label
-            at = sheet.at(each.b.body, next(signs, each.b.point))
-            yield from _coordinate(sheet, each, at, label)
-        else:
-            text = _text(role, each.name)
-            yield Measure(a, b, formula(_label_now(sheet, each, names)), datum=each.coordinate, **text)
+                yield Arrow(np.array([a, b]), THIN, head=4.0, **{**text, "layer": LAYER_ARROW})
+            yield Wish(np.array([(a + b) / 2]), formula(own), clear=1.5, **text)
+            continue
+        begun = given and (length >= COORDINATE_LENGTH or not each.coordinate)
+        seen = len(lines) and float(distances(a[None], lines).min()) < _SEEN
+        short = each.coordinate and (length < COORDINATE_LENGTH or not seen or _shares_line(sheet, each))
+        if begun:
+            told.add(given)
+        if begun or not short:
+            across = float(sheet.way(each.a.body, each.beyond) @ left(unit2(b - a))) if sheet.flat else 0.0
+            counted = each.coordinate and not begun
+            text = _text("coordinate" if counted else "dimension", each.name)
+            beyond = abs(across) * sheet.projection.scale
+            yield Measure(a, b, formula(given if begun else own), datum=counted, beyond=beyond, **text)
+        if each.coordinate and (short or begun) and (own or not begun):
+            found = list(_coordinate(sheet, each, drawn, own or given, np.vstack([lines, *taken])))
+            taken.append(lines_of(found))
+            yield from found
+
+
+def _own_label(each: AngleMark | NamedLength, names: Names) -> str:
+    """Return what stands at a length or angle at any time, nothing where that would be the name of a joint."""
+    return "" if each.unnamed and names != "all" else each.label
+
+
+def _measured_ends(sheet: Sheet, each: NamedLength) -> tuple[Floats, Floats]:
+    """Return both ends of a length on the page; one from ground is measured beside what is displaced, straight."""
+    a, b = sheet.at(each.a.body, each.a.point), sheet.at(each.b.body, each.b.point)
+    if not each.coordinate or each.a.body not in sheet.ground:
+        return a, b
+    shift = sheet.settled.bodies.get(each.b.body, np.zeros(2))
+    along = unit2(b - shift - a)
+    aside = shift - float(shift @ along) * along
+    return a + aside, b - shift + aside
 
 
 def _shares_line(sheet: Sheet, each: NamedLength) -> bool:
@@ -311,28 +369,26 @@ def _shares_line(sheet: Sheet, each: NamedLength) -> bool:
     return False
 
 
-def _coordinate(sheet: Sheet, each: NamedLength, at: Floats, label: str) -> Iterator[Mark]:
-    """Yield the direction of a slider's coordinate that is near zero, from a dot."""
+def _coordinate(sheet: Sheet, each: NamedLength, drawn: Sequence[Mark], label: str, lines: Floats) -> Iterator[Mark]:
+    """Yield the direction of a slider's coordinate beside its body, from a dot."""
     joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
     axis = getattr(joint.form, "axis", None) if joint is not None else None
     if joint is None or axis is None:
         return
-    way = unit2(sheet.way(joint.body, axis))
-    start = at + 14.0 * way + (max(13.0, round_radius(sheet, each.b.body, at) + 6.0)) * left(way)
-    points = np.array([start, start + _COORDINATE * way])
-    named: dict[str, Any] = {"role": "coordinate", "name": each.name}
-    yield Arc(start, DATUM, None, fill=BLACK, layer=LAYER_ARROW, **named)
-    yield Arrow(points, COORDINATE, head=4.5, layer=LAYER_ARROW, **named)
-    yield Wish(points[1:], formula(label), layer=LAYER_TEXT, **named)
+    way, place = unit2(sheet.way(joint.body, axis)), sheet.at(each.b.body, each.b.point)
+    outline = outline_drawn(sheet, each.b.body, drawn, place)
+    start = clear_start(outline if len(outline) else place[None], way, lines)
+    named: dict[str, Any] = {"role": "coordinate", "name": each.name, "layer": LAYER_ARROW}
+    yield from coordinate_arrow(start, start + COORDINATE_LENGTH * way, formula(label), named)
 
 
-def angle_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
-    """Yield the angles of hinges and slopes: arcs in the plane, in space their letters at the joint."""
+def angle_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
+    """Yield the angles of hinges and slopes: arcs in the plane, in space at the joint or at a `drawn` edge."""
     for each in sheet.scene.angles:
         label = _label_now(sheet, each, names)
-        if not label or (not each.coordinate and not sheet.flat):
+        if not label or not (each.coordinate or sheet.flat or not any(each.axis)):
             continue
-        at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each)
+        at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each, drawn)
         if not sheet.flat:
             yield from _turn_in_space(sheet, each, at, label)
             continue
@@ -346,19 +402,26 @@ def angle_marks(sheet: Sheet, names: Names = "letters") -> Iterator[Mark]:
             axis = sheet.placed.turned(each.at.body, each.axis)
             turn, label = np.copysign(_COUNTED, float(axis @ sheet.projection.toward)), each.label or label
         low, high = (first, first + turn) if turn > 0.0 else (first + turn, first)
-        ends = (not counted and turn > 0.0, not counted and turn < 0.0)  # a thin line from which the angle is counted
+        ends = (turn > 0.0, turn < 0.0)  # a thin line from which the angle is counted, or to which it would turn
+        ends = ends[::-1] if counted else ends
         tip = (1 if turn > 0.0 else 0) if each.coordinate else None
         found = AngleArc(at, low, high, formula(label), ends, tip, role="angle", name=each.name, layer=LAYER_TEXT)
         yield replace(found, reach=_COUNTED_REACH) if counted else found
 
 
-def _foot(sheet: Sheet, each: AngleMark) -> Floats:
+def _foot(sheet: Sheet, each: AngleMark, drawn: Sequence[Mark]) -> Floats:
     """Return where the angle of a slope is written: at the low end of the rail or face that has it."""
     along = sheet.way(each.stop.body, each.stop.point)
+    if not sheet.flat:
+        own = (np.asarray(m.points) for m in drawn if isinstance(m, Stroke) and m.closed and m.role == "surface")
+        corners = np.vstack([sheet.at(each.at.body, each.at.point)[None], *own])
+        return np.asarray(min(corners[1:], key=lambda x: (round(float(x @ along), 3), -x[0]), default=corners[0]))
     for item in sheet.scene.items:
         ends = line_ends(sheet, item) if item.body == each.at.body else None
         if ends is None:
             continue
+        if isinstance(item.form, Rail):  # its lines are beside its axis
+            ends = np.vstack(rail_lines(sheet, item))
         way = unit2(ends[1] - ends[0])
         if abs(float(way[0] * along[1] - way[1] * along[0])) < 1e-3:
             return np.asarray(max(ends, key=lambda end: float(end @ sheet.down)))
@@ -367,14 +430,15 @@ def _foot(sheet: Sheet, each: AngleMark) -> Floats:
 
 def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats, label: str) -> Iterator[Mark]:
     """Yield an angle in space with its letter: an arc from a line of reference, a bow while it is zero."""
+    turns = each.coordinate and any(each.axis)
     axis = sheet.placed.turned(each.at.body, each.axis)
     start = sheet.placed.turned(each.start.body, each.start.point)
     stop = sheet.placed.turned(each.stop.body, each.stop.point)
-    axis = axis if any(each.axis) else np.array(unit(np.cross(start, stop)))
+    axis = axis if turns else np.array(unit(np.cross(start, stop)))
     other = np.cross(axis, start)
     angle = float(np.arctan2(stop @ other, stop @ start))
     turned = abs(angle) > _TURNED
-    if not turned and not any(each.axis):
+    if not turned and not turns:
         return  # nothing says about what it would turn
     angles = np.linspace(0.0, angle if turned else _BOW, 20)[:, None]
     rim = np.cos(angles) * start + np.sin(angles) * other
@@ -384,13 +448,12 @@ def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats, label: str) -> Ite
     if turned:  # the line from which the angle is counted
         line = at + np.outer([0.0, _BEYOND], points[0] - at)
         yield Stroke(line, HIDDEN, role="angle", name=each.name, layer=LAYER_ARROW)
-    yield Arrow(points, COORDINATE, head=4.0, role="angle", name=each.name, layer=LAYER_ARROW)
+    arc = Arrow(points, COORDINATE, head=4.0) if each.coordinate else Stroke(points, THIN)
+    yield replace(arc, role="angle", name=each.name, layer=LAYER_ARROW)
     middle = points[len(points) // 2][None, :]
     yield Wish(middle, formula(label), role="angle", name=each.name, layer=LAYER_TEXT)
 
 
-def _label_now(sheet: Sheet, each: AngleMark | NamedLength, names: Names) -> str:
-    """Return what stands at a length or angle: nothing where that would be the name of a joint and no letter."""
-    if each.start_label and sheet.placed.time == 0.0:
-        return each.start_label
-    return "" if each.unnamed and names != "all" else each.label
+def _label_now(sheet: Sheet, each: AngleMark, names: Names) -> str:
+    """Return what stands at an angle now: at the start the letter that the model gives it then."""
+    return each.start_label if each.start_label and sheet.placed.time == 0.0 else _own_label(each, names)

@@ -414,7 +414,7 @@ _OFFSETS: Final = (13.0, 17.0, 22.0, 28.0, 35.0, 43.0, 52.0, 62.0, 74.0, 88.0, 1
 _RADII: Final = (18.0, 23.0, 29.0, 36.0, 44.0, 14.0, 54.0, 66.0)
 """Radii (pt) of the arc of an angle that are tried."""
 _TINY: Final = 6.0
-"""Cost of a point by which an arc is too short for its heads; in points of radius."""
+"""Cost of a point by which an arc is too short for its head; in points of radius."""
 _HEAD: Final = 4.5
 _OUTSIDE: Final = 9.0
 """Length (pt) of the lines outside of a dimension too short for its arrows."""
@@ -424,6 +424,8 @@ _PARTS: Final = (0.5, 0.34, 0.66)
 """Where along a dimension line its letters are tried."""
 _OFF_MIDDLE: Final = 12.0
 """Cost of letters at the end of their line, doubled; in points of distance."""
+_WITHIN: Final = 24.0
+"""Cost of a line on something filled; in points of distance."""
 _ACROSS: Final = 40.0
 """Cost of a line across a load, a spring or a rope; in points of distance."""
 _SMALL: Final = np.radians(4.0)
@@ -479,6 +481,7 @@ class _Line:
         self.length = float(np.hypot(*(self.feet[1] - self.feet[0])))
         self.along = (self.feet[1] - self.feet[0]) / self.length
         self.away = np.sign(offset) * np.array([-self.along[1], self.along[0]])
+        self.feet = self.feet + one.beyond * self.away
         self.ends = self.feet + abs(offset) * self.away
         wide, high = width_of(one.runs, one.size), (HEIGHT + DESCENT) * one.size
         x, y = np.abs(self.along)  # the gap is as long as the line within a box around its letters
@@ -511,6 +514,8 @@ class _Line:
         if cost < limit:
             cost += 2.0 * room.crowded(*self.ends)
         cost += _ACROSS * float(cost < limit and room.acts_across(*self.ends))
+        if cost < limit:
+            cost += _WITHIN * float(room.covered(self.centre[None])[0] > 0)
         for line in self._extensions():
             if cost < limit:
                 cost += 1.5 * room.crowded(line[0] + 3.0 * self.away, line[1])
@@ -587,7 +592,7 @@ def _ray(at: Floats, angle: float, near: float, far: float) -> Floats:
 
 
 def _arc_cost(room: Room, one: AngleArc, radius: float) -> float:
-    """Return what an arc of this radius costs: it lies where it can be told from other lines, and has two heads."""
+    """Return what an arc of this radius costs: it lies where it can be told from other lines, and has its head."""
     points = Arc(np.asarray(one.at), radius, THIN, one.start, one.stop).points
     inner = points[1:-1] if len(points) > 4 else points
     crowded = sum(room.crowded(p, q) for p, q in pairwise(inner))
@@ -603,10 +608,10 @@ def _arc_marks(one: AngleArc, radius: float) -> list[Placed]:
         for angle, wanted in zip((one.start, one.stop), one.lines, strict=True)
         if wanted
     ]
+    if one.tip is None:
+        return [*marks, replace(arc, **named)]
     head = min(_HEAD, 0.45 * radius * abs(one.stop - one.start))
-    ordered = arc.points[::-1] if one.tip == 0 else arc.points
-    marks.append(Arrow(ordered, THIN, both=one.tip is None, head=head, **named))
-    return marks
+    return [*marks, Arrow(arc.points[::-1] if one.tip == 0 else arc.points, THIN, head=head, **named)]
 
 
 # ----------------------------------------------------------------------------------------------------------------------

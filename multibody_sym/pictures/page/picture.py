@@ -59,6 +59,11 @@ _WIDTHS: Final = {
     for style, table in (("roman", _ROMAN), ("italic", _ITALIC), ("small", _ROMAN), ("subscript", _ROMAN))
 }
 _THIN_SPACE: Final = "\u2009"
+_SIGNS: Final = {
+    _THIN_SPACE: 0.167, "−": 0.564, "≤": 0.549, "≥": 0.549, "≈": 0.549, "°": 0.4, "·": 0.25,
+    **dict.fromkeys("¹²³⁴⁵⁶⁷⁸⁹⁰⁻", 0.3),
+}
+"""Widths of signs, which are upright in all styles."""
 _SHORT: Final = rf"(?:{'|'.join(GREEK)}|[A-Za-z]{{1,2}})(?:_?[0-9]+)?"
 _TERM: Final = rf"(?:(?:{_SHORT}|[0-9.]+)|(?:sin|cos|exp)\((?:{_SHORT}|[0-9.]+)(?: ?[-+*/] ?(?:{_SHORT}|[0-9.]+))*\))"
 _FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
@@ -87,8 +92,8 @@ def run_width(run: Run, size: float) -> float:
 def _width_of_unlisted(letter: str) -> float:
     if unicodedata.combining(letter):
         return 0.0
-    if letter == _THIN_SPACE:
-        return 1.0 / 6.0
+    if letter in _SIGNS:
+        return _SIGNS[letter]
     return _WIDE if unicodedata.east_asian_width(letter) in "WF" else _OTHER
 
 
@@ -290,7 +295,8 @@ class Wish(Mark):
 class Measure(Mark):
     """A dimension line that wants a place beside the line from `a` to `b` (points of the page), with its letters.
 
-    A coordinate is measured from the `datum` a: an arrow from a dot there.
+    A coordinate is measured from the `datum` a: an arrow from a dot there. What is measured reaches `beyond` (pt) to
+    both sides of the line.
     """
 
     a: Floats
@@ -298,6 +304,7 @@ class Measure(Mark):
     runs: tuple[Run, ...]
     size: float = 10.0
     datum: bool = False
+    beyond: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,7 +312,8 @@ class AngleArc(Mark):
     """An angle that wants an arc about `at`, counterclockwise from `start` to `stop` in radians, with its letters.
 
     `lines` says for each of the two sides whether a thin line must show it, because nothing drawn lies there;
-    `tip` is the end (1 or 0) that gets an arrow head, None for both. Its radius is at most `reach` (pt).
+    `tip` is the end (1 or 0) that gets an arrow head, None for an angle that counts no way. Its radius is at most
+    `reach` (pt).
     """
 
     at: Floats

@@ -73,6 +73,8 @@ def strands(stage: PlacedSystem, ropes: Mapping[str, int]) -> Iterator[Strand]:
                 label = getattr(element, "label", None) or name
                 loose = anchor_behind(stage, element) is not None
                 shown: dict[str, Any] = {"letters": law_letters(element), "titled": label != name}
+                if kind == "spring_damper" and len(found := shown["letters"].split(", ")) == 2:
+                    shown["letters"], shown["damping"] = found
                 yield Strand(kind, name, label, (group, name), anchors, ropes.get(name), loose, **shown)
 
 

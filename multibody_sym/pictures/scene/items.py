@@ -315,11 +315,15 @@ class Bowl(_Form):
 
 @dataclass(frozen=True)
 class Axes(_Form):
-    """The directions along which something moves freely, with the names of its coordinates; those of turns last."""
+    """The directions along which something moves freely, with the names of its coordinates; those of turns last.
+
+    Those of the equation of a curve are drawn always (`of_equation`).
+    """
 
     at: Vector
     axes: tuple[Vector, ...]
     names: tuple[str, ...]
+    of_equation: bool = False
     sized: ClassVar[bool] = False
 
     @property
@@ -385,7 +389,7 @@ class Strand:
 
     From end to end of `anchors` in a straight line, or for a rope by its `rope`, a number among those of the scene.
     How long a `loose` one is drawn is the page's affair: it is declared in a slider, without a length. `letters` and
-    `titled` as of an Item.
+    `titled` as of an Item; those of the damper beside a spring are its `damping`.
     """
 
     kind: str
@@ -396,6 +400,7 @@ class Strand:
     rope: int | None = None
     loose: bool = False
     letters: str = ""
+    damping: str = ""
     titled: bool = False
 
 
@@ -405,6 +410,7 @@ class NamedLength:
 
     `component` is the one of a point of the body, sign and all, whose size the label is. At the start the label is
     `start_label` where the model gives a letter to the coordinate then. One that is `unnamed` has its joint's name.
+    What is measured reaches as far as `beyond` (a vector in the axes of the body of a) to both sides in the plane.
     """
 
     name: str
@@ -416,6 +422,7 @@ class NamedLength:
     component: str = ""
     start_label: str = ""
     unnamed: bool = False
+    beyond: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

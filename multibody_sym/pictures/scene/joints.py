@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from multibody_sym.mechanics.motion import JointMotion, after_step
 from multibody_sym.mechanics.spanning_tree import coordinate_names, letters_of
-from multibody_sym.model.bodies import GROUND, SHAPES, mass_of
-from multibody_sym.model.constraints import Distance
+from multibody_sym.model.bodies import GROUND, SHAPES, Body, mass_of
+from multibody_sym.model.constraints import Distance, Gear
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
@@ -46,15 +46,18 @@ from multibody_sym.pictures.scene.letters import (
     given_motion,
     is_letter,
     is_titled,
+    letter_of,
     letters,
+    semi_axes,
     slopes,
+    start_angle,
     start_letter,
     turned_by,
 )
 from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ZERO, Node, symbol
+from multibody_sym.scalars.node import ONE, ZERO, Node, symbol
 from multibody_sym.text.printer import text
 
 _LIFTED: Final = 1e-6
@@ -313,7 +316,11 @@ def wire_of(joint: PlacedJoint) -> Polyline:
 
 def _wire(joint: PlacedJoint) -> Iterator[Item]:
     assert isinstance(joint.joint, CurveJoint)
-    yield replace(joint.item("guide", wire_of(joint)), letters=curve_equation(joint.joint.curve))
+    equation = curve_equation(joint.joint.curve)
+    yield replace(joint.item("guide", wire_of(joint)), letters=equation)
+    if equation:
+        axes = joint.parent.turned((1.0, 0.0, 0.0)), joint.parent.turned((0.0, 1.0, 0.0))
+        yield joint.item("guide", Axes(joint.parent.point, axes, ("x", "y"), of_equation=True))
     yield joint.item("joint", Symbol("bead", joint.child.point), on_child=True)
 
 
@@ -375,7 +382,7 @@ def dimensions(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -> t
     """Return the lengths that the model names, each letter once: plain letters first, where they are radii."""
     found = [*_sizes(stage), *_points(stage), *_radii(stage)]
     order = sorted(range(len(found)), key=lambda k: (len(found[k].label), not found[k].radius, k))
-    taken: set[str] = set()
+    taken = {q for name, joint in stage.system.joints.items() for q in coordinate_names(name, joint)}
     kept = []
     for k in order:
         words = set(re.findall("[A-Za-z_][A-Za-z_0-9]*", found[k].label))
@@ -398,7 +405,9 @@ def _sizes(stage: PlacedSystem) -> Iterator[NamedLength]:
             if kind in _SIZES:
                 centre = np.array(stage.centre(name))
                 ends = [Anchor(number, vector(centre + stage.number(size) * np.array(end))) for end in _SIZES[kind][k]]
-                yield NamedLength(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1])
+                others = np.array([stage.number(each) for each in sizes]) if kind == "box" else np.zeros(3)
+                beyond = vector(np.where(np.arange(3) == k, 0.0, others / 2))
+                yield NamedLength(f"{name}.{SHAPES[kind][k]}", label, ends[0], ends[1], beyond=beyond)
             elif k == 0:
                 yield radius_of(f"{name}.radius", label, number, stage.centre(name), stage.number(size))
 
@@ -423,6 +432,10 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
                 angle = -2.3 if surface.inside else 0.7  # a bowl is drawn below its middle
                 axis = unit(stage.vector(surface.axis)) if surface.kind == "disc" else (0.0, 0.0, 1.0)
                 yield radius_of(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle, axis)
+            for k, label in semi_axes(surface.outline) if surface.outline is not None else ():
+                end = stage.number(stage.system.parameters[label].value) * np.eye(3)[k]
+                ends = Anchor(stage.number_of(name), (0.0, 0.0, 0.0)), Anchor(stage.number_of(name), vector(end))
+                yield NamedLength(f"{name}.{word}", label, *ends, radius=True)
     for name, pulley in stage.system.pulleys.items():
         if letters(pulley.radius):
             place = stage.place(pulley.at or pulley.body or GROUND)
@@ -435,34 +448,74 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
             radius = stage.number(stage.system.parameters[circle.size].value)
             yield radius_of(name, circle.size, place.body, place.point, radius, axis=axis)
     for name, element in stage.system.constraints.items():
+        if isinstance(element, Gear):
+            yield from _gear_radii(stage, element)
         if isinstance(element, Distance) and letters(element.value):
             first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))
             yield NamedLength(name, letters(element.value), first, second)
 
 
+def _gear_radii(stage: PlacedSystem, gear: Gear) -> Iterator[NamedLength]:
+    """Yield the radii of wheels in mesh."""
+    for name, radius in zip(gear.joints, gear.radii or (), strict=False):
+        place = stage.place(stage.system.joints[name].child)
+        if letters(radius):
+            yield radius_of(name, letters(radius), place.body, place.point, stage.number(radius), 2.3)
+
+
 def _points(stage: PlacedSystem) -> Iterator[NamedLength]:
-    """Yield the ways along a body's axes to its points and its centre of mass, where each is one expression."""
+    """Yield the ways along a body's axes to its points and its centre of mass, where each is one expression.
+
+    They begin at the origin; where an expression is no letter, but the way from an end of the shape or from another
+    point is one, there. A point at a distance and an angle has that distance.
+    """
     for name, body in stage.system.bodies.items():
         number = stage.number_of(name)
         declared: dict[str, Point] = dict(body.points)
         if body.com is not None and body.shape is None:
             declared = {**declared, "com": body.com}
         for word, point in declared.items():
-            given = [k for k in range(3) if point[k].shadow != 0]
+            given, at = [k for k in range(3) if point[k].shadow != 0], stage.vector(point)
+            turned = turned_by(point)
+            if turned is not None and turned.size.isidentifier():
+                start = vector(np.where(np.isin(np.arange(3), given), 0.0, at))
+                yield NamedLength(f"{name}.{word}", turned.size, Anchor(number, start), Anchor(number, at))
+                continue
             for k in given if len(given) <= 2 else ():
-                label, start = letters(point[k]), list(stage.vector(point))
+                label, origin = _shortest(letters(point[k]), point[k], _marks_along(body, k))
                 if label:
-                    start[k] = 0.0
-                    ends = Anchor(number, vector(start)), Anchor(number, stage.vector(point))
+                    start = vector([stage.number(origin) if i == k else x for i, x in enumerate(at)])
+                    ends = Anchor(number, start), Anchor(number, at)
                     yield NamedLength(f"{name}.{word}", label, *ends, component=text(point[k]))
+
+
+def _marks_along(body: Body, axis: int) -> list[Node]:
+    """Return where along an axis of a body its shape ends, and its other points are."""
+    found = [point[axis] for point in body.points.values()]
+    if body.shape is not None and body.shape.kind in _SIZES and axis < len(_SIZES[body.shape.kind]):
+        centre, half = mass_of(body).com[axis], body.shape.sizes[axis] / 2
+        found = [centre - half, centre + half, *found]
+    return found
+
+
+def _shortest(label: str, end: Node, others: Sequence[Node]) -> tuple[str, Node]:
+    """Return a length's letters and where it begins: zero, or where it is a letter from one of the others."""
+    if not label or label.isidentifier():
+        return label, ZERO
+    found = ((letter, other) for other in others if (letter := letter_of(end - other)))
+    return next(found, (label, ZERO))
 
 
 # --- coordinates and angles ----------------------------------------------------------------------------------------
 
 
-def ways(stage: PlacedSystem) -> Iterator[NamedLength]:
-    """Yield the coordinates of sliders: from the place on the parent to that on the child."""
+def ways(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
+    """Yield the coordinates of sliders, from the place on the parent to that on the child, and places of the start.
+
+    These are coordinates of what moves freely or on a curve, by letters that are not `taken`.
+    """
     asked = asked_names(stage.system)
+    yield from _start_places(stage, taken)
     for name, joint in stage.system.joints.items():
         steps = [free.step for free in joint.free_steps]
         if len(steps) != 1 or len(steps[0].slides) != 1 or steps[0].turns:
@@ -471,8 +524,26 @@ def ways(stage: PlacedSystem) -> Iterator[NamedLength]:
         (label,) = coordinate_names(name, joint)
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
         given, unnamed = start_letter(stage, joint), is_unnamed(stage, name, asked)
-        shown = given if unnamed or not given else f"{label} = {given}"
-        yield NamedLength(label, label, a, b, coordinate=True, start_label=shown, unnamed=unnamed)
+        yield NamedLength(label, label, a, b, coordinate=True, start_label=given, unnamed=unnamed)
+
+
+def _start_places(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
+    """Yield how far from the axes of ground what moves freely, or on a curve over an axis, is at the start."""
+    seen = {*taken}
+    for name, joint in stage.system.joints.items():
+        initial, made = getattr(joint, "initial", None), placed_joint(stage, name)
+        over_x = isinstance(joint, CurveJoint) and bool(curve_equation(joint.curve))
+        if initial is None or made.parent.body >= 0 or not (joint.kind in ("point", "planar") or over_x):
+            continue
+        axes = [made.on_parent((ONE, ZERO, ZERO))] if over_x else [made.on_parent(axis) for axis in made.slides]
+        end = stage.world(made.child.body, made.child.point)
+        for axis, node in zip(axes, initial.q or (), strict=False):
+            label = "" if node is None else letters(node)
+            if label.isidentifier() and is_letter(stage.system, label) and label not in seen:
+                seen.add(label)
+                foot = end - float((end - np.array(made.parent.point)) @ axis) * np.array(axis)
+                b = Anchor(made.child.body, made.child.point)
+                yield NamedLength(f"{name}.{label}", "", Anchor(-1, vector(foot)), b, start_label=label)
 
 
 def is_unnamed(stage: PlacedSystem, name: str, asked: frozenset[str]) -> bool:
@@ -500,6 +571,12 @@ def _hinge_angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -
     asked, own_names = asked_names(stage.system), {coordinate.name for coordinate in stage.mechanism.coordinates}
     for name, joint in stage.system.joints.items():
         driven, made, given = given_motion(stage, name), placed_joint(stage, name), start_letter(stage, joint)
+        sign, base = "", 0.0
+        if not given:  # it is negative, or counted from another axis, such as that of -x: pi - beta
+            given, base = start_angle(stage, joint)
+            sign = "-"
+            if joint.kind != "planar":
+                given, base = "" if base else given, 0.0
         turning = [*joint.steps] if driven else [each.step for each in joint.free_steps]
         planar = joint.kind == "planar" and bool(given)
         if not planar and (len(turning) != 1 or not turning[0].is_hinge):
@@ -517,12 +594,13 @@ def _hinge_angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -
         own = own - (own @ axis) * axis
         if np.linalg.norm(own) < 1e-9:
             continue
-        start, stop = made.parent.turned(unit(own)), made.child.turned(unit(own))
+        begin = np.cos(base) * own + np.sin(base) * np.cross(axis, own)
+        start, stop = made.parent.turned(unit(begin)), made.child.turned(unit(own))
         place = made.child if planar else made.parent
         at = Anchor(place.body, place.point)
         ends, about = (Anchor(made.parent.body, start), Anchor(made.child.body, stop)), made.parent.turned(axis)
         unnamed = not driven and is_unnamed(stage, name, asked)
-        shown = given if planar or unnamed or not given else f"{label} = {given}"
+        shown = given if planar or unnamed or not given else f"{label} = {sign}{given}"
         yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown, unnamed=unnamed)
 
 

@@ -21,7 +21,7 @@ from multibody_sym.model.system import System, t
 from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
 from multibody_sym.pictures.scene.stage import PlacedSystem
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
@@ -34,7 +34,8 @@ _LONGEST: Final = 9
 _LONGEST_VALUE, _LONGEST_CURVE = 12, 16
 """The same for the value of a force."""
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
-_Z: Final = (0.0, 0.0, 1.0)
+_POWER: Final = re.compile(r"\^(-?[0-9]+)")
+_RAISED: Final = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _PIN: Final = re.compile(r"[A-Z][0-9]?'?")
 """The name of a pin or of a roller in a book."""
 _PINS: Final = ("revolute", "spherical", "roller", "contact")
@@ -50,6 +51,20 @@ def letters(node: Node) -> str:
     if found.isidentifier():
         return found
     return found if len(found) <= _LONGEST and "(" not in found else ""
+
+
+def letter_of(node: Node) -> str:
+    """Return the one symbol, or nothing, that an expression or its negative always equals: h of h - a/2 + a/2."""
+    symbols = leaves([node], "symbol")
+    if not symbols or leaves([node], "slot"):
+        return ""
+    tried = [{each: 1.0 + math.sin(7.0 * k + shift) / 2 for k, each in enumerate(symbols)} for shift in (0.3, 1.9)]
+    try:
+        values = [evaluate([node], each, float)[0] for each in tried]
+    except UNDEFINED:
+        return ""
+    near = (s for s in symbols if all(abs(abs(v) - each[s]) < 1e-12 for v, each in zip(values, tried, strict=True)))
+    return next((letters(each) for each in near), "")
 
 
 def mass_letters(stage: PlacedSystem, name: str) -> str:
@@ -115,7 +130,8 @@ def is_titled(element: Any, name: str, kind: str) -> bool:
 class Given:
     """A parameter: its `name`, the `letter` of the book, and its number with a unit.
 
-    The number is empty where it has none, and, unless a question contains it, of words and of what follows from others.
+    The number is empty where it has none, and, unless a question contains it, of words and of what follows from others;
+    of what follows from others and is sought it would be the answer.
     """
 
     name: str
@@ -148,18 +164,29 @@ def _names_in(tree: Any) -> Iterator[str]:
 def givens(stage: PlacedSystem, book: Mapping[str, str]) -> tuple[Given, ...]:
     """Return the parameters of a model with their numbers."""
     found, asked = [], asked_names(stage.system)
+    questions = fields_tree(stage.system).get("ask", {}).values()
+    sought = {each.get("find") for each in questions if isinstance(each, Mapping)}
     for name, parameter in stage.system.parameters.items():
-        told = name in asked or (is_letter(stage.system, name) and not leaves([parameter.value], "symbol"))
+        follows = bool(leaves([parameter.value], "symbol"))
+        told = (name in asked and not (follows and name in sought)) or (not follows and is_letter(stage.system, name))
         number = stage.number(parameter.value, math.nan)
         unit = "" if parameter.dimension is None else DimensionField().tree(parameter.dimension)
-        shown = f"{math.degrees(number):.4g}°" if unit == "rad" else f"{number:.4g} {_set(unit)}".rstrip()
-        shown = shown.replace("-", "−") if told and math.isfinite(number) else ""
-        found.append(Given(name, book.get(name, name), shown))
+        shown = f"{_number(math.degrees(number))}°" if unit == "rad" else f"{_number(number)} {_set(unit)}".rstrip()
+        found.append(Given(name, book.get(name, name), shown if told and math.isfinite(number) else ""))
     return tuple(found)
 
 
+def _number(value: float) -> str:
+    """Return a number as a book sets it: 1.4·10⁹, not 1.4e+09."""
+    digits, _, power = f"{value:.4g}".partition("e")
+    return (f"{digits}·10{str(int(power)).translate(_RAISED)}" if power else digits).replace("-", "−")
+
+
 def _set(unit: str) -> str:
-    return unit.replace("^2", "²").replace("^3", "³").replace("*", "\u2009")
+    """Return a unit as a book sets it: kg m⁴/s², s²/(kg m²)."""
+    above, *below = unit.split("/")
+    shown = "/".join([above, *([f"({'*'.join(below)})"] if len(below) > 1 else below)])
+    return _POWER.sub(lambda power: power[1].translate(_RAISED), shown).replace("*", "\u2009")
 
 
 def is_static(system: System) -> bool:
@@ -190,6 +217,14 @@ def circle_of(curve: Curve) -> Turned | None:
     """Return the size and the axes of a curve that is a circle R*cos(s), R*sin(s), None for another one."""
     tree = fields_tree(curve)
     return _turned([str(tree.get(axis, "")) for axis in "xyz"])
+
+
+def semi_axes(curve: Curve) -> Iterator[tuple[int, str]]:
+    """Yield the axes and letters of a curve that is an ellipse a*cos(s), b*sin(s) about the origin."""
+    tree = fields_tree(curve)
+    found = [_TURNED.fullmatch(str(tree.get(axis, ""))) for axis in "xy"]
+    if all(each is not None and each[3] == curve.parameter for each in found):
+        yield from ((k, each[1]) for k, each in enumerate(found) if each is not None and each[1])
 
 
 def curve_equation(curve: Curve) -> str:
@@ -239,13 +274,13 @@ def slopes(stage: PlacedSystem) -> Iterator[AngleMark]:
         way[turned.sine] = -np.sign(gravity[turned.sine])  # uphill along the axis of the plane
         level = way - float(way @ gravity) * gravity
         ends = Anchor(-1, unit(level)), Anchor(-1, vector(way))
-        yield AngleMark("gravity", turned.angle, Anchor(-1, ZERO), *ends, _Z, coordinate=False)
+        yield AngleMark("gravity", turned.angle, Anchor(-1, ZERO), *ends, ZERO, coordinate=False)
 
 
 def _slope(name: str, letter: str, at: Anchor, axis: int, way: Floats) -> AngleMark:
     """Return the angle at a place of a body between an axis and the way uphill, in the axes of the body."""
     level = vector(np.copysign(1.0, way[axis]) * np.eye(3)[axis])
-    return AngleMark(name, letter, at, Anchor(at.body, level), Anchor(at.body, vector(way)), _Z, coordinate=False)
+    return AngleMark(name, letter, at, Anchor(at.body, level), Anchor(at.body, vector(way)), ZERO, coordinate=False)
 
 
 def start_letter(stage: PlacedSystem, joint: Joint) -> str:
@@ -256,6 +291,20 @@ def start_letter(stage: PlacedSystem, joint: Joint) -> str:
         return ""
     found = letters(node)
     return found if found.isidentifier() and is_letter(stage.system, found) else ""
+
+
+def start_angle(stage: PlacedSystem, joint: Joint) -> tuple[str, float]:
+    """Return the letter of the angle from a half or quarter turn at which a joint starts, and that turn (rad)."""
+    initial = getattr(joint, "initial", None)
+    node = initial.q[-1] if initial is not None and initial.q else None
+    if node is None:
+        return "", 0.0
+    for quarters in (0, 2, 1, -1):
+        turn = quarters * math.pi / 2
+        found = letter_of(node - turn)
+        if found and is_letter(stage.system, found):
+            return found, turn
+    return "", 0.0
 
 
 def driven_by(stage: PlacedSystem, name: str) -> Node | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any, TypeVar
 
@@ -168,11 +168,12 @@ def scene_of(system: System) -> Scene:
     ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
     book, (view, plane) = letters_of(stage.system), natural_view(stage, found)
     lengths = [_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage))]
+    moved = [_spelt(each, book) for each in ways(stage, [each.label for each in lengths])]
     numbers = {name: k for k, name in enumerate(ropes)}
     supports = list(support_items(stage, bodies))
     stood_on = {item.path for item in supports}
     items = (
-        *(_with_equation(stage, item) for item in surface_items(stage, "ground") if item.path not in stood_on),
+        *(each for i in surface_items(stage, "ground") if i.path not in stood_on for each in _with_equation(stage, i)),
         *supports,
         *riser_items(stage),
         *struck_items(stage),
@@ -194,10 +195,10 @@ def scene_of(system: System) -> Scene:
         view=view,
         size=size,
         items=tuple(_lettered(item, book) for item in items),
-        strands=tuple(_lettered(_with_length(stage, each, lengths), book) for each in strands(stage, numbers)),
+        strands=tuple(_lettered(_with_length(stage, x, [*lengths, *moved]), book) for x in strands(stage, numbers)),
         dimensions=(
             *(replace(x, component=in_letters(x.component, book)) for x in lengths),
-            *(_spelt(x, book) for x in ways(stage)),
+            *moved,
         ),
         angles=tuple(_spelt(each, book) for each in angles(stage, found)),
         arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
@@ -212,10 +213,14 @@ def scene_of(system: System) -> Scene:
     )
 
 
-def _with_equation(stage: PlacedSystem, item: Item) -> Item:
-    """Return a surface of ground with the equation of its curve, if it has one."""
+def _with_equation(stage: PlacedSystem, item: Item) -> Iterator[Item]:
+    """Yield a surface of ground, with the equation of its curve and the axes of that, if it has one."""
     curve = stage.declared(GROUND).surfaces[item.path[-1]].guide
-    return item if curve is None else replace(item, letters=curve_equation(curve))
+    equation = "" if curve is None else curve_equation(curve)
+    yield replace(item, letters=equation)
+    if equation:
+        axes = Axes((0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ("x", "y"), of_equation=True)
+        yield replace(item, form=axes)
 
 
 def _with_length(stage: PlacedSystem, strand: Strand, lengths: Sequence[NamedLength]) -> Strand:
@@ -223,7 +228,7 @@ def _with_length(stage: PlacedSystem, strand: Strand, lengths: Sequence[NamedLen
     element = stage.system.forces.get(strand.name)
     letter = letters(element.length) if isinstance(element, SpringDamper) else ""
     shown = letter and is_letter(stage.system, letter) and strand.letters
-    if not shown or any(each.label == letter for each in lengths):
+    if not shown or any(letter in (each.label, each.start_label) for each in lengths):
         return strand
     return replace(strand, letters=f"{strand.letters}, {letter}")
 
@@ -270,7 +275,9 @@ def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
 
 def _lettered(each: _Lettered, book: Mapping[str, str]) -> _Lettered:
     """Return what shows letters of parameters with those that the book has for them."""
-    return replace(each, letters=in_letters(each.letters, book)) if each.letters else each
+    words = ("letters", "damping")
+    spelt: dict[str, Any] = {word: in_letters(text, book) for word in words if (text := getattr(each, word, ""))}
+    return replace(each, **spelt) if spelt else each
 
 
 def _size(stage: PlacedSystem, items: Sequence[Item], found: Mapping[str, Sequence[Sequence[float]]]) -> float:
