@@ -233,7 +233,7 @@ def _doors(system: mbs.System) -> list[Call]:
     asked |= {"drives": (), "mode": None}
     urdf = {"damping": True, "mimic": True, "torques": False, "friction": False}
     drawn = _without_compiler(mbs.draw, "multibody_sym.motion.simulate")
-    exported = {"to": "python", "directory": "out", "fold": False, "fmi": 2}
+    exported = {"to": "python", "directory": "out", "fold": False, "fmi": 2, "functions": ["mass_matrix"]}
     return [
         Call("load", mbs.load, {"path": "model.yaml"}),
         Call("loads", mbs.loads, {"text": MODEL, "name": "m"}),

@@ -113,6 +113,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "fragment": "whether LaTeX is a fragment for `\\input`, with labels",
     "frame": "a body, point or frame, such as `arm.tip`",
     "friction": "read the friction of the joints",
+    "functions": "further functions in the code: names such as `mass_matrix`, or Functions by names",
     "given": "joints or names whose accelerations are given",
     "initial": "other start values by name; `~` is solved for",
     "inputs": "other inputs by name: a number, an expression or a function",

@@ -19,7 +19,7 @@ from multibody_sym.dynamics.programs.function_derivatives import (
     derived,
     independent_parameters,
 )
-from multibody_sym.dynamics.programs.state_functions import Axes, Name, with_declared_inputs
+from multibody_sym.dynamics.programs.state_functions import OPTIONS, Axes, Name, with_declared_inputs
 from multibody_sym.dynamics.programs.system import inputs_program
 from multibody_sym.errors import ArgumentError, InputError, ModelError, at, short_repr
 from multibody_sym.model.argument_checks import callback, door, flag, whole_number
@@ -190,6 +190,19 @@ def functions(
                 found[name] = found[name].derivative(cast(Variable, variable))
     library = _Library(code)
     return {name: library.joined(name, each) for name, each in found.items()}
+
+
+def function_named(system: System, name: str, *, mode: Literal["found"] | None = None) -> Function[Any]:
+    """Return the Function that has a `name`, such as mass_matrix or state_derivative_by_q_u.
+
+    `mode` where it has one. Raises InputError for an unknown name, and as `function` and `derivative` do.
+    """
+    what, *steps = name.split("_by_")
+    options: FunctionKeywords = {"mode": mode} if "mode" in OPTIONS.get(what, ()) else {}
+    found: Function[Any] = function(system, cast(Name, what), **options)
+    for by in steps:
+        found = found.derivative(*cast(tuple[Variable, ...], tuple(by.split("_"))))
+    return found
 
 
 def _asked(

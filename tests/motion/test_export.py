@@ -10,7 +10,9 @@ import stat
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import multibody_sym as mbs
@@ -48,13 +50,14 @@ def test_headers_serve_programs_in_cpp(tmp_path: Path) -> None:
 @needs_compiler
 @pytest.mark.parametrize("fold", [False, True])
 def test_c_compiles_as_its_head_says_and_tests_itself(tmp_path: Path, fold: bool) -> None:
-    files = mbs.export(mbs.loads(HELD), to="c", directory=tmp_path / "out", fold=fold)
+    further = ["mass_matrix", "state_derivative_by_q_u_inputs"]
+    files = mbs.export(mbs.loads(HELD), to="c", directory=tmp_path / "out", fold=fold, functions=further)
     runtime = runtime_files(EXPORTED_PARTS)
     assert {file.name for file in files} == {"model.c", "model.h", *runtime, "selftest.c", "names.json"}
     line = re.search(r"Self-test: (cc .*)$", (tmp_path / "out" / "model.c").read_text(), re.MULTILINE)[1]
     printed = shell(line.replace("cc ", f"{COMPILER} -Wall -Wextra -Werror -pedantic ", 1), tmp_path / "out")
-    assert printed.count("ok") == 6
-    assert "project_position: ok" in printed
+    assert printed.count("ok") == 8
+    assert all(f"{name}: ok" in printed for name in ("project_position", *further))
 
 
 @pytest.mark.parametrize("fold", [False, True])
@@ -100,20 +103,29 @@ def test_no_name_of_the_user_is_in_the_code(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_a_foreign_driver_reaches_the_same_state(tmp_path: Path) -> None:
-    """Explicit Euler by a C program of a few lines against the same steps with the compiled state derivative."""
+    """Explicit Euler by a C program of a few lines against the same steps with the compiled state derivative.
+
+    The slopes of the accelerations and the Jacobian of a frame at the end are those of Python.
+    """
     system = mbs.load(EXAMPLES / "double_pendulum.yaml")
-    mbs.export(system, to="c", directory=tmp_path)
+    slopes = mbs.function(system, "state_derivative").derivative("q", "u")
+    tip = mbs.function(system, "jacobian", frame=list(system.bodies)[-1])
+    mbs.export(system, to="c", directory=tmp_path, functions={"slopes": slopes, "tip": tip})
     (tmp_path / "driver.c").write_text(
         """
         #include <stdio.h>
         #include "model.h"
         int main(void) {
-            double x[4] = {1.0, 0.5, 0.0, 0.0}, d[4], p[5] = {1, 1, 1, 1, 9.81}, report[3], none[1];
+            double x[4] = {1.0, 0.5, 0.0, 0.0}, d[4], p[5] = {1, 1, 1, 1, 9.81}, report[3], none[1], s[20], J[24];
             for (int i = 0; i < 1000; ++i) {
                 mbs_state_derivative(0.0, x, x + 2, p, none, none, d, d + 2, none, report);
                 for (int k = 0; k < 4; ++k) x[k] += 1e-3 * d[k];
             }
             printf("%.17g %.17g\\n", x[0], x[1]);
+            mbs_slopes(0.0, x, x + 2, p, none, none, s, s + 8, none);
+            mbs_tip(0.0, x, x + 2, p, none, none, J, J + 12);
+            for (int k = 0; k < 16; ++k) printf("%.17g ", s[k]);
+            for (int k = 0; k < 24; ++k) printf("%.17g ", J[k]);
         }
         """
     )
@@ -121,13 +133,27 @@ def test_a_foreign_driver_reaches_the_same_state(tmp_path: Path) -> None:
     rhs, x = mbs.compile(mbs.state_derivative(system)), [1.0, 0.5, 0.0, 0.0]
     for _ in range(1000):
         x = [a + 1e-3 * b for a, b in zip(x, rhs(0.0, x).tolist(), strict=True)]
-    assert list(map(float, printed.split())) == pytest.approx(x[:2], rel=1e-12)
+    q, u = np.split(np.array(x), 2)
+    further = np.concatenate([np.ravel(part) for f in (slopes, tip) for part in f(0.0, q, u)])
+    assert list(map(float, printed.split())) == pytest.approx([*x[:2], *further], rel=1e-11, abs=1e-12)
 
 
 def test_wrong_targets_and_folders(tmp_path: Path) -> None:
     system = mbs.load(EXAMPLES / "pendulum.yaml")
     with pytest.raises(mbs.InputError, match="did you mean"):
         mbs.export(system, to="pyton", directory=tmp_path)
+    wrong: list[tuple[Any, str]] = [
+        (["mas_matrix"], "no function 'mas_matrix'; did you mean mass_matrix"),
+        (["mass_matrix_by_x"], "no function of 'x'; known: t, q, u"),
+        ({"energy": mbs.function(system, "energies")}, "functions: 'energy' cannot name another function"),
+        ({"M": mbs.function(mbs.loads(HELD), "mass_matrix")}, "functions: 'M' is no Function of this system"),
+        ({"M": "mass_matrix"}, "functions: 'M' is no Function of this system"),
+    ]
+    for functions, message in wrong:
+        with pytest.raises(mbs.InputError, match=message):
+            mbs.export(system, to="c", directory=tmp_path, functions=functions)
+    with pytest.raises(mbs.InputError, match="functions: an FMU has parameters and no other functions"):
+        mbs.export(system, to="fmu", directory=tmp_path / "x.fmu", functions=["mass_matrix"])
     (tmp_path / "file").write_text("")
     with pytest.raises(mbs.OutputError):
         mbs.export(system, to="c", directory=tmp_path / "file")

@@ -21,6 +21,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     text = "the folder to write to (default: FILE_c, FILE_python ..), or the file (default: FILE.fmu)"
     parser.add_argument(*names, dest="directory", metavar="PATH", help=text)
     parser.add_argument("--fold", action="store_true", help="put the values of all parameters into the code")
+    text = "functions of the system beside those of a run: mass_matrix, state_derivative_by_q_u_inputs .."
+    parser.add_argument("--functions", metavar="NAMES", default="", help=text)
     parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="the version of an FMU (default: 2)")
 
 
@@ -35,7 +37,9 @@ def run(options: argparse.Namespace) -> Reply:
     changes = model_options(options)
     with model(options) as system:
         changed = with_overrides(system, changes)
-        found = exported(changed, options.to, path, options.fold, options.fmi, changes.get("formalism"))
+        functions = [name.strip() for name in options.functions.split(",") if name.strip()]
+        formalism = changes.get("formalism")
+        found = exported(changed, options.to, path, options.fold, options.fmi, functions, formalism)
     names = [str(file) for file in found.files]
     run = f"fmpy validate {path}" if options.to == FMU else f"cd {path} && {LANGUAGES[options.to].run}"
     lines = [*(f"wrote {name}" for name in names), *found.notes, f"next: {run}"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack, cast
 
@@ -14,16 +15,18 @@ import numpy as np
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name, verify_formalism
 from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.programs.system import programs
+from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.state import StartState, examined_state, with_numbers_as_data
 from multibody_sym.errors import InputError, OutputError, Where, at, short_repr
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.gears import reasons
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.units import MechanismUnits
-from multibody_sym.model.argument_checks import flag
+from multibody_sym.model.argument_checks import flag, names
 from multibody_sym.model.argument_checks import text as text_of
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
+from multibody_sym.motion.function import Function, function_named
 from multibody_sym.motion.methods.table import COLLOCATION
 from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
 from multibody_sym.program.program import Program, interpret
@@ -117,6 +120,7 @@ def _digest(content: bytes) -> str:
 
 _SAMPLES: Final = 2
 _FMI: Final = (2, 3)
+_NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 class Exported(NamedTuple):
@@ -134,6 +138,7 @@ def export(
     *,
     fold: bool = False,
     fmi: int = 2,
+    functions: Mapping[str, Function[Any]] | Sequence[str] = (),
     **options: Unpack[ModelOptions],
 ) -> list[Path]:
     """Write a system's Programs as source code with a self-test and `names.json`, or as an FMU; return the files.
@@ -144,14 +149,23 @@ def export(
     `to` is "c", "javascript", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the file.
     `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one. `fold` writes
     the values of all parameters into the code, which then reads none. `fmi` is the version of an FMU, 2 or 3.
+    `functions` stand in the code, too: Functions of this system by names of one's own, or names of some such as
+    mass_matrix or state_derivative_by_q_u_inputs. They take the values of `inputs` as an array, as all others do.
     Raises InputError for values that contradict the model and for files that no export wrote, ModelError for what an
     FMU cannot hold, NoSolutionError without a start, OutputError, also without a C compiler for an FMU.
     """
-    return exported(with_overrides(system, options), to, directory, fold, fmi, options.get("formalism")).files
+    system = with_overrides(system, options)
+    return exported(system, to, directory, fold, fmi, functions, options.get("formalism")).files
 
 
 def exported(
-    system: System, to: str, directory: str | os.PathLike[str], fold: bool, fmi: int, formalism: str | None
+    system: System,
+    to: str,
+    directory: str | os.PathLike[str],
+    fold: bool,
+    fmi: int,
+    functions: Mapping[str, Function[Any]] | Sequence[str],
+    formalism: str | None,
 ) -> Exported:
     """Write what `export` does of a system; return the files with notes."""
     fold, folder = flag("fold", fold), Path(path_name(directory, "a file" if to == FMU else "a folder"))
@@ -172,11 +186,13 @@ def exported(
         begins = system.impact is not None or placed.closing
         left = "the motion begins with an impact, which is left out; `impact` returns the speeds after it"
         simulated = _simulated(system, placed, route, fold) if to == "c" and resolved.one_way else None
-        found = _sources(placed, made, to, folder, route, fold, simulated)
+        taken = {*made, *(() if simulated is None or isinstance(simulated, str) else simulated.programs)}
+        found = _sources(placed, made, _functions_of(system, functions, taken), to, folder, route, fold, simulated)
         return found._replace(notes=(*first, *((left,) if begins else ()), *found.notes))
-    if fold:
-        with at("fold"):
-            raise InputError("an FMU has parameters: leave out fold", number="M110")
+    for name, given in (("fold", fold), ("functions", functions)):
+        if given:
+            with at(name):
+                raise InputError(f"an FMU has parameters and no other functions: leave out {name}", number="M110")
     from multibody_sym.motion.prepare.fmu import fmu_of, write_fmu  # which other exports do without
 
     made_fmu = fmu_of(system, placed, made)
@@ -190,9 +206,27 @@ def _simulated(system: System, placed: StartState, route: str, fold: bool) -> Co
     return "the parameters are folded" if fold else contact_code(system, placed, route)
 
 
+def _functions_of(
+    system: System, functions: Mapping[str, Function[Any]] | Sequence[str], taken: Collection[str]
+) -> Mapping[str, Function[Any]]:
+    """Return the functions that a caller asks for, by name. Raises InputError for those of other systems."""
+    if not isinstance(functions, Mapping):
+        mode: Any = "found" if check_numbers(system).one_way else None
+        functions = {name: function_named(system, name, mode=mode) for name in names("functions", functions)}
+    with at("functions"):
+        for name, function in functions.items():
+            if not isinstance(function, Function) or function.system != system:
+                raise InputError(f"{short_repr(name)} is no Function of this system: mbs.function(system, ..)")
+            if not isinstance(name, str) or not _NAME.fullmatch(name) or name in taken:
+                rule = f"its name has letters, digits and _, and is none of {', '.join(sorted(taken))}"
+                raise InputError(f"{short_repr(name)} cannot name another function: {rule}")
+    return functions
+
+
 def _sources(
     placed: StartState,
     made: Mapping[str, Program],
+    functions: Mapping[str, Function[Any]],
     to: str,
     folder: Path,
     route: str,
@@ -203,11 +237,15 @@ def _sources(
     resolved, begin = placed.mechanism, placed.start
     state = (0.0, begin.q, begin.u, begin.parameters)
     values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
-    others = spread_samples(made, _SAMPLES)
-    samples = {name: [list(values[: len(program.inputs)]), *others[name]] for name, program in made.items()}
+    made = {**made, **{name: function.program for name, function in functions.items()}}
+    own = {name: begin.parameters[: program.input("parameters").size] for name, program in made.items()}
+    samples = dict(spread_samples(made, _SAMPLES))
+    for name, program in made.items():
+        first = [*values[:3], own[name], *values[4:], *samples[name][0][len(values) :]]
+        samples[name] = [first[: len(program.inputs)], *samples[name]]
     if fold:
-        made = {key: fold_input(program, "parameters", begin.parameters) for key, program in made.items()}
-        samples = {key: [(*s[:3], begin.parameters, *s[4:]) for s in listed] for key, listed in samples.items()}
+        made = {key: fold_input(program, "parameters", own[key]) for key, program in made.items()}
+        samples = {key: [(*s[:3], own[key], *s[4:]) for s in listed] for key, listed in samples.items()}
     notes, files = list[str](), dict[str, str]()
     if isinstance(simulated, str):
         notes.append(f"without simulate.c, which goes from state to state: {simulated}")
