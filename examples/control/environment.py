@@ -1,9 +1,4 @@
-"""An environment of Gymnasium: a cart that keeps its pole upright. Run it: `python examples/control/environment.py`.
-
-It needs Gymnasium: `pip install gymnasium`.
-"""
-
-from __future__ import annotations
+"""An environment of Gymnasium (`pip install gymnasium`): a cart that keeps its pole upright."""
 
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,4 @@
-"""LQR: a pole on a cart, a Furuta pendulum and an arm with seven joints, held where they would fall.
-
-Run it: `python examples/control/lqr.py`.
-"""
+"""LQR: a pole on a cart, a Furuta pendulum and an arm with seven joints, held where they would fall."""
 
 from pathlib import Path
 
@@ -19,15 +16,13 @@ PLACES = {
 def balanced(name: str) -> tuple[mbs.System, dict[str, float], dict[str, object], np.ndarray]:
     """Return a system, the state at its place, the feedback that holds it there, and the eigenvalues designed."""
     system = mbs.load(Path(__file__).parent / f"{name}.yaml")
-    held = mbs.trim(system, PLACES[name])
-    near = mbs.linearize(system, at=held.state, inputs=held.inputs)
+    near = mbs.trim(system, PLACES[name]).linearize()
     K = near.lqr(np.eye(len(near.states)), np.eye(len(near.inputs)))
-    return system, dict(held.state), near.feedback(K), np.linalg.eigvals(near.A - near.B @ K)
+    return system, dict(near.at), near.feedback(K), np.linalg.eigvals(near.A - near.B @ K)
 
 
 if __name__ == "__main__":
     for name in PLACES:
         system, place, law, designed = balanced(name)
         found = mbs.linearize(system, at=place, inputs=law).eigenvalues
-        apart = np.abs(np.sort_complex(found) - np.sort_complex(designed)).max()
-        print(f"{name}: slowest eigenvalue {found[0].real:.3f} 1/s, {apart:.1e} from the one designed")
+        print(name, "has the eigenvalues designed:", np.allclose(np.sort_complex(found), np.sort_complex(designed)))

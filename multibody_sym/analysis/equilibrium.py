@@ -23,7 +23,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.analysis.deviations import DeviationFlow, coordinate_bounds, deviation_names, displaced
 from multibody_sym.analysis.equilibrium_search import find_equilibria, guesses
 from multibody_sym.analysis.kinks import verify_keeps_mode
-from multibody_sym.analysis.linearize import flow_at, place_of
+from multibody_sym.analysis.linearize import Linearization, flow_at, linearize, place_of
 from multibody_sym.analysis.positions import Positions
 from multibody_sym.analysis.state_asked_about import errors_at, friction_left_out, no_equilibrium_error, tried_sets_text
 from multibody_sym.derivation.routes import verify_formalism
@@ -38,8 +38,8 @@ from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.points import position
+from multibody_sym.model.argument_checks import door, state_by_name
 from multibody_sym.model.argument_checks import names as listed_names
-from multibody_sym.model.argument_checks import state_by_name
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
@@ -437,13 +437,20 @@ _AT_LIMIT: Final = 1e-9
 
 @dataclass(frozen=True)
 class Trim:
-    """The `state`, in which no speed changes, and the `inputs` that hold it, in SI units.
-
-    `linearize(system, at=trim.state, inputs=trim.inputs)` is about this state.
-    """
+    """The `state`, in which no speed changes, and the `inputs` that hold it, in SI units."""
 
     state: Mapping[str, float]
     inputs: Mapping[str, float]
+    system: System
+    """The system with the changes of the call."""
+
+    @door
+    def linearize(self, *, formalism: str | None = None, moving: bool = False) -> Linearization:
+        """Return the linearisation about this state under these inputs; options as of `mbs.linearize`.
+
+        Raises InputError and NoSolutionError as that does.
+        """
+        return linearize(self.system, at=self.state, inputs=self.inputs, formalism=formalism, moving=moving)
 
     def as_json(self) -> dict[str, Any]:
         """Return the same as a JSON object."""
@@ -504,7 +511,8 @@ def _trim(system: System, at: Mapping[str, Any] | None, names: tuple[str, ...]) 
         inputs[[list(mechanism.inputs).index(name) for name in names]] = w
         verify_keeps_mode(flow, q, u, inputs)
     every = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
-    return Trim(dict(zip(every, (*q.tolist(), *u.tolist()), strict=True)), dict(zip(names, w.tolist(), strict=True)))
+    state = dict(zip(every, (*q.tolist(), *u.tolist()), strict=True))
+    return Trim(state, dict(zip(names, w.tolist(), strict=True)), system)
 
 
 def _verify_within(mechanism: Mechanism, q: Floats, bounds: Floats, held: Set[int]) -> None:

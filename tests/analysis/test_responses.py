@@ -125,6 +125,7 @@ def test_trim_finds_the_inputs_that_hold_a_position() -> None:
     assert held.state["b"] == pytest.approx(-np.pi / 2 - a, rel=1e-12)
     assert held.inputs["tau"] == pytest.approx(9.81 * np.cos(a) * (2 * 0.3 + 1 * 0.6), rel=1e-12)
     here = mbs.linearize(mbs.loads(ARM), at=held.state, inputs=held.inputs)
+    np.testing.assert_array_equal(held.linearize().A, here.A)
     assert max(map(abs, here.accelerations.values())) < 1e-12
     with pytest.raises(mbs.NoSolutionError, match=r"at: no values of tau were found"):
         mbs.trim(mbs.loads(ARM), {"a": 0, "b": 0})

@@ -22,6 +22,12 @@ def script(name: str) -> ModuleType:
     return module
 
 
+def test_controllers_are_short() -> None:
+    for name, most in {"lqr": 20, "computed_torque": 20, "swing_up": 20, "environment": 30}.items():
+        lines = (EXAMPLES / "control" / f"{name}.py").read_text().splitlines()
+        assert sum(1 for line in lines if line.strip()) <= most, name
+
+
 def test_an_arm_reaches_what_is_near_enough() -> None:
     reach = script("reach")
     tip = mbs.function(reach.ARM, "frame", frame="link6.end")
@@ -57,15 +63,15 @@ def test_lqr_places_the_eigenvalues_that_it_designs(name: str) -> None:
 def test_collocation_swings_a_pole_up() -> None:
     """The rule joins all times; the exact motion under its pushes ends near where it should."""
     module = script("swing_up")
-    assert module.found.success
-    assert np.abs(module.defects(module.found.x)[0]).max() < 1e-8
+    assert module.best.success
+    assert np.abs(module.defects(module.best.x)[0]).max() < 1e-8
     rng = np.random.default_rng(0)
-    at, way = module.found.x, rng.normal(size=module.found.x.size)
+    at, way = module.best.x, rng.normal(size=module.best.x.size)
     (over, _), (under, _) = (module.defects(at + x * way) for x in (1e-6, -1e-6))
     np.testing.assert_allclose(module.defects(at)[1] @ way, (over - under) / 2e-6, atol=1e-7)
     assert abs(module.run["theta"][-1] - np.pi / 2) < 0.08
     middle = module.run["x"][500], module.run["theta"][500]
-    assert module.found.x.reshape(-1, 5)[20, :2] == pytest.approx(middle, abs=0.02)
+    assert module.best.x.reshape(-1, 5)[20, :2] == pytest.approx(middle, abs=0.02)
 
 
 def test_a_sampled_controller_holds_what_its_discrete_model_holds() -> None:
