@@ -409,6 +409,12 @@ class Mechanism:
         """The joints (and ground) that move as prescribed, and so do work on the system."""
         return tuple(body.joint_name for body in self.bodies if body.driven)
 
+    @property
+    def bears_nothing(self) -> bool:
+        """Whether nothing has mass and no force is declared: only drives and constraints could exert forces."""
+        masses = (x for body in self.bodies for x in (body.mass.mass, *body.mass.inertia))
+        return not self.loads and all(x is ZERO for x in masses)
+
     def speed_place(self, name: str) -> int | None:
         """Return the place of a speed, or of a coordinate's rate; None for those that are measured."""
         leaf = self.symbols.get(symbol(name))

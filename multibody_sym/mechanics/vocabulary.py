@@ -433,9 +433,10 @@ def _later_names(system: System, path: Sequence[str]) -> dict[str, str]:
     if path[0] != "ask":
         return outputs
     question = system.ask[path[1]]
+    parts = [f"{name}.{axis}" for name, x in system.ask.items() if x.is_of_points for axis in AXES]
     extremes = () if question.so is None else question.so.extremes
     momenta = [f"{MOMENTUM}{q}" for q, _ in rate_names(system)] if question.is_of_phase_space else ()
-    return outputs | dict.fromkeys((*system.ask, *extremes), _ANSWER) | dict.fromkeys(momenta, "a momentum")
+    return outputs | dict.fromkeys((*system.ask, *parts, *extremes), _ANSWER) | dict.fromkeys(momenta, "a momentum")
 
 
 def verify_curves(system: System, names: Mapping[str, str]) -> None:
@@ -886,15 +887,14 @@ def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]
     return ordered
 
 
-def named_by(question: Ask, questions: Mapping[str, Ask], taken: Collection[Node]) -> set[str]:
+def named_by(question: Ask, questions: Collection[str], taken: Collection[Node]) -> set[str]:
     """Return the names of answers that the expressions of a question name, which are no names of the model.
 
-    The time is 0 at the start: a `t` that is asked only there is the answer of this name, if there is one.
+    Components, vB.x, belong to the answer vB. A `t` that is asked only at the start, where the time is 0, is an answer.
     """
     written = expressions(question)
     at_start = question.when is None and question.after is None
     moving = [x.node for x in written if x.path in _MOVING and not (at_start and x.path == _VALUE)]
-    timed = _TIME in leaves(moving, "symbol")
-    named = leaves([x.node for x in written], "symbol")
-    free = [leaf for leaf in named if leaf not in taken or (leaf == _TIME and not timed)]
-    return {str(leaf.data) for leaf in free if leaf.data in questions}
+    timed, named = _TIME in leaves(moving, "symbol"), leaves([x.node for x in written], "symbol")
+    names = {str(leaf.data) for leaf in named if leaf not in taken or (leaf == _TIME and not timed)}
+    return {x if x in questions else x.partition(".")[0] for x in names}.intersection(questions)

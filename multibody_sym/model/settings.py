@@ -98,6 +98,7 @@ FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissi
 MOMENTUM: Final = "p_"
 """What stands before the name of a coordinate in that of its momentum."""
 _MODES: Final = 1000
+_RATES: Final = ("'", "''")
 
 
 GREATEST: Final = "greatest"
@@ -381,12 +382,19 @@ class Ask(Element):
         return self.bracket is not None or self.canonical is not None
 
     @property
+    def is_of_points(self) -> bool:
+        """Whether it is about the motion of a point or body at the start by its kind, not by what it names."""
+        return not (self.velocity is self.acceleration is self.instant_center is None)
+
+    @property
     def is_kinematic(self) -> bool:
-        """Whether it is about how points and bodies move at the start, which needs no forces."""
-        if self.value is None or self.when is not None or self.after is not None:
-            return not (self.velocity is self.acceleration is self.instant_center is None)
-        named = {leaf.data[0] for leaf in leaves([self.value], "quantity")}
-        return bool(named) and named <= KINEMATIC
+        """Whether it names no forces: it is about how points and bodies move, or about parameters and answers."""
+        if self.is_of_vibrations or self.is_of_phase_space or self.section is not None:
+            return False
+        so = [] if self.so is None else [self.so.left, self.so.right, *(x.of for x in self.so.extremes.values())]
+        one = (self.value, self.max, self.min, self.limit, self.series, self.least, self.greatest, self.formula)
+        asked = leaves([x for x in (*one, *so) if x is not None], "quantity")
+        return {leaf.data[0] for leaf in asked} <= {*KINEMATIC, *_RATES}
 
     def verify(self) -> None:
         given = {name for name in fields_of(Ask) if name != "stage" and getattr(self, name) is not None}

@@ -96,6 +96,7 @@ energy a body or force.
 """
 KINEMATIC: Final = frozenset(("position", "velocity", "acceleration", "angular_velocity", "angular_acceleration"))
 """Quantities of points and bodies that need no forces."""
+_AXES: Final = ("x", "y", "z")
 SYSTEM, OWN_CENTRE, WEIGHT = "system", "com", "weight"
 
 _ANGULAR: Final = {
@@ -297,6 +298,9 @@ class _Parser:
     def named(self, token: Token) -> bool:
         if self.found[self.place].kind != "(":
             name, primes = _without_primes(token)
+            if not primes and self.found[self.place].kind == "." and self.found[self.place + 1].text in _AXES:
+                name = f"{name}.{self.found[self.place + 1].text}"  # a component of an answer
+                self.place += 2
             self.values.append(quantity(primes, [name]) if primes else PI if name == "pi" else symbol(name))
             return True
         self.place += 1
@@ -483,7 +487,10 @@ class _Parser:
                 return f"{both} has two decimal points"
             return f"an operator is missing before '{token.text[:20]}'; a number is written without blanks, {both}"
         if token.kind == ".":
-            return "names are joined by a dot only in the arguments of position(...), reaction(...) and the like"
+            return (
+                "names are joined by a dot only in the arguments of position(...), reaction(...) and the like, "
+                "velocity(rod.pin, x); .x, .y and .z are components of answers"
+            )
         if before.kind == "number" and token.kind == "name":
             return (
                 f"{_product(before, token)}; a unit stands only after a single number that is a value by itself "

@@ -239,6 +239,67 @@ def test_wrong_questions(ask: str, message: str) -> None:
         mbs.solve(mbs.loads(_SLIDER_CRANK.replace("{velocity: rod.pin}", ask)))
 
 
+_PLANET = """
+multibody_sym: 1
+name: planet
+parameters: {r1: 40 mm, r2: 100 mm, w1: 30 rad/s, w2: -6 rad/s}
+bodies:
+  sun: {surfaces: {rim: {disc: r1}}}
+  ring: {surfaces: {rim: {disc: r2, inside: true}}}
+  arm: {points: {P: [(r1 + r2)/2, 0, 0]}}
+  planet: {surfaces: {rim: {disc: (r2 - r1)/2}}, points: {rim: [0, (r2 - r1)/2, 0]}}
+joints:
+  S: {type: revolute, parent: ground, child: sun, motion: w1*t}
+  R: {type: revolute, parent: ground, child: ring, motion: w2*t}
+  C: {type: revolute, parent: ground, child: arm, q: c}
+  P: {type: revolute, parent: arm.P, child: planet, q: p}
+constraints:
+  inner: {type: rolling, body: planet.rim, on: sun.rim}
+  outer: {type: rolling, body: planet.rim, on: ring.rim}
+ask:
+  wp: angular_velocity(planet, z)
+  wc: u_c
+  v: {velocity: planet.rim}
+  part: v.y/v
+"""
+
+
+def test_rolling_wheels_turn_by_the_velocities_of_their_points_of_contact() -> None:
+    """The points of contact move with r1*w1 and r2*w2; the centre with their mean."""
+    found = _solved(_PLANET, steps=True)
+    inner, outer = 0.04 * 30.0, 0.1 * -6.0
+    turning, centre = (outer - inner) / 0.06, (inner + outer) / 2
+    v = complex(-0.03 * turning, centre)
+    for name, value in {"wp": turning, "wc": centre / 0.07, "part": centre / abs(v)}.items():
+        assert found.answers[name].value == pytest.approx(value, rel=1e-12)
+    lines = _lines(found)
+    assert "cut free" not in lines
+    assert "inner: one velocity where both touch: (r2 - r1)*omega_planet/2 - (r1 + r2)*omega_arm/2 + r1*w1 = 0" in lines
+    assert "so: omega_planet = (r2*w2 - r1*w1)/(r2 - r1)" in lines
+    assert "wc: u_c as for wp" in lines
+
+
+def test_speeds_of_loops_are_no_answers() -> None:
+    """A rod with two joints in place of the coupler: how the rocker turns has a formula without its own speed."""
+    rod = "constraints: {B: {type: distance, between: [crank.A, rocker.B], value: b}}\n"
+    bodies = "bodies:\n  ground: {points: {D: [d, 0, 0]}}\n  crank: {points: {A: [a, 0, 0]}}\n"
+    joints = "joints:\n  A: {type: revolute, parent: ground, child: crank, motion: theta + w*t}\n"
+    text = (
+        f"{_FOUR_BAR.partition('bodies:')[0]}{bodies}  rocker: {{points: {{B: [c, 0, 0]}}}}\n{joints}"
+        f"  D: {{type: revolute, parent: ground.D, child: rocker, q: chi, initial: {{q: 1.2}}}}\n{rod}"
+        "ask: {w3: 'angular_velocity(rocker, z)', al3: chi''}\n"
+    )
+    found = _solved(text, steps=True)
+    h = 1e-4  # s
+    angle = [np.angle(_coupler_pin(k * h) - 0.35) for k in (-1, 0, 1)]
+    assert found.answers["w3"].value == pytest.approx((angle[2] - angle[0]) / (2 * h), rel=1e-5)
+    assert found.answers["al3"].value == pytest.approx((angle[2] - 2 * angle[1] + angle[0]) / h**2, rel=1e-5)
+    assert "u_chi" not in str(found.answers["w3"].expression)
+    lines = _lines(found)
+    assert "B: velocity along it: " in lines
+    assert "B: rate of its velocity equation: " in lines
+
+
 def test_a_body_in_space_has_an_axis_and_no_centre() -> None:
     text = _WHEEL.replace("child: wheel, axis: z", "child: wheel, axis: y")
     with pytest.raises(mbs.ModelError, match="instantaneous centre where all moves in the plane"):

@@ -104,6 +104,7 @@ def answers_of(solved: SolvedInstant) -> Answers:
                 parts=tuple(parts),
             )
             given[name] = {f"{name}{end}": x if closed else replace(x, expression=None) for end, x in parts.items()}
+            answers |= {f"{name}{end}": x for end, x in parts.items()}
             answers[name] = found = given[name].get(name, Value(None))
             if is_lettered(solved, found) and ask.value is not None:
                 answers[name], lettered[name] = replace(found, expression=None), ask.value

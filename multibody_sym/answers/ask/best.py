@@ -22,7 +22,6 @@ from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.vocabulary import named_by
 from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED
@@ -83,9 +82,7 @@ class BestQuestion(SingleQuestion):
         return motion.unit_of(symbol(self.name))
 
     def answer(self, motion: AskedMotion, working: Working) -> Value:
-        ask = motion.solved.system.ask
-        names = named_by(self.written, ask, motion.solved.mechanism.symbols)
-        known = {name: motion.answers[name] for name in names}
+        known = motion.answers_named(self.written)
         if any(x.value is None for x in known.values()):
             working.notes.append("it hangs on an answer that has no value")
             return Value(None)

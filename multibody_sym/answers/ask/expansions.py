@@ -26,7 +26,6 @@ from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.records import Sentence
 from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
-from multibody_sym.mechanics.vocabulary import named_by
 from multibody_sym.model.settings import Ask, Tendency
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
@@ -75,9 +74,7 @@ class _FormulaQuestion(SingleQuestion):
 
     def varied(self, motion: AskedMotion) -> VariedAnswer:
         """Return the expression as a function of what varies."""
-        names = named_by(self.written, motion.solved.system.ask, motion.solved.mechanism.symbols)
-        known = {name: motion.answers[name] for name in names}
-        return VariedAnswer(motion, self.name, self.expression, known, {})
+        return VariedAnswer(motion, self.name, self.expression, motion.answers_named(self.written), {})
 
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         varied = self.varied(motion)

@@ -38,7 +38,7 @@ from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import free_name
-from multibody_sym.mechanics.vocabulary import Dimensions, named_by
+from multibody_sym.mechanics.vocabulary import Dimensions
 from multibody_sym.model.fields import Names, dimension_of_unit
 from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask, Equation
@@ -81,12 +81,10 @@ class FindQuestion(SingleQuestion):
         return motion.unit_of(symbol(self.name))
 
     def answer(self, motion: AskedMotion, working: Working) -> Value:
-        ask = motion.solved.system.ask
-        named = named_by(self.written, ask, motion.solved.mechanism.symbols)
-        if any(ask[name].formula is not None for name in named):
+        ask, known = motion.solved.system.ask, motion.answers_named(self.written)
+        if any(name in ask and ask[name].formula is not None for name in known):
             working.notes.append("it hangs on an answer that has no value")
             return Value(None)
-        known = {name: motion.answers[name] for name in named}
         for name, each in self.extremes.items():
             extreme = number_question(each)
             assert extreme is not None

@@ -27,16 +27,16 @@ from multibody_sym.dynamics.programs.quantities import StateQuantities, point_na
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import Motion
-from multibody_sym.mechanics.points import direction, position
+from multibody_sym.mechanics.points import NO_WRENCH, direction, position, power
 from multibody_sym.mechanics.references import moves_in_plane
-from multibody_sym.mechanics.row_records import Marker, PositionRow
+from multibody_sym.mechanics.row_records import AngleRow, Marker, PositionRow, Row
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import vectors
-from multibody_sym.scalars.elementary import BUILD, leaves
+from multibody_sym.scalars.elementary import BUILD, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import (
     ZERO,
@@ -51,12 +51,14 @@ from multibody_sym.scalars.node import (
     subtract,
     symbol,
 )
-from multibody_sym.scalars.vectors import Vec
+from multibody_sym.scalars.vectors import Vec, apply
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
 _SHORT: Final = 12
 """Up to how many letters of text a speed stands itself in equations."""
+_LONG: Final = 60
+"""From how many letters of text on coordinates of loops keep their names in equations."""
 
 
 class _Parts:
@@ -79,6 +81,8 @@ class _Parts:
         form = self.solved.closed(factored)
         if form is None or len(text(form)) >= len(text(found.expression)):
             return found
+        if not self.solved.speeds_of_loops.isdisjoint(leaves([form], "symbol")):
+            return found
         near = abs(evaluate_float([form], self.solved.sample)[0] - found.value) <= AGREEMENT * abs(found.value)
         return replace(found, expression=form) if near else found
 
@@ -90,7 +94,10 @@ class _Parts:
     def form(self, ask: Callable[[StateQuantities], Any]) -> Node:
         """Return what is asked for as an expression, a number where it has no formula."""
         found = self.of(ask)
-        return real(found.value or 0.0) if found.expression is None else found.expression
+        form = real(found.value or 0.0) if found.expression is None else found.expression
+        letters = self.solved.lettered.found if len(text(form)) > _LONG else None
+        shorter = None if letters is None else letters.of(lambda instant: {"": ask(instant)}, "")
+        return form if shorter is None or len(text(shorter)) >= len(text(form)) else shorter
 
 
 def _size(components: Iterable[Node]) -> Node:
@@ -295,9 +302,10 @@ class PlaneMotion:
         made = symbol(free_name(f"{letter}_{name}", self._taken))
         if made not in self._values:
             self._values[made] = self.parts.form(lambda instant: ask(instant)[""])
-            letters = self.parts.solved.lettered.found if self._is_decided(self._values[made]) else None
-            if letters is not None:
-                self._values[made] = letters.turning[of].get(name, self._values[made])
+            letters, value = self.parts.solved.lettered.found, self._values[made]
+            named = leaves([value], "symbol")
+            if letters is not None and (self._is_decided(value) or not letters.definitions.keys().isdisjoint(named)):
+                self._values[made] = letters.turning(of, name) or value
         return made if self._is_of_loops(body) else self._short(made)
 
     def _is_decided(self, value: Node) -> bool:
@@ -305,9 +313,10 @@ class PlaneMotion:
         return bool(self._decided.intersection(leaves([value], "symbol")))
 
     def _short(self, letter: Node) -> Node:
-        """Return the value of a letter where it is short and given, else the letter."""
+        """Return the value of a letter where it is short and given, and no sum, else the letter."""
         value = self._values[letter]
-        return value if len(text(value)) <= _SHORT and not self._is_decided(value) else letter
+        is_short = len(text(value)) <= _SHORT and not any(x.op in ("add", "sub") for x in postorder([value]))
+        return value if is_short and not self._is_decided(value) else letter
 
     def _speed(self, place: int) -> Node:
         """Return a speed of the mechanism, likewise."""
@@ -325,12 +334,14 @@ class PlaneMotion:
     def _of_loops(self) -> frozenset[int]:
         """The speeds that loops decide: they keep their letters, as those of equations."""
         ends = {marker.body for row in self._loops for marker in row.frames}
+        ends |= {k for row in self._others for k in self._acted_on(row)}
         bodies = {body for end in ends for body in self._up(end)}
         free = {k for body in bodies for step in self.mechanism.bodies[body].free_steps for k in step.u}
+        rows = zip(self.mechanism.rows, self.parts.solved.numbers.rows, strict=True)
         driven = {
             found[0]
-            for row in self.parts.solved.numbers.rows
-            if len(found := [k for k, x in enumerate(row.jacobian) if x]) == 1
+            for row, moved in rows
+            if row.expression is not None and len(found := [k for k, x in enumerate(moved.jacobian) if x]) == 1
         }
         return frozenset(k for k in free - driven if symbol(self.mechanism.speeds[k].name) in self._decided)
 
@@ -349,6 +360,19 @@ class PlaneMotion:
     def _loops(self) -> list[PositionRow]:
         """The rows by which joints close loops in the plane, and by which points stay on lines."""
         return [row for row in self.mechanism.rows if isinstance(row, PositionRow) and row.acts_in_plane]
+
+    @cached_property
+    def _others(self) -> list[int]:
+        """The other rows that decide how bodies move, by number: rods, rolling, gears, velocities."""
+        return [
+            k
+            for k, row in enumerate(self.mechanism.rows)
+            if not isinstance(row, (PositionRow, AngleRow)) and row.acts_in_plane and row.restricts
+        ]
+
+    def _acted_on(self, row: int) -> list[int]:
+        """Return the bodies that a row acts on."""
+        return [k for k, x in enumerate(self.parts.solved.nodes.rows[row].of_body) if x is not NO_WRENCH]
 
     def _given(self, node: Node) -> Node:
         """Return what is prescribed, at the start."""
@@ -374,12 +398,14 @@ class PlaneMotion:
     @cached_property
     def _relative(self) -> dict[Node, Node]:
         """The speeds of joints that loops decide, by how their bodies turn."""
-        return {
-            symbol(self.mechanism.speeds[step.u[0]].name): subtract(self.turning(k), self.turning(body.parent))
-            for k, body in enumerate(self.mechanism.bodies)
-            for step in body.free_steps
-            if len(body.steps) == len(step.u) == 1 and step.step.turns and step.u[0] in self._of_loops
-        }
+        found: dict[Node, Node] = {}
+        for k, body in enumerate(self.mechanism.bodies):
+            for step in body.free_steps:
+                if len(body.steps) == len(step.u) == 1 and step.step.turns and step.u[0] in self._of_loops:
+                    sense = self._component(partial(direction, frame=self._joint(k), components=step.step.turns[0]), 2)
+                    turning = subtract(self.turning(k), self.turning(body.parent))
+                    found[symbol(self.mechanism.speeds[step.u[0]].name)] = multiply(sense, turning)
+        return found
 
     # --- ways from ground to points --------------------------------------------------------------------------------
 
@@ -405,8 +431,10 @@ class PlaneMotion:
 
     def _components(self, vector: Callable[[Motion], Vec]) -> Pair:
         """Return the components of a vector in the plane."""
-        x = self.parts.form(lambda instant: vector(instant.motion)[0])
-        return x, self.parts.form(lambda instant: vector(instant.motion)[1])
+        return self._component(vector, 0), self._component(vector, 1)
+
+    def _component(self, vector: Callable[[Motion], Vec], axis: int) -> Node:
+        return self.parts.form(lambda instant: vector(instant.motion)[axis])
 
     def _slides(self, k: int) -> Iterator[Slide]:
         """Yield how a body slides in its joint. Raises NoClosedFormError where the direction bends or turns in it."""
@@ -443,6 +471,41 @@ class PlaneMotion:
         marker = point_named(self.mechanism, point)
         yield from self._with_loops(VELOCITY, ())
         yield from self._with_loops(ACCELERATION, self._along(ACCELERATION, point, self.way(marker, marker.body)))
+
+    def value_lines(self, asked: Node) -> Iterator[Line]:
+        """Yield how what an expression names follows: points from body to body, how bodies turn and joints move."""
+        letters: dict[_Law, list[Formula]] = {}
+        for leaf in (*leaves([asked], "quantity"), *leaves([asked], "symbol")):
+            name, arguments = leaf.data if leaf.op == "quantity" else ("", (leaf.data,))
+            if name == VELOCITY.name:
+                yield from self.velocity_lines(arguments[0])
+            elif name == ACCELERATION.name:
+                yield from self.acceleration_lines(arguments[0])
+            else:
+                found = self._letter(name, str(arguments[0]))
+                if found is not None:
+                    letters.setdefault(found[0], []).append(equation(found[1], found[1]))
+        if letters:
+            yield from self._with_loops(VELOCITY, (), letters.get(VELOCITY, ()))
+        if ACCELERATION in letters:
+            yield from self._with_loops(ACCELERATION, (), letters[ACCELERATION])
+
+    def _letter(self, quantity_name: str, of: str) -> tuple[_Law, Node] | None:
+        """Return the letter of an angular velocity, a speed or a rate that is asked for, and its law; else None."""
+        if quantity_name == "angular_velocity":
+            return VELOCITY, self.turning(self.mechanism.body_index(of))
+        if quantity_name == "angular_acceleration":
+            return ACCELERATION, self.turning_rate(self.mechanism.body_index(of))
+        place = self._place(of, quantity_name)
+        if place is None:
+            return None
+        return (ACCELERATION, self._speed_rate(place)) if quantity_name == "''" else (VELOCITY, self._speed(place))
+
+    def _place(self, name: str, primes: str) -> int | None:
+        """Return the place of a speed, or of the rate of a coordinate with primes; None for other names."""
+        speeds = {x.name: k for k, x in enumerate(self.mechanism.speeds)}
+        rates = {self.mechanism.coordinates[q].name: u for body in self.mechanism.bodies for q, u in body.rate_pairs}
+        return (rates if primes else speeds).get(name)
 
     def pole_lines(self, body: str) -> Iterator[Line]:
         """Yield the instantaneous centre from the velocity of a body's joint."""
@@ -500,6 +563,8 @@ class PlaneMotion:
 
     def _loop_lines(self, law: _Law) -> Iterator[Line]:
         """Yield which velocities or accelerations joints that close loops make equal."""
+        for k in self._others:
+            yield from self._row_line(law, k)
         for frames, group in groupby(self._loops, lambda row: row.frames):
             own = [*group]
             held, holder = frames[1], frames[0]
@@ -513,10 +578,77 @@ class PlaneMotion:
                     yield equation(a, b, f"along {axis}")
                 continue
             if law is ACCELERATION and holder.body >= 0:
-                raise NoClosedFormError("what slides along a body that moves has an acceleration relative to it")
+                yield from _unless_trivial(self._equation_of_speeds(law, self.mechanism.rows.index(own[0])))
+                continue
             n = self._components(partial(direction, frame=holder, components=own[0].axis))
             a, b = (add(multiply(n[0], v[0]), multiply(n[1], v[1])) for v in (left, right))
-            yield equation(a, b, f"{element}: {law.name} across")
+            yield from _unless_trivial(equation(a, b, f"{element}: {law.name} across"))
+
+    def _row_line(self, law: _Law, number: int) -> Iterator[Line]:
+        """Yield the equation of a row, where it says something: sum F . v + M omega of its bodies, else of speeds."""
+        row = self.mechanism.rows[number]
+        if law is ACCELERATION or row.expression is not None:
+            yield from _unless_trivial(self._equation_of_speeds(law, number))
+            return
+        moving = ZERO
+        for k in self._acted_on(number):
+            (x, y), moment = self._wrench(number, k)
+            v_x, v_y = _sum([law.of(self, part) for part in self._chains[k]])
+            pushed = add(multiply(x, v_x), multiply(y, v_y))
+            moving = add(moving, add(pushed, multiply(moment, self.turning(k))))
+        rest = ZERO
+        if abs(self._power(self.parts.solved.numbers, number)) > AGREEMENT:
+            rest = self.parts.form(lambda instant: self._power(instant, number))
+        says = "velocity along it" if row.surfaces is None else "one velocity where both touch"
+        yield from _unless_trivial(equation(moving, rest, f"{_element(row)}: {says}"))
+
+    def _equation_of_speeds(self, law: _Law, number: int) -> Formula:
+        """Return H u = -b, or H u' = gamma, of a row."""
+        name = _element(self.mechanism.rows[number])
+        rates = self._speed if law is VELOCITY else self._speed_rate
+
+        def factor(instant: StateQuantities, k: int) -> Any:
+            return instant.rows[number].jacobian[k]
+
+        factors = (self.parts.form(partial(factor, k=k)) for k in range(len(self.mechanism.speeds)))
+        left = reduce(add, (multiply(x, rates(k)) for k, x in enumerate(factors) if x is not ZERO), ZERO)
+        if law is ACCELERATION:
+            right = self.parts.form(lambda instant: instant.rows[number].gamma)
+            return equation(left, right, f"{name}: rate of its velocity equation")
+
+        def known(instant: StateQuantities) -> Any:
+            row, u = instant.rows[number], instant.motion.state.u
+            return sum((a * x for a, x in zip(row.jacobian, u, strict=True)), -row.phidot)
+
+        return equation(left, self.parts.form(known), f"{name}: velocity equation")
+
+    def _power(self, instant: StateQuantities, number: int) -> Any:
+        """Return sum F . v + M omega of a unit multiplier of a row: what its bodies' speeds do not decide."""
+        motion, wrenches = instant.motion, instant.rows[number].of_body
+        bodies = ((motion.bodies[k], wrenches[k]) for k in self._acted_on(number))
+        return sum((power(body.v_WB, body.w_WB, wrench) for body, wrench in bodies), 0)
+
+    def _wrench(self, row: int, k: int) -> tuple[Pair, Node]:
+        """Return the force of a unit multiplier on a body, in the plane, and its moment about the body's joint."""
+        joint = self._joint(k)
+
+        def of(instant: StateQuantities, part: int) -> Any:
+            force, moment = (apply(instant.motion.rotation(k), x) for x in instant.rows[row].of_body[k])
+            arm = vectors.subtract(instant.motion.poses[k][1], position(instant.motion, joint))
+            return (force[0], force[1], vectors.add(moment, vectors.cross(arm, force))[2])[part]
+
+        x, y, m = (self.parts.form(partial(of, part=n)) for n in range(3))
+        return (x, y), m
+
+
+def kinematic_lines(solved: SolvedInstant, asked: Node) -> Iterator[Line]:
+    """Yield how speeds and accelerations that an expression names follow, in the plane, each line once."""
+    parts = _Parts(solved)
+    said: list[Line] = []
+    for line in PlaneMotion(parts).value_lines(asked) if parts.in_plane else ():
+        if line not in said:
+            said.append(line)
+            yield line
 
 
 @dataclass(frozen=True)
@@ -536,7 +668,13 @@ ACCELERATION: Final = _Law(
 )
 
 
-def _element(row: PositionRow) -> str:
+def _unless_trivial(line: Formula) -> Iterator[Formula]:
+    """Yield an equation unless its sides are the same."""
+    if line.sides[0] is not line.sides[1]:
+        yield line
+
+
+def _element(row: Row) -> str:
     return row.name.rpartition(".")[0] or row.name
 
 

@@ -35,7 +35,7 @@ def with_answers(
     """
     if question.varied is not None:
         return _with_place(question, answers, taken)
-    named = named_by(question, dict.fromkeys(answers, question), taken)
+    named = named_by(question, answers, taken)
     if not named:
         return question, True
     if any(answers[name].value is None for name in named):

@@ -16,6 +16,7 @@ from multibody_sym.analysis.modes.amplitude import NoPeriodError
 from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.energy_integral import ToAndFro
+from multibody_sym.answers.ask.kinematics import kinematic_lines
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Granted, anywhere
@@ -262,6 +263,8 @@ class StartValueQuestion(NumberQuestion):
         if undetermined_reactions(motion.solved.mechanism.withheld, self.value):
             working.notes.append(_WITHHELD)
             return Value(None)
+        if motion.solved.needs_no_forces:
+            working.steps.append(lambda: kinematic_lines(motion.solved, self.value))
         return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
 
 

@@ -30,6 +30,7 @@ from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.mechanics.vocabulary import named_by
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import STRIKES, Moment, StateCondition, moment_text
 from multibody_sym.model.system import System
@@ -338,6 +339,10 @@ class AskedMotion:
     answers: Mapping[str, Value]
     solve: Callable[[System], tuple[SolvedInstant, Mapping[str, Value], list[str]]]
     _forced: dict[str, ForcedMotion] = field(default_factory=dict)
+
+    def answers_named(self, question: Ask) -> dict[str, Value]:
+        """Return the answers that a question names."""
+        return {name: self.answers[name] for name in named_by(question, self.answers, self.solved.mechanism.symbols)}
 
     @cached_property
     def uniform(self) -> UniformMotion | None:

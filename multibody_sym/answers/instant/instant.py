@@ -201,11 +201,19 @@ class SolvedInstant:
     def needs_no_forces(self) -> bool:
         """Whether drives and constraints decide the motion, and questions are about nothing else.
 
-        One at least is of a kind of its own, not an expression alone, as these are asked beside forces too.
+        Where something has mass or is loaded, one at least is about points by its kind: expressions are asked beside
+        forces too.
         """
-        ask = self.system.ask.values()
-        kinematic = any(x.value is None for x in ask) and all(x.is_kinematic for x in ask)
-        return kinematic and not self.mechanism.one_way and self._is_held
+        ask, mechanism = self.system.ask.values(), self.mechanism
+        if not ask or mechanism.one_way or not all(x.is_kinematic for x in ask):
+            return False
+        return (any(x.is_of_points for x in ask) or mechanism.bears_nothing) and self._is_held
+
+    @cached_property
+    def speeds_of_loops(self) -> frozenset[Node]:
+        """The speeds that loops decide, where motions alone are asked for; else none."""
+        speeds = (x.name for x in self.mechanism.speeds if self.needs_no_forces)
+        return frozenset(symbol(name) for name in speeds if name in self.begin.assembled)
 
     @cached_property
     def _is_held(self) -> bool:

@@ -266,6 +266,8 @@ def _alone(
 
 
 _SHORT: Final = 12
+_SHORT_ANSWER: Final = 80
+"""Up to how many letters of text an answer has speeds put in."""
 """Up to how many letters of text a ratio stands itself in what is reduced."""
 
 
@@ -389,7 +391,6 @@ class ReducedEquations:
 class InLetters:
     """What is asked for at a start, in letters; `definitions` say what they stand for, by symbol.
 
-    `turning` has the angular velocities and accelerations that loops decide, by the names of bodies.
     Raises NoClosedFormError where no loop is closed, speeds are no rates of coordinates, or formulas grow too long.
     """
 
@@ -404,7 +405,7 @@ class InLetters:
             raise NoClosedFormError("speeds are no rates of coordinates")
         self.letters, self.definitions = letters_of_start(self.coordinates, begin, numbers.udot)
         self._units = MechanismUnits(mechanism)
-        self.turning: dict[str, dict[str, Node]] = {"angular_velocity": {}, "angular_acceleration": {}}
+        self._turning: dict[tuple[str, str], Node] = {}
         self.loops = Loops(self.coordinates, self.letters, begin.assembled, self._name)
         self.reduced = ReducedEquations(self.coordinates, self.letters, self.loops, self._name, self._keep)
         self._of_positions()
@@ -486,7 +487,12 @@ class InLetters:
         is_angle = self.coordinates.mechanism.coordinates[x.q].unit == "rad"
         form = self._form(found) if is_angle and found.symbols else None
         if form is not None:
-            self.turning[quantity][x.body] = form
+            self._turning[quantity, x.body] = form
+
+    def turning(self, quantity: str, body: str) -> Node | None:
+        """Return the angular velocity or acceleration of a body; None where loops do not decide it."""
+        self.instant  # noqa: B018 - defines the accelerations
+        return self._turning.get((quantity, body))
 
     def _of_forces(self) -> None:
         """Define the forces of the closings; those that follow from others do not count."""
@@ -545,6 +551,20 @@ class InLetters:
                 return None
             found = alone
         return found if self.defined(found) else None
+
+    def without(self, form: Node, speeds: Collection[Node]) -> Node:
+        """Return a form with the formulas of speeds put in, where that leaves it short; else the form."""
+        known = {x: self.definitions[x].expression for x in leaves([form], "symbol") if x in speeds}
+        if not known or any(value is None for value in known.values()):
+            return form
+        node, letters = put_in(form, {x: as_node(value) for x, value in known.items()}), Letters({})
+        for x in leaves([node], "symbol"):
+            letters.add(x, self.letters.values[x], self.coordinates.symbolic.letters.get(x))
+        try:
+            found = letters.written(letters.of([node])[0])
+        except (NoClosedFormError, ExpressionError):
+            return form
+        return found if len(text(found)) <= _SHORT_ANSWER else form
 
     def defined(self, form: Node) -> bool:
         """Return whether all letters of a form, and of their definitions, are given by something."""

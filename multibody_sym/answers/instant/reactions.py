@@ -38,14 +38,19 @@ def with_letters(
 ) -> dict[str, Value]:
     """Return what `ask` finds at the instant as `Solved.values` does, with formulas in letters where there are none.
 
-    What is in `numbers` gets none. Forces up to `least` (N) are none.
+    What is in `numbers` gets none. Forces up to `least` (N) are none. Where motions alone are asked for,
+    speeds that loops decide are no answers: what names them has formulas in letters too.
     """
     values = solved.values(ask, units, least)
+    speeds = solved.speeds_of_loops
     for name, value in values.items():
-        if name in numbers or value.expression is not None or not value.value or not value.unique:
+        known = value.expression is not None and not speeds.intersection(leaves([value.expression], "symbol"))
+        if name in numbers or known or not value.value or not value.unique:
             continue
         letters = solved.lettered.found
         form = None if letters is None else letters.of(ask, name)
+        if letters is not None and form is not None and speeds:
+            form = letters.without(form, speeds)
         if letters is not None and form is not None:
             number = evaluate_float([form], letters.letters.values)[0]
             if abs(number - value.value) <= AGREEMENT * abs(value.value):

@@ -112,8 +112,9 @@ class _Spelling:
         """Yield lines and the answer to which they lead."""
         value = None if answer.value is None else Quantity(answer.value, answer.unit)
         sides = [self._answer(name)]
-        if asked.at_start is not None and leaves([asked.at_start], "quantity"):
-            sides.append(self._in_sympy(asked.at_start))
+        at_start = asked.at_start
+        if at_start is not None and leaves([at_start], "quantity") and text(at_start) == asked.asked:
+            sides.append(self._in_sympy(at_start))  # without answers put into it
         if answer.expression is not None and not self._undefined.intersection(leaves([answer.expression], "symbol")):
             expression = self._in_sympy(answer.expression)
             if value is None or not expression.is_Rational:

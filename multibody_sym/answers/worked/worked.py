@@ -212,7 +212,8 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
         found, symbols = _steps_of_motion(solved, solution) if of_motion else _steps_without_forces(solved, solution)
     if found is None:
         found, symbols, hides = _steps_at_start(solved, solution)
-        if not solution.at_rest and (hides or of_motion):
+        still = solution.at_rest or solved.needs_no_forces
+        if not still and (hides or of_motion):
             found = _with_motion(solved, solution, found) or found
     if not asked:
         return found
