@@ -65,7 +65,7 @@ class Quantity(NamedTuple):
 # How people choose to read numbers: digits, and units such as `mm,deg` with the factor and text of each.
 
 
-_PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?([-0-9/]+)\)?)?")
+_PART: Final = re.compile(r"([*/]?)([A-Za-z]+|1)(?:\^\(?(-?[0-9]+(?:/[0-9]+(?=\)))?)\)?)?")
 
 
 class _Choice(NamedTuple):

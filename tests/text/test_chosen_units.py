@@ -22,6 +22,7 @@ from multibody_sym.text.values import SI, chosen_units
         ("rpm", "rad", "rad"), ("rpm", "1/s", "1/s"), ("Hz", "1/s", "Hz"), ("Hz", "rad/s", "rad/s"),
         ("g", "kg*m/s", "g*m/s"),
         ("km/h", "m/s", "km/h"), ("km/h", "m", "m"), ("ms", "m/s^2", "m/ms^2"), ("mm", "m^(3/2)", "mm^(3/2)"),
+        ("mm", "m^2/s", "mm^2/s"), ("mm", "kg*m^2/s^2", "kg*mm^2/s^2"), ("mm", "m^(3/2)/s^(1/2)", "mm^(3/2)/s^(1/2)"),
         ("turn", "rad/s", "turn/s"), ("deg/s", "rad/s", "deg/s"), ("deg/s", "rad", "rad"),
     ],
 )
