@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from multibody_sym.derivation.theorems import theorems as theorems
     from multibody_sym.documents.animation.animate import Animation as Animation
     from multibody_sym.documents.animation.animate import animate as animate
+    from multibody_sym.documents.animation.live import LivePage as LivePage
+    from multibody_sym.documents.animation.live import live as live
     from multibody_sym.documents.draw import draw as draw
     from multibody_sym.documents.report import Report as Report
     from multibody_sym.documents.report import report as report
@@ -206,6 +208,7 @@ _NAMES = {
     "derivation.symbolic_equations": "CanonicalEquations FirstIntegral SymbolicEquations",
     "derivation.theorems": "theorems",
     "documents.animation.animate": "Animation animate",
+    "documents.animation.live": "LivePage live",
     "documents.draw": "draw",
     "documents.report": "Report report",
     "dynamics.conserved": "Conserved conserved_quantities",

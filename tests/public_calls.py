@@ -348,7 +348,8 @@ def _results(system: mbs.System) -> list[Call]:
     records += [mbs.CanonicalEquations, mbs.FirstIntegral]
     records += [mbs.Conserved, mbs.Prepared, mbs.Modes, mbs.Multipliers, mbs.RangeOfRest, mbs.LeastForMotion, mbs.Study]
     records += [mbs.FrequencyResponse, mbs.Trim, mbs.Posture, mbs.BaseParameters]
-    records += [mbs.Figure, mbs.Animation, mbs.Report, mbs.Samples, mbs.OrdinaryEquations, mbs.OperationCount]
+    records += [mbs.Figure, mbs.Animation, mbs.LivePage, mbs.Report, mbs.Samples]
+    records += [mbs.OrdinaryEquations, mbs.OperationCount]
     records += [mbs.Rates, mbs.CanonicalRates, mbs.HybridForces, mbs.EnergyResults, mbs.MomentumResults]
     records += [mbs.CentroidalMomentum, mbs.ConstraintTerms, mbs.FrameMotion, mbs.FrameJacobian, mbs.OperationalSpace]
     records += [mbs.Regressor, mbs.ImpactResults]
@@ -358,6 +359,7 @@ def _results(system: mbs.System) -> list[Call]:
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
     figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report_findings")
+    live = _without_compiler(mbs.live, "multibody_sym.documents.animation.live")
     return [
         *made,
         Call("figure.write", figure.write, {"path": "figure.svg"}),
@@ -368,6 +370,7 @@ def _results(system: mbs.System) -> list[Call]:
         Call("run(t)", run.__call__, {"t": 0.01, "before": False}, slow=True),
         Call("run[name]", run.__getitem__, {"name": "theta"}),
         Call("run.plot", run.plot, {"path": None, "show": "theta", "x": "t"}, slow=True),
+        Call("live", live, {"system": system, "path": None, "view": None}, slow=True),
         Call("animate", mbs.animate, {"run": run, "path": None, "trace": None, "view": None, "speed": 1.0}, slow=True),
         Call("report", report, {"system": system, "path": None, "units": None, "digits": 4, "numbers": 1}, slow=True),
         Call("plot", mbs.plot, {"runs": run, "path": None, "show": "theta", "x": "t"}, slow=True),

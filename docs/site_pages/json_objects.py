@@ -177,6 +177,7 @@ OBJECTS: Final[Mapping[str, Mapping[str, str]]] = {
         "t": "the time at which they end",
         "written": "the files that were written",
     },
+    "live": {"written": "the files that were written"},
     "draw": {
         "written": "the files that were written",
         "title": "the title of the figure",

@@ -49,8 +49,8 @@ GROUPS: Final[Mapping[str, Group]] = {
     "motion": Group(
         "Motion and pictures", "Run a system once or many times; draw, plot, animate and report the results.",
         tuple("""
-        simulate prepare sweep draw plot animate report Trajectory Prepared Stepper StepperState Study
-        StudyNotice Figure Animation Report
+        simulate prepare sweep draw plot animate live report Trajectory Prepared Stepper StepperState Study
+        StudyNotice Figure Animation LivePage Report
         """.split()),
     ),
     "functions": Group(

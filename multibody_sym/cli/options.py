@@ -147,7 +147,7 @@ def _short(told: str, width: int) -> str:
 
 COMMANDS: Final = (
     *("new", "import", "check", "draw", "derive", "solve", "equilibrium", "linearize", "modes", "simulate", "animate"),
-    *("sweep", "export", "report", "schema", "explain"),
+    *("live", "sweep", "export", "report", "schema", "explain"),
 )
 """The commands, in the order in which they are told."""
 _WITHOUT_CHANGES: Final = ("new", "import", "schema", "explain")

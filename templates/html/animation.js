@@ -3,6 +3,7 @@
 
 function unpack(packed, rows) {
   // Numbers as int16 between the low and high end of each column, row after row: a Float32Array and its column count.
+  if (packed.values) return packed; // a live page writes them itself
   const text = atob(packed.data), raw = new Int16Array(text.length / 2), columns = packed.low.length;
   for (let k = 0; k < raw.length; k++) raw[k] = text.charCodeAt(2 * k) | (text.charCodeAt(2 * k + 1) << 8);
   const found = new Float32Array(rows * columns);
@@ -11,6 +12,14 @@ function unpack(packed, rows) {
     found[k] = raw[k] === -32768 ? NaN : packed.low[c] + span * (raw[k] + 32767) / 65534;
   }
   return { values: found, columns };
+}
+
+function typeset(runs) { // letters as a book sets them: italic, upright, below the line
+  return runs.map(([text, style]) => {
+    const part = document.createElement(style === "subscript" ? "sub" : style === "italic" ? "em" : "span");
+    part.textContent = text;
+    return part;
+  });
 }
 
 function onGestures(element, drag, zoom) {

@@ -2,14 +2,6 @@
 // All lines and letters but the curves have the colour of the canvas, as a style sheet gives it.
 "use strict";
 
-function typeset(runs) { // letters as a book sets them: italic, upright, below the line
-  return runs.map(([text, style]) => {
-    const part = document.createElement(style === "subscript" ? "sub" : style === "italic" ? "em" : "span");
-    part.textContent = text;
-    return part;
-  });
-}
-
 function makePlots(root, data, go) {
   const plot = data.plot, rows = plot ? plot.x.length : 0, x = plot ? plot.x : [];
   const all = rows ? [x[0], x[rows - 1]] : [0, 1];

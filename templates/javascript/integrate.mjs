@@ -50,7 +50,7 @@ function model(names, parameters, inputs) {
         values.forEach((value, k) => (largest[k] = Math.max(largest[k], Math.abs(value))));
         return values.findIndex((value, k) => value > ROUNDED * Math.max(1.0, largest[k]));
     };
-    return { nq, ends, rates, kept, ending, largest };
+    return { nq, ends, asked, rates, kept, ending, largest };
 }
 
 /* A step over h: the state at its end and the error in units of the tolerances. */
@@ -69,46 +69,69 @@ function step({ rates, kept }, t, x, first, h, rtol, atol) {
     return [kept(t + h, end), error];
 }
 
-/* The motion until `end`: times t, and q and u at each of `samples` evenly spaced ones; `ended`: why it is over sooner.
-   `initial` is { q, u }, else that of names.json. */
-export function simulate(names, options = {}) {
-    const { end = 1.0, samples = 2, rtol = 1e-9, atol = 0.1 * rtol, inputs = null } = options;
+/* A motion from the start in names.json: `advance(to)` integrates as far as time `to`, and returns whether it came there
+   before `Date.now()` passes `deadline`; `t`, `q`, `u` are where it is, `ended` why it is over. `value(name)` is what a
+   program returns there, or at other coordinates. Options: `rtol`, `atol`, `parameters`, `inputs(t, q, u)`, `t`,
+   `initial` as { q, u }, the first step `first`. */
+export function motion(names, options = {}) {
+    const { rtol = 1e-9, atol = 0.1 * rtol, inputs = null, first = 1e-3 } = options;
     const { parameters = names.parameters.map((entry) => entry.value) } = options;
     const initial = (kind) => names[kind].map((entry) => entry.initial);
     const { q = initial("coordinates"), u = initial("speeds") } = options.initial || {};
-    const system = model(names, parameters, inputs), found = { t: [], q: [], u: [], ended: "" };
-    const write = (time, state) => {
-        found.t.push(time);
-        found.q.push(state.slice(0, system.nq));
-        found.u.push(state.slice(system.nq));
-    };
-    let t = 0.0, x = system.kept(0.0, [...q, ...u]), h = 1e-3 * end, number;
+    const system = model(names, parameters, inputs);
+    let t = options.t || 0.0, x = system.kept(t, [...q, ...u]), h = first, steps = 0, ended = "", number;
     while ((number = system.ending(t, x)) >= 0) system.largest[number] = Infinity; /* at the start it tells nothing */
-    write(t, x);
-    for (let steps = 0, sample = 1; sample < samples; steps++) {
-        const next = (end * sample) / (samples - 1), whole = t + 1.01 * h >= next, used = whole ? next - t : h;
-        const slope = system.rates(t, x), [after, error] = step(system, t, x, slope, used, rtol, atol);
-        if (steps > MOST_STEPS || !(used > 1e-15 * end)) throw new Error("the steps become too small at t = " + t);
-        if (!(error <= 1.0)) {
-            h = used * (Number.isFinite(error) ? Math.max(0.2, 0.9 * error ** -0.2) : 0.2);
-            continue;
+
+    /* Go as far as the state lasts in a step over `used`, in which it ends. */
+    function last(slope, used, found) {
+        const reached = (part) => step(system, t, x, slope, part, rtol, atol)[0];
+        let [low, high] = [0.0, used];
+        for (let k = 0; k < HALVINGS; k++) {
+            const middle = 0.5 * (low + high);
+            if (system.ending(t + middle, reached(middle)) >= 0) high = middle;
+            else low = middle;
         }
-        number = system.ending(t + used, after);
-        if (number >= 0) {
-            let [low, high] = [0.0, used];
-            for (let k = 0; k < HALVINGS; k++) {
-                const middle = 0.5 * (low + high), [state] = step(system, t, x, slope, middle, rtol, atol);
-                if (system.ending(t + middle, state) >= 0) high = middle;
-                else low = middle;
+        ended = system.ends[found];
+        [t, x] = [t + low, reached(low)];
+    }
+    function advance(to, deadline = Infinity) {
+        while (t < to && !ended) {
+            if (Date.now() > deadline) return false;
+            const whole = t + 1.01 * h >= to, used = whole ? to - t : h;
+            const slope = system.rates(t, x), [after, error] = step(system, t, x, slope, used, rtol, atol);
+            if (++steps > MOST_STEPS || !(used > 1e-15 * to)) throw new Error("the steps become too small at t = " + t);
+            if (!(error <= 1.0)) {
+                h = used * (Number.isFinite(error) ? Math.max(0.2, 0.9 * error ** -0.2) : 0.2);
+                continue;
             }
-            found.ended = system.ends[number];
-            write(t + low, step(system, t, x, slope, low, rtol, atol)[0]);
-            return found;
+            const found = system.ending(t + used, after);
+            if (found >= 0) last(slope, used, found);
+            else [t, x] = [whole ? to : t + used, after];
+            if (!whole || used >= h) h = used * Math.min(5.0, 0.9 * Math.max(error, 1e-4) ** -0.2);
         }
-        t = whole ? next : t + used;
-        x = after;
-        if (whole) write(t, x), sample++;
-        if (!whole || used >= h) h = used * Math.min(5.0, 0.9 * Math.max(error, 1e-4) ** -0.2);
+        return !ended;
+    }
+    return {
+        advance,
+        value: (name, q = x.slice(0, system.nq)) => system.asked(name, t, [...q, ...x.slice(system.nq)]),
+        get t() { return t; },
+        get q() { return x.slice(0, system.nq); },
+        get u() { return x.slice(system.nq); },
+        get ended() { return ended; },
+    };
+}
+
+/* The motion until `end`: times t, and q and u at each of `samples` evenly spaced ones; `ended`: why it is over sooner.
+   Other options are those of `motion`. */
+export function simulate(names, options = {}) {
+    const { end = 1.0, samples = 2 } = options, moves = motion(names, { first: 1e-3 * end, ...options });
+    const found = { t: [], q: [], u: [], ended: "" };
+    for (let sample = 0; sample < samples && !found.ended; sample++) {
+        moves.advance((end * sample) / (samples - 1));
+        found.t.push(moves.t);
+        found.q.push(moves.q);
+        found.u.push(moves.u);
+        found.ended = moves.ended;
     }
     return found;
 }

@@ -29,6 +29,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], ...]] = {
     "simulate": (mbs.simulate,),
     "sweep": (mbs.sweep,),
     "animate": (mbs.simulate, mbs.animate),
+    "live": (mbs.live,),
     "report": (mbs.simulate, mbs.report),
     "export": (mbs.export,),
     "import": (mbs.load_urdf,),
@@ -55,6 +56,7 @@ PRINTED = {
     ("simulate", "output"): "the file for the table that run.table() is",
     ("report", "output"): "the file that report(system, file) writes",
     ("animate", "output"): "the file that animate(run, file) writes",
+    ("live", "output"): "the file that live(system, path) writes",
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
@@ -212,7 +214,7 @@ def asked(name: str, system: mbs.System, folder: Path, **given: Any) -> Any:
     if name == "sweep":
         return mbs.sweep(system, {"l": [0.4]}, **RUN, **given)["phi end"].tolist()
     found = FUNCTIONS[name][0](system, **given)
-    return repr(found.forcing) if name == "derive" else found.as_json()
+    return found.html if name == "live" else repr(found.forcing) if name == "derive" else found.as_json()
 
 
 @pytest.mark.parametrize("name", OF_MODELS)
@@ -235,12 +237,13 @@ def test_every_command_takes_them_all(name: str, tmp_path: Path, capsys: pytest.
 
     def printed(file: str, *words: str) -> Any:
         out = tmp_path / f"out{len(words)}"
-        target = {"export": ("--directory", str(out)), "draw": ("--output", f"{out}.svg")}
+        page = {"draw": f"{out}.svg", "live": f"{out}.html"}.get(name)
+        target = {"export": ("--directory", str(out))} if page is None else {name: ("--output", page)}
         more = (*own.get(name, ()), *target.get(name, ()))
         assert main([name, str(tmp_path / file), "--json", *more, *words]) == 0
         told = json.loads(capsys.readouterr().out)
-        if name == "draw":
-            return Path(f"{out}.svg").read_text(encoding="utf-8")
+        if page is not None:
+            return Path(page).read_text(encoding="utf-8")
         return exported(out) if name == "export" else {key: x for key, x in told.items() if key != "statistics"}
 
     assert printed("declared.yaml", *words) == printed("changed.yaml")

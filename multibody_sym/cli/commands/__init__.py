@@ -4,6 +4,6 @@
     check, solve, derive     checks; the start; equations in symbols
     simulate, sweep          one run; many runs (`--vary` is split here and read in motion/sweep/plan.py)
     equilibrium, linearize, modes    positions of rest; A, B, eigenvalues; small oscillations
-    draw, animate, report    figures; films and pages that play; documents
+    draw, animate, live, report    figures; films and pages that play; pages that compute; documents
     export, explain          source code; the page of an error
 """

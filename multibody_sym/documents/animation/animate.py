@@ -77,7 +77,7 @@ FORMATS: Final = (".html", ".gif", ".mp4")
 _DASHES: Final[tuple[list[int], ...]] = ([], [6, 3], [6, 2, 2, 2], [2, 2])
 _CURVES: Final = tuple("currentColor" if colour == "#000000" else colour for colour in COLOURS)
 """Black is the colour of the letters around it, which are white on a dark page."""
-_PATHS: Final = tuple(colour for colour in COLOURS if colour != "#000000")
+PATHS: Final = tuple(colour for colour in COLOURS if colour != "#000000")
 _RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 
@@ -98,9 +98,7 @@ class Animation:
         return f"<Animation of {self.frames.scene.name}: {len(self.frames.times)} frames, {len(self.html) // 1000} kB>"
 
     def _repr_html_(self) -> str:
-        page = escape(self.html, quote=True)
-        shown = 'style="width:100%;height:640px;border:0" sandbox="allow-scripts allow-downloads"'
-        return f'<iframe srcdoc="{page}" {shown}></iframe>'
+        return framed(self.html)
 
     @door
     def write(self, path: str | os.PathLike[str], on_progress: Callable[[float], None] | None = None) -> None:
@@ -113,9 +111,15 @@ class Animation:
         if ending == ".html":
             write_whole(path, self.html.encode("utf-8"))
             return
-        traced = zip(self.frames.traced(self.paths).values(), cycle(_PATHS), strict=False)
+        traced = zip(self.frames.traced(self.paths).values(), cycle(PATHS), strict=False)
         window = self.frames.window(self.frames.projection(self.view))
         write_whole(path, film(self.frames, window, traced, ending, show or (lambda _part: None)))
+
+
+def framed(html: str) -> str:
+    """Return a page within another one, such as a notebook, whose data it cannot read."""
+    shown = 'style="width:100%;height:640px;border:0" sandbox="allow-scripts allow-downloads"'
+    return f'<iframe srcdoc="{escape(html, quote=True)}" {shown}></iframe>'
 
 
 def animation_name(path: str | os.PathLike[str]) -> str:
@@ -196,12 +200,10 @@ def player(
     stage = plane_stage if projection.flat else space_stage
     drawn, motion = stage(frames, projection, list(traces.values()))
     for k, (name, point) in enumerate(zip(traces, motion["traces"], strict=True)):
-        point |= {"runs": letters(name), "colour": _PATHS[k % len(_PATHS)]}
+        point |= {"runs": letters(name), "colour": PATHS[k % len(PATHS)]}
     times = [short(float(t)) for t in frames.times]
     curves = plot_data(plot_of({"": run}, units, outputs_and_places(run) if show is None else show), units)
-    text = json.dumps({"times": times, **motion, "plot": curves}, allow_nan=False, separators=(",", ":"))
-    # a script of a page may hold no <, and no line end that a script knows
-    data = text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+    data = json_in_page({"times": times, **motion, "plot": curves})
     kind = "plane" if projection.flat else "space"
     parts = ["animation", "plots", *(["names"] if motion.get("names") else []), kind]
     speeds = sorted({*_SPEEDS, speed})
@@ -217,6 +219,12 @@ def player(
         library="" if projection.flat else f"<script>{three()}</script>",
         scripts="".join(template_text(f"html/{name}.js") for name in parts),
     )
+
+
+def json_in_page(data: Any) -> str:
+    """Return data as JSON for a script of a page, which may hold no <, and no line end that a script knows."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _alt_text(frames: Frames) -> str:

@@ -32,7 +32,7 @@ _LONGEST: Final = 20_000.0
 """How long a way (pt) is drawn at most."""
 _FAR: Final = 3.0
 """So many times as large as all of the way in view something must be seen to be followed."""
-_ARC: Final = 9
+ARC: Final = 9
 """Points of a rope's arc on a wheel."""
 
 
@@ -163,7 +163,7 @@ def strand_points(along: Sequence[PlacedStrand]) -> Floats:
         for k, piece in enumerate(placed.pieces):
             parts.append(piece)
             if k < len(placed.bows):
-                parts.append(placed.bows[k].at(np.linspace(0.0, placed.bows[k].angle, _ARC)))
+                parts.append(placed.bows[k].at(np.linspace(0.0, placed.bows[k].angle, ARC)))
         each.append(np.vstack(parts))
     return alike(each)
 

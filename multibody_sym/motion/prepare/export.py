@@ -7,7 +7,9 @@ import json
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack, cast
 
 import numpy as np
@@ -32,6 +34,7 @@ from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
 from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import fold_input
+from multibody_sym.records import dataclass
 from multibody_sym.text.files import is_special, path_name, write_whole
 
 if TYPE_CHECKING:
@@ -175,19 +178,15 @@ def exported(
     if fmi not in _FMI or isinstance(fmi, bool):
         with at("fmi"):
             raise InputError(f"an FMU is of FMI 2 or 3, not {short_repr(fmi)}", number="M103")
-    verify_formalism(formalism)
-    placed = with_numbers_as_data(examined_state(system))
-    resolved = placed.mechanism
-    route = formalism_name(formalism, resolved)
-    implicit = to == FMU and system.simulation.method in COLLOCATION
-    made = programs(resolved, FORMALISMS[route], "implicit" if implicit else "explicit").exported()
+    model = ExportedModel.of(system, formalism, implicit=to == FMU and system.simulation.method in COLLOCATION)
     first = ("of the first stage only; the stages of `then` are left out",) if system.then else ()
     if to != FMU:
-        begins = system.impact is not None or placed.closing
+        begins = system.impact is not None or model.placed.closing
         left = "the motion begins with an impact, which is left out; `impact` returns the speeds after it"
-        simulated = _simulated(system, placed, route, fold) if to == "c" and resolved.one_way else None
-        taken = {*made, *(() if simulated is None or isinstance(simulated, str) else simulated.programs)}
-        found = _sources(placed, made, _functions_of(system, functions, taken), to, folder, route, fold, simulated)
+        simulated = _simulated(system, model, fold) if to == "c" and model.mechanism.one_way else None
+        taken = {*model.programs, *(() if simulated is None or isinstance(simulated, str) else simulated.programs)}
+        others = {name: each.program for name, each in _functions_of(system, functions, taken).items()}
+        found = _sources(model.with_others(others), to, folder, fold, simulated)
         return found._replace(notes=(*first, *((left,) if begins else ()), *found.notes))
     for name, given in (("fold", fold), ("functions", functions)):
         if given:
@@ -195,15 +194,93 @@ def exported(
                 raise InputError(f"an FMU has parameters and no other functions: leave out {name}", number="M110")
     from multibody_sym.motion.prepare.fmu import fmu_of, write_fmu  # which other exports do without
 
-    made_fmu = fmu_of(system, placed, made)
+    made_fmu = fmu_of(system, model.placed, model.programs)
     return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], (*first, *made_fmu.notes))
 
 
-def _simulated(system: System, placed: StartState, route: str, fold: bool) -> ContactCode | str:
+@dataclass(frozen=True, eq=False)
+class ExportedModel:
+    """A system as it leaves: the state at its start, its Programs by a formalism (`route`).
+
+    Their self-test has `samples`, of others such as are computed from the start and at random.
+    """
+
+    placed: StartState
+    programs: Mapping[str, Program]
+    route: str
+    samples: Mapping[str, list[Any]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, system: System, formalism: str | None, *, implicit: bool = False) -> ExportedModel:
+        """Return the model of a system; `implicit`: with what implicit methods take. Raises what `export` does."""
+        verify_formalism(formalism)
+        placed = with_numbers_as_data(examined_state(system))
+        route = formalism_name(formalism, placed.mechanism)
+        made = programs(placed.mechanism, FORMALISMS[route], "implicit" if implicit else "explicit").exported()
+        return cls(placed, made, route)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism in the state at the start."""
+        return self.placed.mechanism
+
+    @property
+    def _state(self) -> tuple[Any, ...]:
+        begin = self.placed.start
+        return 0.0, begin.q, begin.u, begin.parameters
+
+    def with_others(
+        self, programs: Mapping[str, Program], samples: Mapping[str, list[Any]] = MappingProxyType({})
+    ) -> ExportedModel:
+        """Return it with further Programs, some of which have samples."""
+        return replace(self, programs={**self.programs, **programs}, samples={**self.samples, **samples})
+
+    def texts(self, language: str, *, fold: bool = False) -> Mapping[str, str]:
+        """Return the source files by their names; `fold` writes the values of parameters into them."""
+        made, state, parameters = dict(self.programs), self._state, self.placed.start.parameters
+        values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
+        own = {name: parameters[: program.input("parameters").size] for name, program in made.items()}
+        samples = dict(spread_samples({name: each for name, each in made.items() if name not in self.samples}, _SAMPLES))
+        for name, spread in samples.items():
+            first = [*values[:3], own[name], *values[4:], *spread[0][len(values) :]]
+            samples[name] = [first[: len(made[name].inputs)], *spread]
+        samples |= self.samples
+        if fold:
+            made = {key: fold_input(program, "parameters", own[key]) for key, program in made.items()}
+            samples = {key: [(*s[:3], own[key], *s[4:]) for s in listed] for key, listed in samples.items()}
+        return LANGUAGES[language].files(made, {name: samples[name] for name in made})
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What holds of the state at the start only."""
+        if not self.mechanism.one_way:
+            return ()
+        words = ", ".join(f"{name}: {word}" for name, word in self.placed.words.items())
+        end = "it ends where the last values of `events` become positive"
+        return (f"of the state at the start only, {{{words}}}; {end}",)
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """What the entries of all arrays stand for, with the values at the start."""
+        resolved = self.mechanism
+        ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
+        mode = {"mode": self.placed.words, "mode_ends": ends} if resolved.one_way else {}
+        signatures = {
+            name: {
+                "inputs": {array.name: array.shape for array in program.inputs},
+                "outputs": {output.name: output.shape for output in program.outputs},
+            }
+            for name, program in self.programs.items()
+        }
+        names = _names(resolved, self._state)
+        return {"formalism": self.route, "folded": False, **mode, **names, "programs": signatures}
+
+
+def _simulated(system: System, model: ExportedModel, fold: bool) -> ContactCode | str:
     """Return what simulates a system from state to state of its contacts in C, or why nothing does."""
     from multibody_sym.motion.prepare.contact_code import contact_code  # which other exports do without
 
-    return "the parameters are folded" if fold else contact_code(system, placed, route)
+    return "the parameters are folded" if fold else contact_code(system, model.placed, model.route)
 
 
 def _functions_of(
@@ -224,50 +301,20 @@ def _functions_of(
 
 
 def _sources(
-    placed: StartState,
-    made: Mapping[str, Program],
-    functions: Mapping[str, Function[Any]],
-    to: str,
-    folder: Path,
-    route: str,
-    fold: bool,
-    simulated: ContactCode | str | None,
+    model: ExportedModel, to: str, folder: Path, fold: bool, simulated: ContactCode | str | None
 ) -> Exported:
     """Write source code into a folder."""
-    resolved, begin = placed.mechanism, placed.start
-    state = (0.0, begin.q, begin.u, begin.parameters)
-    values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
-    made = {**made, **{name: function.program for name, function in functions.items()}}
-    own = {name: begin.parameters[: program.input("parameters").size] for name, program in made.items()}
-    samples = dict(spread_samples(made, _SAMPLES))
-    for name, program in made.items():
-        first = [*values[:3], own[name], *values[4:], *samples[name][0][len(values) :]]
-        samples[name] = [first[: len(program.inputs)], *samples[name]]
-    if fold:
-        made = {key: fold_input(program, "parameters", own[key]) for key, program in made.items()}
-        samples = {key: [(*s[:3], own[key], *s[4:]) for s in listed] for key, listed in samples.items()}
-    notes, files = list[str](), dict[str, str]()
+    notes, files = list(model.notes), dict[str, str]()
     if isinstance(simulated, str):
         notes.append(f"without simulate.c, which goes from state to state: {simulated}")
     elif simulated is not None:
-        made, files = {**made, **simulated.programs}, {**simulated.files}
-        samples |= {name: [list(sample)] for name, sample in simulated.samples.items()}
+        files = {**simulated.files}
+        model = model.with_others(
+            simulated.programs, {name: [list(sample)] for name, sample in simulated.samples.items()}
+        )
         notes.append("simulate.c goes from state to state; its head says how it is compiled")
-    texts = {**LANGUAGES[to].files(made, samples), **files}
-    ends = [f"{one.part.name if one.part else one.element.name} {one.told}" for one in switchings(resolved)]
-    mode = {"mode": placed.words, "mode_ends": ends} if resolved.one_way else {}
-    signatures = {
-        name: {
-            "inputs": {array.name: array.shape for array in program.inputs},
-            "outputs": {output.name: output.shape for output in program.outputs},
-        }
-        for name, program in made.items()
-    }
-    table = {"formalism": route, "folded": fold, **mode, **_names(resolved, state), "programs": signatures}
-    words = ", ".join(f"{name}: {word}" for name, word in placed.words.items())
-    end = "it ends where the last values of `events` become positive"
-    notes = [f"of the state at the start only, {{{words}}}; {end}", *notes] if mode else notes
-    return Exported(write_export(folder, texts, table), tuple(notes))
+    texts = {**model.texts(to, fold=fold), **files}
+    return Exported(write_export(folder, texts, {**model.table, "folded": fold}), tuple(notes))
 
 
 def _names(resolved: Mechanism, state: tuple[Any, ...]) -> dict[str, Any]:

@@ -122,9 +122,22 @@ def drawn_pieces(sheet: Sheet, placed: PlacedStrand) -> Floats:
     pieces, bends = _shifted(sheet, placed), wheels(sheet, placed) if placed.strand.kind == "rope" else []
     if not bends or (placed.turns and not sheet.flat):
         return pieces
+    return np.array([tangent(first, second) for first, second in pairwise(_course(sheet, placed, pieces, bends))])
+
+
+def course(sheet: Sheet, placed: PlacedStrand) -> list[RopeWheel]:
+    """Return what a strand runs along on a page that shows its plane: its ends, and the wheels between them."""
+    bends = wheels(sheet, placed) if placed.strand.kind == "rope" else []
+    if bends:
+        return _course(sheet, placed, _shifted(sheet, placed), bends)
+    pieces = drawn_pieces(sheet, placed)
+    return [RopeWheel("", end, 0.0, 1.0) for end in (pieces[0][0], pieces[-1][1])]
+
+
+def _course(sheet: Sheet, placed: PlacedStrand, pieces: Floats, bends: Sequence[RopeWheel]) -> list[RopeWheel]:
     around = [_end(sheet, placed, pieces[0]), *bends, _end(sheet, placed, pieces[-1][::-1])]
     around[-1] = replace(around[-1], side=-around[-1].side)
-    return np.array([tangent(first, second) for first, second in pairwise(around)])
+    return around
 
 
 def _end(sheet: Sheet, rope: PlacedStrand, piece: Floats) -> RopeWheel:

@@ -50,9 +50,10 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import atan2, cos, evaluate, sin
 from multibody_sym.scalars.node import ZERO as ZERO_NODE
 from multibody_sym.scalars.node import Node, as_node, multiply, real, symbol
+from multibody_sym.scalars.vectors import S, Vec, add, cross, dot, scale, subtract
 from multibody_sym.text.printer import text
 
 _GAP: Final = 0.2
@@ -191,17 +192,26 @@ def ropes_of(mechanism: Mechanism) -> dict[str, Runs]:
 class _Meeting:
     """A bend of a rope: its centre, its wheel if it has a radius, and the pieces before and behind it."""
 
-    centre: Floats
+    centre: Vec
     wheel: Wheel | None
     before: Segment | None
     after: Segment | None
     turns: int
 
-    def touches(self, piece: Segment) -> Floats:
+    def touches(self, piece: Segment) -> Vec:
         """Return where a piece meets the wheel, or the point."""
         if self.wheel is None:
             return self.centre
-        return self.centre - float(self.wheel.radius) * np.cross(self.wheel.axis, piece.direction)
+        return subtract(self.centre, scale(self.wheel.radius, cross(self.wheel.axis, piece.direction)))
+
+    @property
+    def angle(self) -> S:
+        """Return around how much of the wheel the rope lies between both pieces, rad."""
+        assert self.before is not None
+        assert self.after is not None
+        assert self.wheel is not None
+        a, b = self.before.direction, self.after.direction
+        return (0.5 + 2.0 * self.turns) * np.pi + atan2(-dot(a, b), dot(self.wheel.axis, cross(a, b)))
 
 
 def placed_rope(strand: Strand, runs: Runs, motion: Motion, ends: Sequence[Floats]) -> PlacedStrand:
@@ -237,9 +247,29 @@ def _meetings(runs: Runs, motion: Motion) -> list[_Meeting]:
                 last = found.pop()
                 found.append(_Meeting(last.centre, last.wheel, last.before, after, bend.turns))
                 continue
-            centre = np.array(position(motion, bend.at), dtype=float)
-            found.append(_Meeting(centre, wheel_at(motion, run.path, k), before, after, bend.turns))
+            wheel = wheel_at(motion, run.path, k)
+            found.append(_Meeting(position(motion, bend.at), wheel, before, after, bend.turns))
     return found
+
+
+def rope_points(runs: Runs, motion: Motion, arc: int) -> list[Vec]:
+    """Return points (world) along a rope, the bow on each wheel as `arc` of them, over the scalars of a motion."""
+    points = list[Vec]()
+    for bend in _meetings(runs, motion):
+        if bend.wheel is None or bend.before is None or bend.after is None:
+            points += [bend.touches(piece) for piece in (bend.before or bend.after,) if piece is not None]
+            continue
+        out = subtract(bend.touches(bend.before), bend.centre)
+        side = cross(bend.wheel.axis, out)
+        for k in range(arc):
+            angle = (k / (arc - 1)) * bend.angle
+            points.append(add(bend.centre, add(scale(cos(angle), out), scale(sin(angle), side))))
+    return points
+
+
+def carriers(runs: Runs) -> list[int]:
+    """Return the numbers of the bodies at all bends of a rope, its ends included."""
+    return [bend.at.body for k, run in enumerate(runs) for bend in run.path[min(k, 1) :]]
 
 
 def _bow(bend: _Meeting) -> Bow:
@@ -248,11 +278,8 @@ def _bow(bend: _Meeting) -> Bow:
     assert bend.after is not None
     if bend.wheel is None:
         return Bow(vector(bend.centre), (0.0, 0.0, 1.0), 0.0, vector(bend.centre), 0.0)
-    a, b = np.array(bend.before.direction, dtype=float), np.array(bend.after.direction, dtype=float)
-    axis = np.array(bend.wheel.axis, dtype=float)
-    angle = np.pi / 2.0 + np.arctan2(-float(a @ b), float(axis @ np.cross(a, b))) + 2.0 * np.pi * bend.turns
-    start = bend.touches(bend.before)
-    return Bow(vector(bend.centre), unit(axis), float(bend.wheel.radius), vector(start), float(angle))
+    axis, start = np.array(bend.wheel.axis, dtype=float), bend.touches(bend.before)
+    return Bow(vector(bend.centre), unit(axis), float(bend.wheel.radius), vector(start), float(bend.angle))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
