@@ -240,7 +240,8 @@ class ExportedModel:
         made, state, parameters = dict(self.programs), self._state, self.placed.start.parameters
         values = (*state, interpret(made["inputs"], *state)[0], np.empty(0))
         own = {name: parameters[: program.input("parameters").size] for name, program in made.items()}
-        samples = dict(spread_samples({name: each for name, each in made.items() if name not in self.samples}, _SAMPLES))
+        unknown = {name: program for name, program in made.items() if name not in self.samples}
+        samples = dict(spread_samples(unknown, _SAMPLES))
         for name, spread in samples.items():
             first = [*values[:3], own[name], *values[4:], *spread[0][len(values) :]]
             samples[name] = [first[: len(made[name].inputs)], *spread]
