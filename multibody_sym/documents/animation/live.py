@@ -23,7 +23,7 @@ from multibody_sym.documents.animation.animate import (
 from multibody_sym.documents.animation.frames import ARC, Frames, frames_of
 from multibody_sym.documents.derivation import derivation_document
 from multibody_sym.documents.document import HtmlWriter
-from multibody_sym.errors import InputError, ModelError, MultibodyError, RunError, Where
+from multibody_sym.errors import InputError, ModelError, MultibodyError, Where
 from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.motion import Motion, arrays, motion_of, slot_state
@@ -31,6 +31,8 @@ from multibody_sym.model.argument_checks import door
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
 from multibody_sym.motion.prepare.export import ExportedModel
+from multibody_sym.motion.results.trajectory import Trajectory
+from multibody_sym.motion.runs.run import FailedRunError
 from multibody_sym.motion.simulate import simulate
 from multibody_sym.pictures.marks.ropes import course
 from multibody_sym.pictures.marks.sheet import Sheet
@@ -120,13 +122,11 @@ def _verify(system: System, model: ExportedModel) -> None:
         raise ModelError("a live page holds one stage; `animate` shows all of them", number="M110").under("then")
 
 
-def _run(system: System) -> Any:
+def _run(system: System) -> Trajectory:
     """Return the motion at the declared numbers, into which the picture fits."""
     try:
         return simulate(system)
-    except RunError as error:
-        if error.trajectory is None:
-            raise
+    except FailedRunError as error:
         return error.trajectory
 
 
