@@ -115,6 +115,10 @@ def _follow(solver: DOP853) -> Floats:
 # --- linearisation ---------------------------------------------------------------------------------------------------
 
 
+_MARGINAL: Final = 1e-9
+"""The part of the largest eigenvalue by which the others are stable."""
+
+
 @dataclass(frozen=True, eq=False)
 class Linearization:
     """x' = A x + B w, y = C x + D w for small changes x of `states` (m), w of `inputs` (k) and y of `outputs` (p).
@@ -200,25 +204,34 @@ class Linearization:
     def lqr(self, Q: npt.ArrayLike, R: npt.ArrayLike) -> Floats:
         """Return the gains K (k, m) of the law w = -K x with the least sum of x^T Q x + w^T R w: over time, or samples.
 
-        `Q` (m, m), `R` (k, k): symmetric weights of the states and the inputs. Raises InputError for other shapes and
-        weights, NoSolutionError where A is not constant or no law with these weights makes the system stable.
+        `Q` (m, m), `R` (k, k): symmetric weights of the states and the inputs, Q positive semidefinite, R positive
+        definite. Raises InputError for others, NoSolutionError where A is not constant or no law with these weights
+        makes the system stable.
         """
         self._verify_steady("law")
         weights = [floats(name, given) for name, given in (("Q", Q), ("R", R))]
         for name, weight, size in zip("QR", weights, (len(self.states), len(self.inputs)), strict=True):
-            verify_finite(name, weight)
-            if weight.shape != (size, size) or not np.array_equal(weight, weight.T):
-                raise InputError(f"{name} is a symmetric matrix ({size}, {size}), not of the shape {weight.shape}")
+            _verify_weight(name, weight, size)
         from scipy.linalg import solve_continuous_are, solve_discrete_are
 
         A, B, (of_states, of_inputs) = self.A, self.B, weights
         try:
             if self.dt is None:
-                return np.asarray(np.linalg.solve(of_inputs, B.T @ solve_continuous_are(A, B, of_states, of_inputs)))
-            P = solve_discrete_are(A, B, of_states, of_inputs)
-            return np.asarray(np.linalg.solve(of_inputs + B.T @ P @ B, B.T @ P @ A))
+                K = np.linalg.solve(of_inputs, B.T @ solve_continuous_are(A, B, of_states, of_inputs))
+            else:
+                P = solve_discrete_are(A, B, of_states, of_inputs)
+                K = np.linalg.solve(of_inputs + B.T @ P @ B, B.T @ P @ A)
         except (np.linalg.LinAlgError, ValueError) as error:
             raise NoSolutionError(f"no law with these weights makes the system stable: {error}") from None
+        kept = np.linalg.eigvals(A - B @ K)
+        growth = kept.real if self.dt is None else np.abs(kept) - 1.0
+        if growth.max(initial=-np.inf) > -_MARGINAL * max(1.0, float(np.abs(kept).max(initial=0.0))):
+            least = complex(kept[int(np.argmax(growth))])
+            raise NoSolutionError(
+                f"no law with these weights makes the system stable: A - B K keeps the eigenvalue {least:.4g}; "
+                "give the states that Q leaves out a weight"
+            )
+        return np.asarray(K)
 
     @door
     def feedback(self, K: npt.ArrayLike) -> dict[str, Node]:
@@ -336,6 +349,22 @@ def place_of(kind: str, name: str, known: Sequence[str]) -> int:
     return known.index(name)
 
 
+def _verify_weight(name: str, weight: Floats, size: int) -> None:
+    """Raise InputError for what is no weight Q of states or R of inputs."""
+    verify_finite(name, weight)
+    if weight.shape != (size, size):
+        raise InputError(f"{name} is a symmetric matrix ({size}, {size}), not of the shape {weight.shape}")
+    if not np.array_equal(weight, weight.T):
+        row, column = np.argwhere(weight != weight.T)[0].tolist()
+        values = f"{weight[row, column]:g}, {weight[column, row]:g}"
+        raise InputError(f"{name} is not symmetric: [{row}, {column}] and [{column}, {row}] are {values}")
+    least = float(np.linalg.eigvalsh(weight).min(initial=np.inf))
+    if least <= 0.0 and name == "R":
+        raise InputError(f"R is not positive definite: its least eigenvalue is {least:.4g}, and each input has a price")
+    if least < -_MARGINAL * float(np.abs(weight).max(initial=0.0)):
+        raise InputError(f"{name} has the negative eigenvalue {least:.4g}: a weight of states is positive or zero")
+
+
 def linearize(
     system: System,
     *,
@@ -354,10 +383,10 @@ def linearize(
     and speeds by name. Constraints are closed around them, and all other values are those of the start.
     Inputs that change with time are held at their values at t = 0. `parameters` to `project` change the system for this
     call. `formalism` None selects the cheapest one. `moving` accepts a motion in which A changes: A to D are then those
-    of the moment, and not `steady`. Outputs that depend on omitted states are omitted, too. Friction that begins to
-    slip from rest is linearised as slipping.
+    of the moment, and not `steady`, as they are where the system is let go from rest. Outputs that depend on omitted
+    states are omitted, too. Friction that begins to slip from rest is linearised as slipping.
     Raises InputError, and NoSolutionError, which names the cause: no start, a singular position, a force or an output
-    without a derivative (a kink), or a motion in which A is not constant.
+    without a derivative (a kink), or a motion, not let go from rest, in which A is not constant.
     """
     changed = Overrides(parameters, initial, inputs, coordinates, project).of(system)
     return _linearize(changed, formalism, at, flag("moving", moving))

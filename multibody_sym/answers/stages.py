@@ -19,7 +19,7 @@ from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.records import Definition, Sentence, Solution, StageFound, Worked, WorkedStep
 from multibody_sym.derivation.notation import Label, latex_name
 from multibody_sym.dynamics.start.parameters import known_values
-from multibody_sym.errors import ModelError, at
+from multibody_sym.errors import ExpressionError, ModelError, at
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.stages import (
@@ -32,6 +32,7 @@ from multibody_sym.mechanics.stages import (
     stage_systems,
 )
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.mechanics.vocabulary import Dimensions
 from multibody_sym.model.fields import Names
 from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask
@@ -41,7 +42,7 @@ from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, add, real, symbol
 from multibody_sym.text.printer import text
-from multibody_sym.text.units import parse_unit
+from multibody_sym.text.units import DIMENSIONLESS, infer_dimension, parse_unit
 from multibody_sym.text.values import Value
 
 _AT_START: Final = Value(0.0, ZERO, "s")
@@ -88,7 +89,7 @@ class _Beginning:
         letters, values = dict(self.letters), dict[str, Value]()
         for name, value in {"t": self.t, **self.start}.items():
             formula = in_parameters(system, value)
-            if value.value and formula is None:
+            if value.value and (formula is None or not _has_unit(system, formula, value.unit)):
                 letter = free_name(f"{name}_{number}", taken)
                 letters[letter] = Definition(value.value, unit=value.unit, says=f"{name} as stage {number} begins")
                 formula = symbol(letter)
@@ -255,6 +256,16 @@ def _verify_varied(system: System, letters: Collection[str], number: int) -> Non
                     f"change; ask for the value itself and vary the parameter: --set {question.varied}=..",
                     number="M121",
                 )
+
+
+def _has_unit(system: System, formula: Node, unit: str) -> bool:
+    """Return whether a formula may be in a unit: a number written in one, such as `8 m`, has none in formulas."""
+    try:
+        found = infer_dimension(formula, Dimensions(system).of_leaf)
+    except ExpressionError:
+        return False
+    wanted = parse_unit(unit)[1] if unit else DIMENSIONLESS
+    return found is None or not found.certain or found.dimension in (DIMENSIONLESS, wanted)
 
 
 def _rounded(value: Value) -> Value:

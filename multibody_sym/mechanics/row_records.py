@@ -724,7 +724,9 @@ class MeanTensionRow(_OfForces):
 class RowAround(Row):
     """A row that answers for another one, `of`, which it changes."""
 
-    unit: ClassVar[str | None] = "N"
+    @property
+    def unit(self) -> str | None:  # type: ignore[override]
+        return self.of.unit or "N"
 
     @property
     @abstractmethod

@@ -557,7 +557,8 @@ def _asked_quantities(node: Node) -> list[Node]:
 def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str]]) -> None:
     function = leaf.data[0]
     if section not in _MAY_ASK:
-        speed = f"; here the speed is u_{leaf.data[1][0]}" if function == "'" else ""
+        name = f"u_{leaf.data[1][0]}"
+        speed = f"; here the speed is {name}" if function == "'" and name in vocabulary["freedom"] else ""
         raise ModelError(f"{text(leaf)} can be asked in outputs, stop and ask only{speed}", number="M112")
     if function in ("reaction", "multiplier"):  # see verify_forces
         return

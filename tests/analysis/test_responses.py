@@ -237,9 +237,9 @@ def test_an_lqr_costs_as_little_as_its_riccati_equation_says() -> None:
 
         assert all(cost(K + d) > cost(K) for d in 1e-3 * np.array([[[1, 0]], [[-1, 0]], [[0, 1]], [[0, -1]]]))
     for wrong in (([1, 1], R), (np.array([[1, 1], [0, 1]]), R), (Q, np.eye(2))):
-        with pytest.raises(mbs.InputError, match="is a symmetric matrix"):
+        with pytest.raises(mbs.InputError, match=r"is a symmetric matrix|Q is not symmetric"):
             near.lqr(*wrong)
-    with pytest.raises(mbs.NoSolutionError, match="no law with these weights"):
+    with pytest.raises(mbs.InputError, match="R is not positive definite"):
         near.lqr(Q, [[0.0]])
 
 
@@ -274,3 +274,25 @@ forces: {m: {type: torque, joint: hinge, value: M}}
     assert held.inputs == pytest.approx({"M": 9.81 * np.sin(0.3) + 0.4 * np.cos(0.3)}, rel=1e-12)
     with pytest.raises(mbs.InputError, match="w drives a motion or a constraint"):
         mbs.trim(mbs.loads(text), {"th": 0.3}, unknown="w")
+
+
+def test_weights_of_a_law_that_make_none_are_refused() -> None:
+    """A pendulum without damper: no weight of the states leaves its eigenvalues on the imaginary axis."""
+    text = """
+multibody_sym: 1
+name: pendulum
+gravity: [0, -9.81, 0]
+bodies: {bob: {mass: 1, com: [0, -1, 0]}}
+joints: {h: {type: revolute, parent: ground, child: bob, q: x}}
+inputs: {F: 0}
+forces: {f: {type: torque, joint: h, value: F}}
+"""
+    near = mbs.linearize(mbs.loads(text))
+    for found in (near, near.discrete(0.01)):
+        with pytest.raises(mbs.NoSolutionError, match=r"A - B K keeps the eigenvalue .* that Q leaves out a weight"):
+            found.lqr(np.zeros((2, 2)), [[1]])
+        with pytest.raises(mbs.InputError, match=r"Q is not symmetric: \[0, 1\] and \[1, 0\] are 2, 0"):
+            found.lqr([[1, 2], [0, 1]], [[1]])
+        with pytest.raises(mbs.InputError, match="R is not positive definite: its least eigenvalue is -1"):
+            found.lqr(np.eye(2), [[-1]])
+    assert near.lqr(np.diag([0.0, 1.0]), [[1]]) == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-9)  # P = diag(g/l, 1)

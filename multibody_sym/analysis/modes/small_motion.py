@@ -356,6 +356,8 @@ _TIME: Final = symbol("t")
 _MOVING: Final = ("joints", "forces", "constraints", "bodies", "inputs", "gravity", "pulleys", "contacts")
 _LATER: Final = (0.137, 1.913, 31.07)
 """Times (s) at which a system is compared with what it is at t = 0."""
+_ASIDE: Final = (0.137, -0.291)
+"""By how much coordinates and speeds are displaced to see whether A changes."""
 _SAME: Final = 1e-9
 """The part of the largest omega^2 up to which one is zero."""
 _AGREEMENT: Final = 1e-7
@@ -410,6 +412,18 @@ def time_note(system: System, flow: DeviationFlow, begin: Start) -> str | None:
         f"{names} {'depends' if len(named) == 1 else 'depend'} on t, and small motions are those of the model as it is "
         "at t = 0; free oscillations are those of the model without it, and simulate follows time"
     )
+
+
+def is_linear(flow: DeviationFlow, begin: Start) -> bool:
+    """Return whether A is the same at other times and states: then small motions are those about any state."""
+    if flow.mechanism.rows or flow.mechanism.mode is not None:
+        return False
+    q, u = np.array(begin.q, dtype=float), np.array(begin.u, dtype=float)
+    states = [(q, u, t) for t in (0.0, *_LATER)]
+    states += [(q + part * (1.0 + np.arange(len(q))), u + part, 0.0) for part in _ASIDE]
+    here, *others = (np.ravel(flow.derivatives(flow.known_at(*state))[0]) for state in states)
+    size = max(1.0, float(np.abs(here).max(initial=0.0)))
+    return all(np.abs(x - here).max(initial=0.0) <= _SAME * size for x in others)
 
 
 def friction_notes(flow: DeviationFlow) -> list[str]:

@@ -41,6 +41,8 @@ _FIRST: Final = 0.05
 _GROWTH: Final = 1.6
 _WIDENED: Final = 14
 """Steps on the way from the declared value without bounds."""
+_ROUNDED: Final = 1e-14
+"""The part of the largest value that is rounding about zero."""
 _CLOSE: Final = 1e-9
 """The part of a bracket to which runs find a place."""
 _END: Final = 1e-6
@@ -316,11 +318,12 @@ class _Search:
                 yield from solving_lines(slope, symbol(name), best.place.expression, *known)
                 yield equation(symbol(name), best.place.expression, "so")
             yield from self._curvature(best.slope, best.place)
+        sizes = [abs(x) for x in (*best.others.values(), best.value.value or 0.0) if isfinite(x)]
         for end, value in best.others.items():
             compared = "" if best.is_end else f", which is {'less' if self.question.is_greatest else 'greater'}"
             at_end = Quantity(end, best.place.unit)
             if isfinite(value):
-                found = Quantity(value, self.varied.unit)
+                found = Quantity(value if abs(value) > _ROUNDED * max(sizes) else 0.0, self.varied.unit)
                 yield Sentence((f"at {name} = ", at_end, ": ", asked, " = ", found, compared))
         number = None if best.value.value is None else Quantity(best.value.value, best.value.unit)
         sides = (asked,) if best.value.expression is None else (asked, best.value.expression)

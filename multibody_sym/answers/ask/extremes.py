@@ -157,7 +157,7 @@ class Sides:
                 known = [(x, self._value(self._at(x), x)) for x in turns]
                 return max([*known, (float(t[k]), float(y[k]))], key=lambda place: place[1])
             before, after = max(k - 1, 0), min(k + 1, len(t) - 1)
-            if not t[after] - t[before] > _ROUNDED * abs(t[after]) or (before, after) == (0, len(t) - 1):
+            if not t[after] - t[before] > _NARROWEST * abs(t[after]) or (before, after) == (0, len(t) - 1):
                 return float(t[k]), float(y[k])
             leg = leg.part(float(t[before]), float(t[after]), part.q[before], part.u[before])
 
@@ -205,6 +205,8 @@ _EXTREMES_BESIDE: Final = 4
 _REAL: Final = 1e-9
 _SMOOTH: Final = 1e-6
 """The part of what samples span by which a polynomial may miss one: its extreme has the root of that as error."""
+_NARROWEST: Final = 1e-13
+"""The part of a time between samples below which their polynomial is rounding."""
 _FINER: Final = 16
 """Pieces of four samples between two times about an extreme."""
 

@@ -24,7 +24,7 @@ from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedForm
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
 from multibody_sym.analysis.modes.record import Modes, coefficients, determinant, spectrum
-from multibody_sym.analysis.modes.small_motion import SmallMotion
+from multibody_sym.analysis.modes.small_motion import SmallMotion, is_linear, time_note
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
@@ -374,7 +374,11 @@ class AskedModes:
     @cached_property
     def modes(self) -> Modes:
         """The small motions. Raises NoSolutionError where there are none."""
-        return SmallMotion.of(self.system).as_modes()
+        return self._small.as_modes()
+
+    @cached_property
+    def _small(self) -> SmallMotion:
+        return SmallMotion.of(self.system)
 
     def value(self, leaf: Node) -> Value:
         """Return the frequency or period that a quantity asks for. Raises NoSolutionError without such a mode."""
@@ -382,7 +386,10 @@ class AskedModes:
         number = int(leaf.data[1][0])
         if number > len(found):
             count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(found), f"{len(found)} modes oscillate")
-            raise NoSolutionError(f"{leaf}: {count} in small motions about the {self.modes.about}", number="N111")
+            growing = next((mode.rate for mode in self.modes.modes if mode.motion == "grows" and mode.rate), None)
+            grows = "" if growing is None else f", and one grows, as exp({growing.value:.6g}/s*t): it is unstable"
+            about = f"in small motions about the {self.modes.about}{grows}"
+            raise NoSolutionError(f"{leaf}: {count} {about}", number="N111")
         return found[number - 1]
 
     def lines(self, leaf: Node) -> Iterator[Line]:
@@ -447,11 +454,15 @@ class AskedModes:
 
     def remarks(self) -> list[str]:
         """Return what the answers rest on: the state, where it is not the start, and the conditions of stability."""
-        found = [f"{condition}, else small motions grow" for condition in self.modes.conditions]
-        if self.modes.found:
-            place = ", ".join(f"{name} = {value}" for name, value in self.modes.at.items())
-            found.insert(0, f"small oscillations are those about the {self.modes.about} at {place}, beside the start")
-        return [*found, *(note for note in self.modes.notes if "numbers only" not in note)]
+        modes, place = self.modes, self._small.place
+        found = [f"{condition}, else small motions grow" for condition in modes.conditions]
+        driven = time_note(self.system, place.flow, place.begin)
+        if driven is not None and is_linear(place.flow, place.begin):
+            return [*found, *(x for x in modes.notes if "numbers only" not in x and x != driven)]  # about any state
+        if modes.found:
+            at = ", ".join(f"{name} = {value}" for name, value in modes.at.items())
+            found.insert(0, f"small oscillations are those about the {modes.about} at {at}, beside the start")
+        return [*found, *(note for note in modes.notes if "numbers only" not in note)]
 
 
 def _by_cofactors(rows: Sequence[Sequence[Node]]) -> Node:

@@ -139,7 +139,8 @@ def verify_drives(mechanism: Mechanism, state: State, drives: Collection[str]) -
     both = np.array([*rows, *np.eye(count)[driven]], dtype=float).reshape(len(rows) + len(driven), count)
     left = null_space(both, ROUNDED)
     if left.size:
-        free = mechanism.speeds[int(np.abs(left).max(axis=1).argmax())]
+        sizes = np.abs(left).max(axis=1)
+        free = mechanism.speeds[int(np.argmax(sizes > ROUNDED * sizes.max()))]  # others, such as mimics, follow it
         raise NoSolutionError(
             f"{count - restricted} degrees of freedom need as many drives, and with {', '.join(drives) or 'none'} the "
             f"speed {free.name} is free at the start: name joint {free.joint!r} among drives, too",
