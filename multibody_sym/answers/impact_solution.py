@@ -15,10 +15,10 @@ from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
 from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Sentence, Worked, WorkedStep
-from multibody_sym.answers.worked.bodies import IMPULSES, BodyLines
+from multibody_sym.answers.worked.bodies import IMPULSES, BodyLines, forces_spelt, mass_lines
 from multibody_sym.answers.worked.equations import Equations, NumberedEquation, in_sympy
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
-from multibody_sym.derivation.notation import Label, Notation, latex_name, notation_of, upright
+from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
     ClosedForms,
@@ -459,8 +459,7 @@ class _Balance:
     @cached_property
     def told(self) -> BodyLines:
         """How they are written."""
-        plain = notation_of(self.mechanism, self.equations.symbols, labels=letters_of(self.solved.system))
-        return BodyLines(self.equations, plain, IMPULSES)
+        return BodyLines(self.equations, forces_spelt(self.equations, letters_of(self.solved.system)), IMPULSES)
 
     @cached_property
     def _letters(self) -> dict[Any, tuple[Any, Label]]:
@@ -496,6 +495,7 @@ class _Balance:
         known = {line.sides for line in eliminated}
         results = ((s, in_sympy(equations.exactly, equations.elimination.results[s])) for s in jumps)
         eliminated += [Formula(sides, before=("so",)) for sides in results if sides not in known]
+        yield WorkedStep(f"Masses{number}", tuple(mass_lines(equations)))
         for body in equations.cut.bodies:
             yield self._step(f"{body.name}, cut free{number}: impulse and momentum", told.body(body))
         ruled = [*map(_with_positive_side, equations.relations), *equations.laws, *equations.cut.free]

@@ -568,8 +568,7 @@ def _verify_quantity(leaf: Node, section: str, vocabulary: Mapping[str, list[str
     if section != "ask":
         raise ModelError(f"{text(leaf)} is one of small oscillations: it can be asked in ask only", number="M110")
     if not leaf.data[1][0].isdecimal() or leaf.data[1][0] == "0":
-        message = f"{text(leaf)}: name a mode by its number; 1 is the one with the lowest frequency"
-        raise ModelError(message, number="M112")
+        raise ModelError(f"{text(leaf)}: name a mode by its number; 1 has the lowest frequency", number="M112")
 
 
 def _verify_arguments(leaf: Node, vocabulary: Mapping[str, Collection[str]]) -> None:

@@ -92,6 +92,8 @@ def test_frequencies_come_from_small_motions() -> None:
     assert line_texts(solution, "w1")[1] == "m*l^2*phi1'' - a^2*k*phi2 + (m*g*l + a^2*k)*phi1 = 0"
     assert line_texts(solution, "w2") == [
         "as for w1, down to: (m*g*l - m*l^2*omega^2 + a^2*k)^2 - a^4*k^2 = 0",
+        "this factor vanishes: 2*a^2*k - m*l^2*omega^2 + m*g*l = 0",
+        "of the roots omega > 0 this is number 2 by size",
         "then the amplitudes are: phi2 = -phi1",
         "w2 = frequency(2) = sqrt((2*a^2*k + m*g*l)/m)/l",
     ]

@@ -424,17 +424,23 @@ class ExactEnd:
             yield from (equation for equation in found if symbol(self.name) in equation.symbols)
 
     @cached_property
+    def in_balance(self) -> tuple[SymbolicState, Mechanism]:
+        """The state over Nodes at the end, at rest, and the mechanism with all that may touch stuck."""
+        at_end = self.at_end
+        given = declared_state(at_end, start(at_end))
+        whole = statics(at_end).mechanism
+        parameters = [given.state.slots[at_end.parameters.slot(entry.name)] for entry in at_end.parameters]
+        rest = [ZERO] * len(at_end.speeds)
+        return replace(given, state=state_of(whole, Node, ZERO, list(given.state.q), rest, parameters)), whole
+
+    @cached_property
     def _balance(self) -> tuple[SymbolicState, Balance]:
         """The state over Nodes at the end, at rest, and the conditions there."""
         at_end = self.at_end
         position = Position(at_end, start(at_end))
-        given = declared_state(at_end, position.begin)
-        whole = statics(at_end)
-        parameters = [given.state.slots[at_end.parameters.slot(entry.name)] for entry in at_end.parameters]
-        rest = [ZERO] * len(at_end.speeds)
-        state = state_of(whole.mechanism, Node, ZERO, list(given.state.q), rest, parameters)
-        motion = motion_of(whole.mechanism, state)
-        balance = whole.balance(motion, self.end.limits, row_motions(motion))
+        given, mechanism = self.in_balance
+        motion = motion_of(mechanism, given.state)
+        balance = statics(at_end).balance(motion, self.end.limits, row_motions(motion))
         at_values = position.motion({}, moves=False)
         assert at_values is not None
         rows = row_motions(at_values)

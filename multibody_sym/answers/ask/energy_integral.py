@@ -24,7 +24,7 @@ from multibody_sym.algebra.roots import rate, roots
 from multibody_sym.answers.ask.courses import FITS, InTime
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_book_form, in_letters
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
-from multibody_sym.answers.ask.working import acceleration, equation, written
+from multibody_sym.answers.ask.working import acceleration, equation, integral_line, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.records import Line, Sentence
@@ -280,11 +280,6 @@ class OneFreedom:
         for node in (x for x in used if x is TIME or x in self.momenta):
             rate = ONE if node is TIME else self.rates[self.momenta[node]]
             yield integral_line(node, divide(rate, BUILD["sqrt"](square)), self.variable, self.start)
-
-
-def integral_line(node: Node, integrand: Node, by: Node, start: Node) -> Sentence:
-    """Return that the time, or a coordinate, is an integral."""
-    return Sentence(("separation of variables: ", node, " is the integral of ", integrand, " by ", by, " from ", start))
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,7 +47,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, real, subtract, symbol
+from multibody_sym.scalars.node import ZERO, Node, real, subtract, symbol
 from multibody_sym.text.units import given_in
 from multibody_sym.text.values import Value
 
@@ -76,6 +76,9 @@ class FindQuestion(SingleQuestion):
 
     def words(self) -> str:
         return f"{self.name} for which {self.equation}"
+
+    def is_later(self) -> bool:
+        return not leaves([self.equation.left, self.equation.right], "quantity")
 
     def unit(self, motion: AskedMotion) -> str:
         return motion.unit_of(symbol(self.name))
@@ -191,11 +194,16 @@ class ValueSearch:
         """Yield the equation with the formulas of answers put in, and how it was solved."""
         formulas = {symbol(name): x.expression for name, x in self.varied.known.items() if x.expression is not None}
         sides = [put_in(side, formulas) for side in (self.equation.left, self.equation.right)]
-        if len(formulas) == len(self.varied.known) and not leaves(sides, "quantity"):
+        difference = subtract(*sides)
+        if leaves(sides, "quantity"):
+            found = self.solved.values(self.solved.asked(self.varied.expression), {})[""].expression
+            sides = [found or ZERO, ZERO]
+            difference = sides[0]
+        if len(formulas) == len(self.varied.known) and difference is not ZERO:
             yield equation(sides[0], sides[1], "with the formulas put in")
             if value.expression is not None:
                 known = self.solved.symbolic.letters, self.solved.sample
-                yield from solving_lines(subtract(*sides), symbol(self.name), value.expression, *known)
+                yield from solving_lines(difference, symbol(self.name), value.expression, *known)
         how = "solved for" if value.expression is not None else "solved in numbers for"
         yield Sentence((f"{how} {self.name}",))
 

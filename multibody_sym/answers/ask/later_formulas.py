@@ -29,7 +29,7 @@ from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.records import Formula, Line
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.state_words import VERBS, Moment, StateCondition
+from multibody_sym.model.state_words import VERBS, Moment, StateCondition, moment_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
@@ -169,7 +169,13 @@ class MotionFormulas:
                 zero = self.put_in(vanishing)
                 if zero is ZERO and self.turning is not None:
                     return self.place(self.turning, "the motion turns where")
-                return self.place(zero)
+                if not isinstance(moment, StateCondition):
+                    return self.place(zero)
+                place = self.place(zero, f"{moment_text(moment)} when")
+                if _WITHOUT_FORCE.issuperset(moment.words):
+                    pressing = quantity("reaction", (moment.element, "normal"))
+                    self.places.insert(0, Formula((pressing, zero), before=("along the motion",)))
+                return place
             except NoClosedFormError:
                 continue
         raise NoClosedFormError("the moment has no formula")

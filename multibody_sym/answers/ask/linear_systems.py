@@ -12,8 +12,10 @@ parts by the factors s^2 - b s - a of its characteristic polynomial, as far as t
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field
 from functools import cached_property, reduce
+from math import pi
 from typing import Final
 
 from multibody_sym.algebra import long_sums
@@ -28,11 +30,12 @@ from multibody_sym.analysis.modes.small_motion import SmallMotion, is_linear, ti
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
-from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, written
+from multibody_sym.answers.ask.solving import solving_lines
+from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, integral_line, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, at_start
-from multibody_sym.answers.records import Line, Sentence
-from multibody_sym.errors import NoSolutionError
+from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.model.settings import Ask
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.records import dataclass
@@ -256,6 +259,9 @@ _LONGEST: Final = 1000
 """Letters of a formula that tells more than its numbers do."""
 
 
+_BY_SPEED: Final = "solved for it and integrated"
+
+
 @dataclass(frozen=True, eq=False)
 class Courses:
     """Coordinates and speeds of a solved system as formulas of time, by their symbols, where `motion` confirms them.
@@ -298,10 +304,28 @@ class Courses:
             if named:
                 moved = there.forms.udot[k]
                 yield equation(acceleration(mechanism, k), written(moved))
-                how = "integrated from the start" if moved.is_zero or there.constant(moved) else "solved from the start"
+                how = self._how(moved, symbol(q.name), symbol(u.name))
+                if how == _BY_SPEED:
+                    start = as_node(there.solved.nodes.motion.state.u[k])
+                    yield integral_line(TIME, written(moved.power(-1)), symbol(u.name), start)
                 found = [(node, each.formula) for node in named if (each := self.of(node)) is not None]
                 letters = self.solved.symbolic.letters
                 yield from (equation(node, shortest_course(formula, letters), how) for node, formula in found)
+
+    def _how(self, moved: Quotient, q: Node, u: Node) -> str:
+        """Return how an equation x'' = f is solved."""
+        there = self.shown.there
+        assert there is not None
+        named = moved.symbols & there.variables
+        if not named:
+            return "integrated from the start"
+        if named == {u} and u in rate(moved, u).symbols:
+            return _BY_SPEED
+        if named - {q, u, TIME}:
+            return "by normal modes, fitted to the start"
+        if named <= {q, u} or not (rate(moved, u).symbols | rate(moved, q).symbols) & there.variables:
+            return "linear: particular and free motion, fitted to the start"
+        return "solved from the start"
 
     def why(self, node: Node) -> str:
         """Return why a coordinate or speed has no formula, empty where it is not what the motion shows."""
@@ -395,6 +419,9 @@ class AskedModes:
     def lines(self, leaf: Node) -> Iterator[Line]:
         """Yield M x'' + C x' + K x = 0 row by row, of which a frequency or period is asked."""
         modes = self.modes
+        for name, value in modes.at.items() if modes.found else ():
+            if value.value:
+                yield Formula((symbol(name), _known(value)), before=(f"the {modes.about} is at",))
         yield Sentence((f"small deviations from the {modes.about} swing as cos({OMEGA}*t):",))
         for mass, rates, stiffness in zip(modes.mass, modes.rates, modes.stiffness, strict=True):
             terms = [
@@ -406,22 +433,47 @@ class AskedModes:
             ]
             yield equation(reduce(add, terms, ZERO), ZERO)
         if len(modes.coordinates) > 1:
-            yield Sentence((f"amplitudes differ from zero where the determinant vanishes: a root in {OMEGA}^2",))
-            yield from self._determinant()
+            yield from self._determinant(self.value(leaf), leaf)
             yield from self._shape(int(leaf.data[1][0]))
+        elif not any(x.value for row in modes.rates for x in row):
+            square = divide(_known(modes.stiffness[0][0]), _known(modes.mass[0][0]))
+            yield equation(OMEGA**2, min(square, *self._forms(square), key=lambda x: len(text(x))), "so")
         if leaf.data[0] == "period":
             yield Sentence((f"the period is 2*pi/{OMEGA}",))
 
-    def _determinant(self) -> Iterator[Line]:
-        """Yield the determinant of K - omega^2 M of two or three freedoms, which a book writes out."""
+    def _determinant(self, value: Value, leaf: Node) -> Iterator[Line]:
+        """Yield the determinant of K - omega^2 M of two or three freedoms, in factors, and the root that is taken."""
         modes, square = self.modes, OMEGA**2
-        if not 0 < len(modes.mass) <= _MOST_WRITTEN_OUT or any(x.value for row in modes.rates for x in row):
-            return
+        number = int(leaf.data[1][0])
+        damped = any(x.value for row in modes.rates for x in row)
+        yield Sentence((f"amplitudes differ from zero where the determinant vanishes{' without dampers' * damped}:",))
         rows = [
             [_known(k) - _known(m) * square for m, k in zip(*row, strict=True)]
             for row in zip(modes.mass, modes.stiffness, strict=True)
         ]
-        yield equation(_by_cofactors(rows), ZERO)
+        if len(rows) > _MOST_WRITTEN_OUT:
+            yield Sentence((f"a root in {OMEGA}^2 of degree {len(rows)}, found in numbers",))
+            return
+        whole = _by_cofactors(rows)
+        yield equation(whole, ZERO)
+        if value.value is None:
+            return
+        at = value.value if leaf.data[0] == "frequency" else 2 * pi / value.value
+        known = {x: letter for x, letter in self.samples.items() if x is not OMEGA}
+        lines = solving_lines(whole, OMEGA, real(at), known, {x: float(y.sample) for x, y in known.items()})
+        yield from (line for line in lines if line.sides[1] is ZERO)
+        yield Sentence((f"of the roots {OMEGA} > 0 this is number {number} by size",))
+
+    @property
+    def samples(self) -> Mapping[Node, Letter]:
+        """The symbols that formulas may name, with their values."""
+        return self.letters if isinstance(self.letters, Mapping) else {}
+
+    def _forms(self, node: Node) -> Iterator[Node]:
+        field = Field(_WORK)
+        with suppress(NoClosedFormError, ExpressionError):
+            known = {x: field.letter(x, letter) for x, letter in self.samples.items()}
+            yield written(exact(field, [node], known)[0])
 
     def _shape(self, number: int) -> Iterator[Line]:
         """Yield the amplitudes of a mode beside the first that moves; nothing where parts of it are ahead."""

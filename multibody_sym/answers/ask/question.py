@@ -406,7 +406,9 @@ class AskedMotion:
         if number.value is None or question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
-            working.steps.append(lambda: [AT_START])
+            end = Quantity(self.simulated.whole.t_final, "s")
+            shown = Sentence(("as a run shows, until t = ", end, " it is nowhere beyond that"))
+            working.steps.append(lambda: [AT_START, shown])
             return self.solved.values(self.solved.asked(asked), {})[""].expression
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
         for course in self._courses(time):

@@ -105,3 +105,8 @@ def other_times(at: float, others: Mapping[Node, float]) -> Iterator[Line]:
 def equation(left: Node, right: Node, before: str = "") -> Formula:
     """Return an equation, with words before it."""
     return Formula((left, right), before=(before,) if before else ())
+
+
+def integral_line(node: Node, integrand: Node, by: Node, start: Node) -> Sentence:
+    """Return that the time, or a coordinate, is an integral."""
+    return Sentence(("separation of variables: ", node, " is the integral of ", integrand, " by ", by, " from ", start))

@@ -6,5 +6,6 @@
     actions         what acts on each body that is cut free: weight, forces, unknown reactions
     equations       all equations, numbered, and eliminated by hand
     members         bodies at rest on which two or three forces act
+    rest            ends of a range of rest: bodies in balance, limits that are reached, the parameter there
     questions       answers to `ask`, each by its law
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -26,10 +27,11 @@ from multibody_sym.answers.worked.equations import (
     in_sympy,
     short,
 )
-from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, guide_normal, row_letter
-from multibody_sym.derivation.notation import Notation, Symbols
+from multibody_sym.derivation.free_bodies import FRICTION, MOMENT, NORMAL, force_letters, guide_normal, row_letter
+from multibody_sym.derivation.notation import MASS, MULTIPLIER, Label, Notation, Symbols, latex_name, notation_of
 from multibody_sym.mechanics.load_records import JointForce, JointPotential, JointSpring
 from multibody_sym.records import dataclass
+from multibody_sym.text.values import Quantity
 
 FORCES: Final[Mapping[str, str]] = {
     "force": "force of",
@@ -133,26 +135,33 @@ class BodyLines:
             return
         known = self._cut.known.get(s)
         if known is not None:
-            yield Sentence(tuple(self._driven(force, known)))
+            yield from self._driven(force, known)
             return
         shown_size = self.exactly.written(size)
         words = self._short(direction, action)
         yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
 
-    def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Any]:
-        """Yield in words what acts along a free direction of a joint: friction by its letter, or what drives."""
+    def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Sentence]:
+        """Yield what acts along a free direction of a joint: friction by its letter, and what drives."""
+        for s, factor in known.terms.items():
+            rubs = s in self._actions.told
+            named = f"{self._acting(s)} {self._actions.told[s]}" if rubs else self._drive(force)
+            sign = -1 if rubs and factor.sample < 0 else 1
+            yield self._along(force, LinearForm({s: factor}, factor * 0), sign, named)
+        if not known.rest.is_zero:
+            yield self._along(force, LinearForm({}, known.rest), 1, self._drive(force))
+
+    def _drive(self, force: BodyForce) -> str:
+        driving = self._driving.get(force.action.element, [f"joint {force.action.element}"])
         turns = all(x.is_zero for x in force.vector)
-        (s, factor), *others = *known.terms.items(), (None, known.rest)
-        rubs = s in self._actions.told and not others[1:] and others[0][1].is_zero
-        sign = -1 if rubs and factor.sample < 0 else 1
+        return f"{self.words['moment' if turns else 'force']} {' and '.join(driving)}"
+
+    def _along(self, force: BodyForce, value: LinearForm, sign: int, named: str) -> Sentence:
+        turns = all(x.is_zero for x in force.vector)
         vector = [x * sign for x in (force.moment if turns else force.vector)]
         size, direction = self._directions.turning(vector) if turns else self._directions.of(vector)
-        yield safely(self.exactly, known) * self.exactly.written(size) * sign
-        driving = self._driving.get(force.action.element, [f"joint {force.action.element}"])
-        word = self.words["moment" if turns else "force"]
-        named = f"{self._acting(s)} {self._actions.told[s]}" if rubs else f"{word} {' and '.join(driving)}"
-        yield f": {named}, "
-        yield from self._short(direction, force.action)
+        shown = safely(self.exactly, value) * self.exactly.written(size) * sign
+        return Sentence((shown, f": {named}, ", *self._short(direction, force.action)))
 
     def _acting(self, s: Any) -> str:
         letter = self.notation.text(s)[:1] if s in self._lettered else ""
@@ -193,3 +202,26 @@ def safely(exactly: Exactly, form: LinearForm) -> Any:
     except NoClosedFormError:
         parts = [in_number(a) * x for x, a in form.terms.items()]
         return sympy.Add(in_number(form.rest), *parts)
+
+
+def mass_lines(equations: Equations) -> list[Formula]:
+    """Return the masses that have letters in steps alone, with their numbers."""
+    return [Formula((s,), value=Quantity(kg, "kg")) for s, kg in equations.masses.items()]
+
+
+def forces_spelt(equations: Equations, labels: Mapping[str, str]) -> Notation:
+    """Return how all symbols of equations are spelt; `labels`: the letters that the model gives names."""
+    mechanism, symbols, further = equations.mechanism, equations.symbols, equations.actions.further
+    plain = notation_of(mechanism, symbols, labels=labels)
+    letters = force_letters(mechanism, symbols, equations.unknowns, further)
+    places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(further)}
+    masses = {s: Label(s.name, latex_name(s.name)) for s in equations.masses}
+    spelling = {**plain.spelling, **letters, **masses}
+    places |= {s: (MASS, k) for k, s in enumerate(masses)}
+    return replace(plain, spelling=spelling, places={**plain.places, **places})
+
+
+def wording(lines: Sequence[Line], notation: Notation) -> tuple[str, ...]:
+    """Return the words and letters of lines, without the numbers of equations."""
+    parts = ((*line.before, *line.sides) if isinstance(line, Formula) else line.words for line in lines)
+    return tuple(" ".join(notation.text(x) if isinstance(x, sympy.Basic) else str(x) for x in each) for each in parts)

@@ -12,17 +12,18 @@ import sympy
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.quotient_functions import exact, register_angles, with_whole_angles
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.records import Words
 from multibody_sym.answers.worked.actions import Action, Actions, Length
 from multibody_sym.derivation.notation import Symbols, symbols_of
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import accelerations, motion_of, partial_velocities, spread
-from multibody_sym.mechanics.row_records import RopeSlipRow
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, spread
+from multibody_sym.mechanics.row_records import ReactionRow, RopeSlipRow
+from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate_float, is_zero
-from multibody_sym.scalars.node import as_node, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -137,7 +138,13 @@ class CutBodies:
         slides = any(step.slides for step in body.steps)
         if body.parent < 0 and (body.steps or self._rests) and not slides and not body.speeds_in_own_axes:
             return self.actions.joint_point(index), f"about {body.joint_name}"
+        if body.steps and not slides and self._is_point(index) and not body.speeds_in_own_axes:
+            return self.actions.joint_point(index), f"about {body.joint_name}"
         return self.motion.masses[index].com, "about the centre of mass"
+
+    def _is_point(self, index: int) -> bool:
+        """Return whether a body is a mass in one point, whose own moments say nothing."""
+        return all(is_zero(x) for row in self.motion.masses[index].inertia for x in row)
 
     def _force(self, index: int, action: Action, reference: Vec) -> BodyForce | None:
         force, moment = action.wrench
@@ -288,10 +295,26 @@ def _still(v: Sequence[S]) -> bool:
 
 # ----------------------------------------------------------------------------------------------------------------------
 
+def _with_lettered_masses(motion: Motion) -> tuple[Motion, dict[Node, float]]:
+    """Return a motion in which masses of points that are given as numbers have letters, and these with their kg."""
+    mechanism, found, masses = motion.mechanism, dict[Node, float](), []
+    declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
+    taken = {each.name for each in declared} | {*mechanism.inputs}
+    for body, mass in zip(mechanism.bodies, motion.masses, strict=True):
+        node = as_node(mass.mass)
+        if node.op in ("number", "real") and node is not ZERO and all(is_zero(x) for row in mass.inertia for x in row):
+            letter = symbol(free_name(f"m_{body.name}", taken))
+            found[letter] = float(node.data)
+            mass = replace(mass, mass=letter)
+        masses.append(mass)
+    return replace(motion, masses=tuple(masses)), found
+
+
 class Equations:
     """The equations of a mechanism (in its mode) at a state; `reason` says why elimination was left out, if it was.
 
-    In `numbers` what is given stands in them as numbers. Nothing accelerates where it `rests`.
+    In `numbers` what is given stands in them as numbers. Nothing accelerates where it `rests`. `masses` are those of
+    points that are given as numbers, by their symbols.
     Raises NoClosedFormError where coefficients grow too long.
     """
 
@@ -300,8 +323,12 @@ class Equations:
     ) -> None:
         self.mechanism, self.given = mechanism, given
         self.symbols = symbols_of(mechanism)
-        self.exactly = Exactly(mechanism, self.symbols, given, numbers=numbers)
-        self.actions = Actions(motion_of(mechanism, given.state), self.symbols)
+        motion, masses = _with_lettered_masses(motion_of(mechanism, given.state))
+        letters = {node: Letter(node, PRECISE.mpf(value), True) for node, value in masses.items()}
+        lettered = replace(given, letters={**given.letters, **letters})
+        self.exactly = Exactly(mechanism, self.symbols, lettered, numbers=numbers)
+        self.masses = {self.exactly.named(node): value for node, value in masses.items()}
+        self.actions = Actions(motion, self.symbols)
         gravity = self.exactly.quotients(self.actions.motion.gravity)
         self.words = Directions(self.exactly, gravity, plane=plane)
         self._aliases: dict[Any, LinearForm] = {}
@@ -380,10 +407,18 @@ class Equations:
         for law in laws:
             (of, *others), reactions = law.left.terms, set(self.symbols.reactions)
             plain = not others and law.right.rest.is_zero and (law.left.terms[of] - 1).is_zero
+            if not others and not law.right.terms and of in self._constants:
+                aliases[of] = law.right.times(law.left.rest.field.constant(1) / law.left.terms[of])
             if plain and len(law.right.terms) == 1 and set(law.right.terms) <= reactions:
                 aliases[of] = law.right
         left = [law for law in laws if not set(law.left.terms) & set(aliases)]
         return [law.changed(lambda form: form.with_all(aliases)) for law in left]
+
+    @cached_property
+    def _constants(self) -> set[Any]:
+        """The multipliers that are no forces, but how large friction of a given size is."""
+        rows = zip(self.mechanism.rows, self.symbols.multipliers, strict=True)
+        return {s for row, s in rows if isinstance(row.plain, ReactionRow) and row.plain.constant is not ZERO}
 
     def _eliminated(self) -> str:
         """Eliminate, and return why this was left out."""
@@ -468,6 +503,15 @@ class Exactly:
 
     def _number(self, value: float) -> Quotient:
         return self.field.constant(0 if abs(value) <= _NOTHING else Fraction(f"{value:.12g}"))
+
+    def named(self, node: Node) -> Any:
+        """Return the symbol in sympy of a letter that is positive and that the model has not declared."""
+        return self._leaves.setdefault(node, sympy.Symbol(str(node.data), positive=True))
+
+    @property
+    def letters(self) -> Mapping[Node, Any]:
+        """The symbols in sympy of the letters of the model."""
+        return self._leaves
 
     def renew(self) -> None:
         """Let as much work be done again."""

@@ -67,6 +67,9 @@ def _less_repeated(lines: list[Line], before: Mapping[str, list[Line]]) -> list[
     return [last, *lines[alike[name] :]]
 
 
+_SO: Final = ("so",)
+
+
 class _Spelling:
     """Lines over Nodes in sympy; `spelling`: how symbols are spelt that other steps do not have."""
 
@@ -119,11 +122,12 @@ class _Spelling:
             expression = self._in_sympy(answer.expression)
             if value is None or not expression.is_Rational:
                 sides.append(expression)
-        last = lines[-1] if lines else None
+        last, before = lines[-1] if lines else None, ()
         if isinstance(last, Formula) and len(last.sides) > 1 and last.sides[-1] == sides[-1]:
             lines.pop()  # the answer says the same
+            before = last.before if last.before != _SO else ()
         yield from lines
-        yield Formula(tuple(sides), value=value)
+        yield Formula(tuple(sides), value=value, before=before)
 
     def _line(self, line: Line) -> Line:
         if isinstance(line, Formula):

@@ -14,6 +14,7 @@ import sympy
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.ask.working import AT_START, BY_RUN, WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
+from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
 from multibody_sym.answers.records import (
     Definition,
@@ -26,19 +27,19 @@ from multibody_sym.answers.records import (
 )
 from multibody_sym.answers.worked.actions import gripping_ratio
 from multibody_sym.answers.worked.alternatives import rejected_alternatives
-from multibody_sym.answers.worked.bodies import FORCES, BodyLines, safely
+from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, safely, wording
 from multibody_sym.answers.worked.equations import (
     EliminationStep,
     Equations,
     HandElimination,
     LinearForm,
+    NumberedEquation,
     in_sympy,
 )
 from multibody_sym.answers.worked.members import members
 from multibody_sym.answers.worked.questions import with_questions
-from multibody_sym.derivation.free_bodies import MOMENT, force_letters
+from multibody_sym.derivation.free_bodies import MOMENT
 from multibody_sym.derivation.notation import (
-    MULTIPLIER,
     NAME,
     Label,
     Notation,
@@ -190,11 +191,26 @@ def _is_of_start(asked: WorkedAnswer, lines: Sequence[Line]) -> bool:
     return _names_forces([asked.at_start])
 
 
+def _expressions(lines: Sequence[Line]) -> list[Node]:
+    parts = (line.sides if isinstance(line, Formula) else line.words for line in lines)
+    return [x for each in parts for x in each if isinstance(x, Node)]
+
+
 def _is_of_motion(lines: Sequence[Line]) -> bool:
     """Return whether lines need the equations of motion, as those of a theorem do not."""
-    formulas = [x for line in lines if isinstance(line, Formula) for x in line.sides]
-    words = [x for line in lines if isinstance(line, Sentence) for x in line.words if isinstance(x, Node)]
-    return BY_RUN in lines or _names_forces([*formulas, *words])
+    return BY_RUN in lines or _names_forces(_expressions(lines))
+
+
+def _quantities_asked(asked: Mapping[str, WorkedAnswer], lines: Mapping[str, Sequence[Line]]) -> list[Node]:
+    """Return the quantities at the start that questions name; none where all are to be found."""
+    of_start = [each for name, each in asked.items() if _is_of_start(each, lines[name])]
+    if any(each.at_start is None for each in of_start):
+        return []
+    return leaves([each.at_start for each in of_start if each.at_start is not None], "quantity")
+
+
+def _names_a_force(lines: Sequence[Line]) -> bool:
+    return any(x.data[0] in ("reaction", "tension", "multiplier") for x in leaves(_expressions(lines), "quantity"))
 
 
 def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, WorkedAnswer]) -> Worked:
@@ -206,15 +222,18 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     """
     lines = {name: each.working.lines() for name, each in asked.items()}
     of_motion = not solution.at_rest and any(map(_is_of_motion, lines.values()))
+    forces = any(map(_names_a_force, lines.values()))
     needs_start = solution.at_rest or solved.needs_no_forces or not asked
     found = None
     if not needs_start and not any(_is_of_start(each, lines[name]) for name, each in asked.items()):
-        found, symbols = _steps_of_motion(solved, solution) if of_motion else _steps_without_forces(solved, solution)
+        found, symbols = _by_theorems(solved, solution)
+        if of_motion:
+            found, symbols = _steps_of_motion(solved, solution, forces=forces)
     if found is None:
-        found, symbols, hides = _steps_at_start(solved, solution)
+        found, symbols, hides = _steps_at_start(solved, solution, _quantities_asked(asked, lines))
         still = solution.at_rest or solved.needs_no_forces
         if not still and (hides or of_motion):
-            found = _with_motion(solved, solution, found) or found
+            found = _with_motion(solved, solution, found, forces=forces) or found
     if not asked:
         return found
     assembled = {coordinate.name for coordinate in solved.mechanism.coordinates}
@@ -226,22 +245,22 @@ _ON_ITS_WAY: Final = 0.02
 """m, rad, and their rates: how far a moment after the start is from it, more than samples of letters are aside."""
 
 
-def _steps_without_forces(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
+def _by_theorems(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
     """Return what is given, the state and its conditions: for answers by theorems, as of energy, alone."""
     steps = WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)), _conditions(solution)
     return _given_alone(solved, *(step for step in steps if step.lines))
 
 
-def _steps_of_motion(solved: SolvedInstant, solution: Solution) -> tuple[Worked | None, Symbols]:
+def _steps_of_motion(solved: SolvedInstant, solution: Solution, *, forces: bool) -> tuple[Worked | None, Symbols]:
     """Return what is given, the state, and the equations of motion; None where these have no formulas."""
     given, symbols = _given_alone(solved)
     moving = _in_motion(solved, solution)
     if moving is None:
         return None, symbols
     steps = [
-        *given.steps,
+        *(replace(step, lines=(*mass_lines(moving.equations), *step.lines)) for step in given.steps),
         WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)),
-        *moving.steps_in_motion(),
+        *moving.steps_in_motion(forces=forces),
         _conditions(solution),
     ]
     notation = moving.notation
@@ -280,7 +299,7 @@ def _in_motion(solved: SolvedInstant, solution: Solution) -> _Work | None:
         return None
 
 
-def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Worked | None:
+def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked, *, forces: bool = False) -> Worked | None:
     """Return steps with the equations of motion, where these differ from those at the start.
 
     None where these have no formulas.
@@ -288,47 +307,35 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked) -> Wo
     moving = _in_motion(solved, solution)
     if moving is None:
         return None
+    equations = [line for step in found.steps for line in step.lines if isinstance(line, Formula)]
+    number = max((line.tag for line in equations if line.tag is not None), default=0)
     try:
-        in_motion = moving.steps_in_motion(" in motion")
+        in_motion = moving.steps_in_motion(" in motion", number, forces=forces)
     except (NoClosedFormError, ExpressionError):
         return None
     known = replace(found, notation=found.notation.joined(moving.notation))
-    return replace(known, steps=(*found.steps, *_other_steps(in_motion, known)))
+    before = {wording(step.lines, known.notation) for step in found.steps}
+    bodies = (step for step in in_motion if step.title.endswith(", cut free in motion"))
+    if all(wording(step.lines, known.notation) in before for step in bodies):
+        return None
+    return replace(known, steps=(*found.steps, *in_motion))
 
 
-def _other_steps(steps: Sequence[WorkedStep], before: Worked) -> Iterator[WorkedStep]:
-    """Yield steps that say what those before do not, with the numbers of equations going on."""
-    equations = [line for step in before.steps for line in step.lines if isinstance(line, Formula)]
-    number = max((line.tag for line in equations if line.tag is not None), default=0)
-    known = {_wording(step.lines, before.notation) for step in before.steps}
-    for step in steps:
-        if _wording(step.lines, before.notation) in known:
-            continue
-        lines: list[Line] = []
-        for line in step.lines:
-            if isinstance(line, Formula) and line.tag is not None:
-                number += 1
-                line = replace(line, tag=number)
-            lines.append(line)
-        yield replace(step, lines=tuple(lines))
+def _steps_at_start(
+    solved: SolvedInstant, solution: Solution, asked: Sequence[Node]
+) -> tuple[Worked, Symbols, bool]:
+    """Return the steps, their symbols, and whether declared forces are missing, since they vanish at the start.
 
-
-def _wording(lines: Sequence[Line], notation: Notation) -> tuple[str, ...]:
-    """Return the words and letters of lines, without the numbers of equations."""
-    parts = ((*line.before, *line.sides) if isinstance(line, Formula) else line.words for line in lines)
-    return tuple(" ".join(notation.text(x) if isinstance(x, sympy.Basic) else str(x) for x in each) for each in parts)
-
-
-def _steps_at_start(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols, bool]:
-    """Return the steps, their symbols, and whether declared forces are missing, since they vanish at the start."""
+    Of the unknowns those that are `asked`, all where none are.
+    """
     if solved.needs_no_forces:
         return *_given_alone(solved), False
     try:
         try:
             work = _Work(solved, solution)
-            return *work.written(), work.hides_forces
+            return *work.written(asked), work.hides_forces
         except NoClosedFormError:
-            return *_Work(solved, solution, numbers=True).written(), False
+            return *_Work(solved, solution, numbers=True).written([]), False
     except ExpressionError as reason:
         why = Sentence((f"the equations are not written out: {reason.message}",))
         return *_given_alone(solved, WorkedStep("Equations", (why,))), False
@@ -370,13 +377,11 @@ class _Work:
     @cached_property
     def notation(self) -> Notation:
         """How everything is spelt."""
-        plain = notation_of(self.mechanism, self.symbols, labels=letters_of(self.solved.system))
-        letters = force_letters(self.mechanism, self.symbols, self.unknowns, self.actions.further)
-        places = {each.symbol: (MULTIPLIER, 10_000 + k) for k, each in enumerate(self.actions.further)}
-        spelling = {**plain.spelling, **letters, **self._directions}
+        plain = forces_spelt(self.equations, letters_of(self.solved.system))
+        spelling, places = {**plain.spelling, **self._directions}, plain.places
         if self._by_letters is not None:
             spelling, places = {**self._by_letters.spelling, **spelling}, {**places, **self._by_letters.places}
-        return replace(plain, spelling=spelling, places={**plain.places, **places})
+        return replace(plain, spelling=spelling, places=places)
 
     @cached_property
     def told(self) -> BodyLines:
@@ -397,6 +402,7 @@ class _Work:
         found = self._numbers_of(self.solved.numbers)
         found.update(self._by_letters.values if self._by_letters is not None else {})
         found.update(zip(self.symbols.parameters, given.parameters, strict=True))
+        found.update(self.equations.masses)
         found.update(zip(self.symbols.coordinates, given.q, strict=True))
         found.update(zip(self.symbols.speeds, given.u, strict=True))
         for e in self.equations.laws:
@@ -445,23 +451,60 @@ class _Work:
 
     # --- steps -----------------------------------------------------------------------------------------------------
 
-    def written(self) -> tuple[Worked, Symbols]:
+    def written(self, asked: Sequence[Node]) -> tuple[Worked, Symbols]:
+        """Return all steps of the start, with the unknowns that quantities name (all where none are `asked`)."""
         self.exactly.renew()
+        wanted = self._wanted(asked)
+        elimination = self._needed_elimination(wanted) if wanted else []
+        used = self._numbered(elimination, 0)
         steps = [
-            WorkedStep("Given", tuple(given_lines(self.solved, self.symbols))),
+            WorkedStep("Given", (*mass_lines(self.equations), *given_lines(self.solved, self.symbols))),
             WorkedStep("State", tuple(Sentence((line,)) for line in (*self._resting(), *self.solution.found))),
-            *(WorkedStep(f"{body.name}, cut free", tuple(self.told.body(body))) for body in self.cut.bodies),
-            WorkedStep("Free directions of joints", tuple(self.told.formula(e) for e in self.cut.free)),
-            WorkedStep("Relations between accelerations", tuple(map(self.told.formula, self.equations.relations))),
-            WorkedStep("Laws of forces", tuple(self._laws())),
-            WorkedStep("Elimination", tuple(self._elimination())),
-            WorkedStep("Result", tuple(self._result())),
+            *self._balances("", used),
+            WorkedStep("Laws of forces", tuple(self._laws(used))),
+            WorkedStep("Elimination", tuple(self._elimination(elimination or self.elimination.steps))),
+            WorkedStep("Result", tuple(self._result(wanted or self.unknowns))),
             WorkedStep("Members", (*self._members(), *self._bodies_at_rest())),
             _conditions(self.solution),
             *rejected_alternatives(self.equations, self.notation, self.units),
         ]
         found = Worked(self.mechanism.name, tuple(s for s in steps if s.lines), self.notation, self.values)
         return found, self.symbols
+
+    def _wanted(self, asked: Sequence[Node]) -> list[Any]:
+        """Return the accelerations and reactions of joints that quantities are; none where one is something else."""
+        names = [body.joint_name for body in self.mechanism.bodies]
+        accelerations = dict(zip(acceleration_names(self.mechanism), self.symbols.accelerations, strict=True))
+        found = []
+        for leaf in asked:
+            function, (name, *rest) = leaf.data[0], leaf.data[1]
+            if function == "''" and name in accelerations:
+                found.append(accelerations[name])
+            elif function == "reaction" and name in names and rest[0] in COMPONENTS:
+                found.append(self._own(names.index(name))[COMPONENTS.index(rest[0])])
+            elif function in _OF_FORCES:
+                return []
+        solved = self.elimination.results
+        return found if not self.reason and all(x in solved and not solved[x].terms for x in found) else []
+
+    def _numbered(self, elimination: Sequence[EliminationStep], number: int) -> list[NumberedEquation]:
+        """Return the equations that an elimination uses, all where there is none, numbered from behind a number."""
+        every = self.equations.all
+        used = [e for e in every if not elimination or any(step.equation is e for step in elimination)]
+        for tag, e in enumerate(used, number + 1):
+            e.tag = tag
+        return used
+
+    def _balances(self, beside: str, used: Sequence[NumberedEquation]) -> Iterator[WorkedStep]:
+        """Yield the bodies cut free whose equations are used, and what joints and constraints demand."""
+        for body in self.cut.bodies:
+            if not body.equations or any(e in used for e in body.equations):
+                yield WorkedStep(f"{body.name}, cut free{beside}", tuple(self.told.body(body, used)))
+        for title, every in (
+            ("Free directions of joints", self.cut.free),
+            ("Relations between accelerations", self.equations.relations),
+        ):
+            yield WorkedStep(f"{title}{beside}", tuple(self.told.formula(e) for e in every if e in used))
 
     def _resting(self) -> Iterator[str]:
         if self.solution.at_rest:
@@ -515,72 +558,59 @@ class _Work:
         acting = (action for actions in self.actions.of_body for action in actions)
         return any(action.kind in ("load", "spring") and action.element not in shown for action in acting)
 
-    def steps_in_motion(self, beside: str = "") -> list[WorkedStep]:
-        """Return the bodies cut free, what gives their forces, and how the accelerations follow.
+    def steps_in_motion(self, beside: str = "", number: int = 0, *, forces: bool) -> list[WorkedStep]:
+        """Return the bodies cut free, what gives their forces, and how the accelerations follow, and `forces`.
 
-        `beside`: the words in titles that tell them from those at the start. Raises NoClosedFormError.
+        `beside`: the words in titles that tell them from those at the start, whose equations end with a `number`.
+        Raises NoClosedFormError.
         """
-        equations, elimination = self.equations, self._eliminated_in_motion()
-        if elimination:
-            used = [e for e in equations.all if any(step.equation is e for step in elimination)]
-            for number, e in enumerate(used, 1):
-                e.tag = number
-        else:
-            used = equations.all
+        wanted = [x for x in (self.unknowns if forces else self.symbols.accelerations) if x in self.elimination.results]
+        moving = [x for x in wanted if x in self.symbols.accelerations]
+        failed = self.reason or self.elimination.unsolved(moving)
+        elimination = [] if failed else self._needed_elimination(wanted)
+        used = self._numbered(elimination, number)
+        laws = (e for e in self.equations.laws if e in used)
         steps = [
-            *(
-                WorkedStep(f"{body.name}, cut free{beside}", tuple(self.told.body(body, used)))
-                for body in self.cut.bodies
-                if any(e in used for e in body.equations)
-            ),
-            *(
-                WorkedStep(f"{title}{beside}", tuple(self.told.formula(e) for e in every if e in used))
-                for title, every in (
-                    ("Free directions of joints", self.cut.free),
-                    ("Relations between accelerations", equations.relations),
-                    ("Laws of forces", equations.laws),
-                )
-            ),
-            WorkedStep(f"Equations of motion{beside}", tuple(self._motion_lines(elimination))),
+            *(step for step in self._balances(beside, used) if any(isinstance(x, Formula) for x in step.lines)),
+            WorkedStep(f"Laws of forces{beside}", tuple(map(self.told.formula, laws))),
+            WorkedStep("Equations of motion", tuple(self._motion_lines(elimination))),
         ]
         return [replace(step, is_later=True) for step in steps if step.lines]
 
-    def _eliminated_in_motion(self) -> list[EliminationStep]:
-        """Return the steps of elimination that lead to accelerations; none where these are too long to be read."""
+    def _needed_elimination(self, wanted: Sequence[Any]) -> list[EliminationStep]:
+        """Return the steps of elimination that lead to unknowns."""
         by = {step.unknown: step for step in self.elimination.steps}
-        moving = [x for x in self.symbols.accelerations if x in by]
-        if self.reason or self.elimination.unsolved(moving):
-            return []
-        needed, waiting = set[Any](), list(moving)
+        needed, waiting = set[Any](), list(wanted)
         while waiting:
             x = waiting.pop()
-            if x not in needed:
+            if x not in needed and x in by:
                 needed.add(x)
-                waiting += [y for y in by[x].equation.form.terms if y in by]
-        found = [step for step in self.elimination.steps if step.unknown in needed]
-        try:
-            lines = [line for step in found for line in self.told.found(step, in_sympy)]
-        except NoClosedFormError:
-            return []
-        sides = (side for line in lines for side in line.sides)
-        return found if all(len(self.notation.text(side)) <= _LONGEST_SIDE for side in sides) else []
+                waiting += by[x].equation.form.terms
+        return [step for step in self.elimination.steps if step.unknown in needed]
 
     def _motion_lines(self, elimination: Sequence[EliminationStep]) -> Iterator[Line]:
-        """Yield how accelerations follow, each in the end from coordinates and speeds alone."""
+        """Yield how accelerations follow, each in the end from coordinates and speeds alone; nothing that is long."""
         said = {e.sides(self.exactly) for e in self.equations.all}
-        for step in elimination:
-            for line in self.told.found(step, in_sympy):
-                if line.sides not in said:
-                    yield line
-                said.add(line.sides)
+        found = list[Formula]()
+        try:
+            for step in elimination:
+                for line in self.told.found(step, in_sympy):
+                    if line.sides not in said:
+                        found.append(line)
+                    said.add(line.sides)
+        except NoClosedFormError:
+            return
+        if any(len(self.notation.text(side)) > _LONGEST_SIDE for line in found for side in line.sides):
+            return
+        yield from found
         for step in elimination:
             if step.unknown in self.symbols.accelerations and step.value.terms:
                 result = in_sympy(self.exactly, self.elimination.results[step.unknown])
                 if len(self.notation.text(result)) <= _LONGEST_SIDE:
                     yield Formula((step.unknown, result), before=("so",))
 
-    def _laws(self) -> Iterator[Line]:
-        yield from map(self.told.formula, self.equations.laws)
+    def _laws(self, used: Sequence[NumberedEquation]) -> Iterator[Line]:
+        yield from (self.told.formula(e) for e in self.equations.laws if e in used)
         yield from self._lengths()
         yield from self._grips()
 
@@ -609,7 +639,7 @@ class _Work:
             else:
                 yield Formula((greater, less * ratio), relation="<=", before=(begin,))
 
-    def _elimination(self) -> Iterator[Line]:
+    def _elimination(self, steps: Sequence[EliminationStep]) -> Iterator[Line]:
         if self.reason:
             count, kind = (
                 len(self.equations.all) + len(self.equations.lengths),
@@ -619,7 +649,7 @@ class _Work:
             yield Sentence((self.reason,))
             yield from self._by_each_other()
             return
-        for found in self.elimination.steps:
+        for found in steps:
             yield from self.told.found(found, safely)
 
     def _by_each_other(self) -> Iterator[Line]:
@@ -640,9 +670,9 @@ class _Work:
         if not self.exactly.numbers:
             yield from (Formula(sides, before=("from relations alone",)) for sides in told)
 
-    def _result(self) -> Iterator[Line]:
+    def _result(self, wanted: Sequence[Any]) -> Iterator[Line]:
         unsolved = self._unsolved()
-        for x in self.unknowns:
+        for x in wanted:
             if x in unsolved:
                 continue
             sides = (x,) if self.reason else (x, safely(self.exactly, self.elimination.results[x]))
@@ -650,7 +680,7 @@ class _Work:
             value = Quantity(0.0 if vanishes else self.values[x], self.units.get(x, ""))
             plain = len(sides) == 2 and sides[1].is_number
             yield Formula(sides[:1] if plain else sides, value=value)
-        if open_ := [x for x in self.unknowns if x in unsolved]:
+        if open_ := [x for x in wanted if x in unsolved]:
             named = [part for x in open_ for part in (", ", x)][1:]
             verb = "are" if open_[1:] else "is"
             yield Sentence((*named, f" {verb} not unique: constraints depend on each other"))

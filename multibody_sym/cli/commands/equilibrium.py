@@ -18,6 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--vary", metavar="NAME", help=_VARY)
+    parser.add_argument("--steps", action="store_true", help="show how the ends of the range of --vary are found")
     parser.add_argument("--least", metavar="NAME", help=_LEAST)
     add_units(parser)
     add_digits(parser)
@@ -44,7 +45,14 @@ def run(options: argparse.Namespace) -> Reply:
 
         with model(options) as system:
             rest = range_of_rest(system, options.vary, **asked)
-        return Reply(rest.as_json(), rest_text(rest, units))
+            told = rest_text(rest, units)
+            if options.steps:
+                from multibody_sym.answers.worked.rest import worked_rest
+                from multibody_sym.documents.document import worked_document, write_document
+
+                steps = worked_rest(system, options.vary, **asked)
+                told = f"{write_document(worked_document(steps), 'text', units)}\n{told}"
+        return Reply(rest.as_json(), told)
     from multibody_sym.analysis.equilibrium import equilibrium
     from multibody_sym.documents.analysis import equilibrium_text
 
