@@ -342,9 +342,8 @@ def meanings(system: System, coordinates: Iterable[Coordinate], speeds: Iterable
                     raise ModelError(error.message + hint, number=error.number, word=name) from None
             if name in taken or name in RESERVED:
                 other = "one already" if taken.get(name) == what else taken.get(name, "reserved")
-                raise ModelError(
-                    f"{name!r} cannot be {what}: it is {other}; choose another name", number="M108", word=name
-                )
+                message = f"{name!r} cannot be {what}: it is {other}; choose another name"
+                raise ModelError(message, number="M108", word=name)
         taken[name] = what
     return taken
 

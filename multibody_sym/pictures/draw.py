@@ -265,8 +265,8 @@ def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
 
 WIDEST: Final = 378.0
 """A page (pt) is at most 133 mm wide and high, as far as letters allow that: 10 pt letters have 6 pt on 80 mm."""
-_UNSEEN: Final = frozenset(("couple", "drag"))
-"""Arrows that a figure does not show: a drag acts against what moves, and `--forces` tells it."""
+_UNSEEN: Final = frozenset(("couple",))
+"""Arrows that a figure does not show unless it has forces."""
 MOST_NAMED: Final = 40
 """Of more bodies no page has room for all names: the figure shows none, its description tells them."""
 _PRINTED: Final = 0.9

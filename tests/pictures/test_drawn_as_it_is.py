@@ -269,3 +269,17 @@ def test_a_drawer_is_as_long_as_its_guides_and_rubs_on_both() -> None:
     (box,) = [item.form for item in scene_of(system).items if item.role == "body"]
     assert np.ptp(box.bounds, axis=0)[:2] == pytest.approx([0.4, 0.84])  # l, and on either side 1.4 times d
     assert len([mark for mark in marks_of(system, "joint", "guide") if isinstance(mark, Hatch)]) == 2
+
+
+@pytest.mark.parametrize(("change", "block"), [(("", ""), False), (("between: [one, two]", "joint: a"), True)])
+def test_particles_that_springs_join_to_each_other_alone_float(change: tuple[str, str], block: bool) -> None:
+    text = """
+name: molecule
+bodies: {one: {mass: 1}, two: {mass: 2}}
+joints:
+  a: {type: prismatic, parent: ground, child: one, axis: x, q: x1}
+  b: {type: prismatic, parent: ground, child: two, axis: x, q: x2, initial: {q: 1}}
+forces: {k: {type: spring, between: [one, two], stiffness: 5, length: 1}}
+"""
+    marks = mbs.draw(mbs.loads("multibody_sym: 1" + text.replace(*change))).picture.marks
+    assert any(isinstance(mark, Hatch) and mark.role == "joint" for mark in marks) == block

@@ -182,7 +182,7 @@ def test_angles_at_the_start_are_arcs_of_tops_of_particles_and_of_arms_without_a
             assert chord / steps == pytest.approx(np.sin(turned / 2) / (turned / 2), rel=1e-3)
 
 
-def test_a_slider_has_the_speed_of_its_start_if_that_has_a_letter() -> None:
+def test_a_slider_has_the_speed_of_its_start_by_its_letter_or_v_0() -> None:
     text = """
 parameters: {{v: 2 m/s}}
 bodies: {{block: {{mass: 1}}}}
@@ -193,7 +193,11 @@ joints: {{guide: {{type: prismatic, parent: ground, child: block, axis: x, q: x,
     assert "v" in written
     assert not legend
     assert arrow.points[1][0] < arrow.points[0][0]
-    picture, _, _ = legend_of(text.format(speed="-2"))
+    picture, _, _ = legend_of(text.format(speed="2"))
+    (arrow,) = [mark for mark in picture.marks if isinstance(mark, Arrow) and mark.role == "velocity"]
+    assert arrow.points[1][0] > arrow.points[0][0]
+    assert "v0" in {shown(each) for each in texts(picture)}
+    picture, _, _ = legend_of(text.format(speed="0"))
     assert not [mark for mark in picture.marks if mark.role == "velocity"]
 
 

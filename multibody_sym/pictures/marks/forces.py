@@ -226,7 +226,7 @@ _NEAR: Final = 2.0
 _SAME_WAY: Final = 0.98
 _OPEN: Final = (3.5, 2.5)
 """The dashes of an arrow that others would do for as well (pt)."""
-_SIDES: Final = 5
+_SIDES: Final = 9
 """Bodies with so many corners at most have flat sides."""
 _CLEAR: Final = 0.05
 """The part of an arrow at its tail that may touch what it acts on."""
@@ -246,15 +246,17 @@ def arrow_marks(sheet: Sheet, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
             yield from _torque(sheet, at, vector, item.label, named, pen, taken.radius(at, drawn))
         elif item.turning:
             yield from _spin(sheet, item, at, vector, named, lines)
-        elif item.role not in ("drag", "gravity", "motion"):
+        elif item.role not in ("gravity", "motion"):
             pen = _arrow_pen(item, {"reaction": REACTION, "velocity": VELOCITY}.get(item.role, FORCE))
             if any(item.lever):
                 thread = _thread(sheet, item, at, vector)
                 yield Stroke(thread, ROPE, **{**named, "role": "rope", "layer": LAYER_BODY + 0.2})
                 at = thread[1]
             at = at + (taken.aside(at, sheet.projection.page(vector)) if item.share is None else 0.0)
-            declared = item.role == "force" and item.path[0] == "forces"
+            declared = item.role in ("force", "drag") and item.path[0] == "forces"
             hold = _hold(sheet, item, at, vector, drawn) if declared else _Hold(at, at)
+            if item.role == "drag" and any(i.role == "flow" for i in sheet.touched.get(item.at.body, ())):
+                hold = hold._replace(pushes=True)  # where gas leaves no arrow is seen
             yield from _force(sheet, hold, vector, item, named, pen, lines if declared else None)
             if item.share is not None:
                 shaft = item.share * _FORCE * unit2(sheet.projection.page(vector)) if np.any(vector) else np.zeros(2)
@@ -417,9 +419,12 @@ def _force(
     points = np.array([at, at + share * _FORCE * unit2(way) * max(0.4, float(np.linalg.norm(way)) / size)])
     pushes, shaft = hold.pushes, points[1] - points[0]
     if lines is not None:
-        beside = 1e-3 * left(shaft)  # of a corner that is met one side is crossed
-        starts = at + beside, end - (1.0 + _CLEAR) * shaft + beside
-        away, into = (crossing_count(start + _CLEAR * shaft, start + shaft, lines) for start in starts)
+        aside = 1e-3 * left(shaft)  # of a corner that is met one side is crossed
+        starts = at, end - (1.0 + _CLEAR) * shaft
+        away, into = (
+            max(crossing_count(start + _CLEAR * shaft + way, start + shaft + way, lines) for way in (aside, -aside))
+            for start in starts
+        )
         pressed = float(unit2(shaft) @ sheet.down) > _SAME_WAY
         pushes = pushes or into < away or (pressed and into == away > 0)  # a load lies on a beam
     if pushes or item.share is not None:

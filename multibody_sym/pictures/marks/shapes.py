@@ -11,6 +11,7 @@ from multibody_sym.pictures.marks.place_symbols import WHEEL
 from multibody_sym.pictures.marks.sheet import Sheet, left, points_drawn, unit2
 from multibody_sym.pictures.marks.supports import wheels_on
 from multibody_sym.pictures.page.picture import (
+    AXIS,
     BODY,
     BOLD,
     CHAIN,
@@ -35,6 +36,8 @@ _FACES: Final = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 
 """The faces of a box by its corners."""
 _LEAST_SLOPE: Final = 52.0
 """Half the least length of a slope (pt)."""
+_LEAST_FLOOR: Final = 36.0
+"""The same of level faces."""
 _MARGIN: Final = 14.0
 """How far faces without ends reach beyond what stands on them (pt)."""
 _HALF, _PLATE = 34.0, 12.0
@@ -47,6 +50,8 @@ _CURVE: Final = 20
 """From so many points on an open polyline of a body is a wire, not a bar."""
 _ALONG: Final = 0.999
 """The cosine of the angle between an axle and the normal of a turntable."""
+_AXIS: Final = 0.45
+"""How far the axis of a top is seen above it, in its heights."""
 _TRUCK_WHEEL: Final = 7.0
 """The radius of the wheels of a plate (pt)."""
 _TOOTH: Final = 5.0
@@ -201,6 +206,8 @@ def _cone(sheet: Sheet, item: Item, form: ConeBody) -> Iterator[Mark]:
     toward = float(sheet.placed.turned(item.body, form.axis) @ sheet.projection.toward)
     if abs(toward) > 0.02:
         yield Stroke(points[1:], pen, closed=True, fill=BODY if toward > 0.0 else None, **named)
+    top = points[1:].mean(axis=0)
+    yield Stroke(np.array([top, top + _AXIS * (top - points[0])]), sheet.pen(item, AXIS), **named)
 
 
 def outline(points: Floats) -> Floats:
@@ -275,7 +282,7 @@ def face_ends(sheet: Sheet, item: Item) -> Floats | None:
     ways = (_near(sheet, item) - through) @ along
     start, stop = float(ways.min()), float(ways.max())
     inclined = min(abs(float(along @ sheet.down)), abs(float(normal @ sheet.down))) > 0.05
-    margin = max(_MARGIN, _LEAST_SLOPE - (stop - start) / 2) if inclined else _MARGIN
+    margin = max(_MARGIN, (_LEAST_SLOPE if inclined else _LEAST_FLOOR) - (stop - start) / 2)
     low, high = start - margin, stop + margin
     for centre in wheels_on(sheet, item):
         way = float((centre - through) @ along)

@@ -8,4 +8,5 @@
     letters           letters of masses and laws, what is asked and given, angles of slopes
     touched           ground where bodies touch it: supports of beams, stairs, what an impact strikes
     forces            springs, ropes and arrows of loads
+    speeds            arrows of speeds at the start and of steady drives
 """

@@ -28,16 +28,18 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
-from multibody_sym.pictures.scene.flows import leads_on, ride_of, rocket
+from multibody_sym.pictures.scene.flows import is_upright, leads_on, ride_of, rocket, rubbing_length
 from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     ZERO,
+    Anchor,
     Barrel,
     Block,
     Disc,
     Face,
     Form,
     Item,
+    NamedLength,
     Polyline,
     Rail,
     Sphere,
@@ -46,7 +48,7 @@ from multibody_sym.pictures.scene.items import (
     unit,
     vector,
 )
-from multibody_sym.pictures.scene.joints import bounces, is_ball, is_led, is_ring, placed_joint, wire_of
+from multibody_sym.pictures.scene.joints import bounces, is_led, is_particle, is_ring, placed_joint, wire_of
 from multibody_sym.pictures.scene.letters import (
     asked_names,
     coefficients,
@@ -75,6 +77,8 @@ _BESIDE: Final = 0.25
 """The centre of mass of a bar is nearer to it than this part of its length."""
 _WIDER: Final = 1.4
 """How much wider than its places a body between guides is."""
+_SLEEVE: Final = 0.3
+"""Half the width of a sleeve, in its length."""
 _UNIT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Sizes = Sequence[float]
 _SHAPES: Final[Mapping[str, Callable[[Vector, Sizes], Form]]] = {
@@ -144,9 +148,10 @@ def _forms(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector],
         return
     if wires:
         return
-    drawer = _drawer(stage, name, body, places)
-    if drawer is not None:
-        yield drawer
+    guided = _between_guides(stage, name, body, places)
+    if guided is not None:
+        yield guided
+        yield from _arms(guided, places)
         return
     driven = rocket(stage, name, body)
     if driven is not None:
@@ -189,23 +194,35 @@ def _slides(stage: PlacedSystem, name: str) -> bool:
     return any(name in (stage.body(joint.parent), stage.body(joint.child)) for joint in sliders)
 
 
-def _drawer(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector]) -> Block | None:
-    """Return the box of what rubs in a slider along a length: as long as that, and wide enough for its places."""
+def _between_guides(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector]) -> Block | None:
+    """Return the box of what rubs in a slider along a length: as long as that, and wide enough for its places.
+
+    On an upright column it is a sleeve.
+    """
     joint = stage.carrying(name)
     if not isinstance(joint, Prismatic) or body.inertia is not None or not moves_in_plane(stage.system):
         return None
-    rubbing = [f for f in stage.system.forces.values() if isinstance(f, Friction)]
-    mine = [force for force in rubbing if stage.system.joints.get(force.joint) is joint]
-    lengths = [stage.number(force.length) for force in mine if force.length is not None]
-    place = stage.place(joint.child)
+    length, place = rubbing_length(stage, joint), stage.place(joint.child)
     along, middle = np.array(stage.axis(place, joint.steps[0].slides[0])), np.array(place.point)
     aside = np.cross(_Z, along)
     half = _WIDER * max((abs(float(np.subtract(point, middle) @ aside)) for point in places), default=0.0)
-    if not lengths or not half:
+    if not length or not half:
         return None
+    half = min(half, _SLEEVE * length) if is_upright(stage, joint) else half
     first, second, third = np.array([along, aside, _Z]).T
-    edges = (vector(first), vector(second), vector(third))
-    return Block(vector(middle), edges, (lengths[0], 2.0 * half, half))
+    return Block(vector(middle), (vector(first), vector(second), vector(third)), (length, 2.0 * half, half))
+
+
+def guided_lengths(stage: PlacedSystem, bodies: Sequence[Item]) -> Iterator[NamedLength]:
+    """Yield the letters of how far apart the pads are by which boxes rub between guides, along their sides."""
+    for name, force in stage.system.forces.items():
+        if not isinstance(force, Friction) or force.length is None or not letters(force.length):
+            continue
+        child = stage.number_of(stage.body(stage.system.joints[force.joint].child))
+        for box in (item.form for item in bodies if item.body == child and isinstance(item.form, Block)):
+            first, second, _ = np.array(box.rotation).T * np.array(box.sizes)[:, None] / 2.0
+            low, high = (Anchor(child, vector(np.array(box.centre) - second + x * first)) for x in (-1.0, 1.0))
+            yield NamedLength(name, letters(force.length), low, high)
 
 
 def _is_bar(stage: PlacedSystem, places: Sequence[Vector], centre: Vector) -> bool:
@@ -238,7 +255,7 @@ def _particle(stage: PlacedSystem, name: str, body: Body) -> str:
         return "bob"
     if isinstance(joint, Prismatic):
         rides = {"wheels": "wagon", "belt": "belt"}.get(ride_of(stage, name), "block")
-        return "ring" if is_ring(stage, joint) else "bob" if is_ball(stage, name) else rides
+        return "ring" if is_ring(stage, joint) else "bob" if is_particle(stage, name) else rides
     if body.inertia is not None and joint is not None and any(step.is_hinge for step in joint.steps):
         return "rotor"
     if isinstance(joint, Fixed) and stage.is_ground(joint.parent):

@@ -10,7 +10,7 @@ import numpy as np
 from multibody_sym.model.bodies import Body
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.forces import Friction
-from multibody_sym.model.joints import Fixed, Prismatic
+from multibody_sym.model.joints import Fixed, Joint, Prismatic
 from multibody_sym.model.system import t
 from multibody_sym.pictures.scene.items import Item, Polyline, Symbol, Vector, across, unit, vector
 from multibody_sym.pictures.scene.letters import driven_by, letters, steady_speed
@@ -153,6 +153,20 @@ def ride_of(stage: PlacedSystem, name: str) -> str:
     rubs = any(isinstance(force, Friction) and force.joint == own for force in stage.system.forces.values())
     free = not rubs and not carries and jet_of(stage, name, body) is None
     return "wheels" if free and (varying is not None or _swings(stage, name)) else ""
+
+
+def rubbing_length(stage: PlacedSystem, joint: Joint) -> float:
+    """Return how far apart the pads are by which a slider rubs, zero of one without."""
+    rubbing = [force for force in stage.system.forces.values() if isinstance(force, Friction)]
+    mine = [force for force in rubbing if stage.system.joints.get(force.joint) is joint]
+    return max((stage.number(force.length) for force in mine if force.length is not None), default=0.0)
+
+
+def is_upright(stage: PlacedSystem, joint: Prismatic) -> bool:
+    """Return whether a slider goes up and down, on the page where there is no gravity."""
+    place = stage.place(joint.parent)
+    way = stage.turned(place.body, stage.axis(place, joint.steps[0].slides[0]))
+    return abs(_steepness(stage, joint) if np.any(stage.gravity) else float(way[1])) > _UPRIGHT
 
 
 def _swings(stage: PlacedSystem, name: str) -> bool:

@@ -19,7 +19,7 @@ from multibody_sym.model.bodies import GROUND as GROUND_NAME
 from multibody_sym.model.constraints import Coupler, Distance, Rope
 from multibody_sym.model.fields import Element
 from multibody_sym.model.forces import Coulomb, Damper, Gravitation, Potential, Pull, SpringDamper
-from multibody_sym.model.system import t
+from multibody_sym.pictures.scene.flows import jet_of
 from multibody_sym.pictures.scene.items import (
     GROUND,
     ZERO,
@@ -37,19 +37,15 @@ from multibody_sym.pictures.scene.items import (
 )
 from multibody_sym.pictures.scene.joints import PlacedJoint, placed_joint, radius_of
 from multibody_sym.pictures.scene.letters import (
-    driven_by,
     law_letters,
     letters,
     short_formula,
     speed_letter,
-    steady_speed,
     turned_by,
 )
 from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem, places, same, surface_items
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
-from multibody_sym.scalars.calculus import derivative
-from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import atan2, cos, evaluate, sin
 from multibody_sym.scalars.node import ZERO as ZERO_NODE
 from multibody_sym.scalars.node import Node, as_node, multiply, real, symbol
@@ -288,10 +284,6 @@ def _bow(bend: _Meeting) -> Bow:
 
 _STEEP: Final = 2.0
 """The angle (rad) from x at which the radius of a drum is named."""
-_FREE: Final = ("point", "planar")
-"""Joints that leave a body free to fly."""
-_SPEED: Final = "v_0"
-"""The letter of a speed at the start that has none."""
 
 
 @dataclass(frozen=True)
@@ -331,7 +323,7 @@ Arrow = tuple[ArrowItem, ArrowLaw]
 
 
 def arrow_items(stage: PlacedSystem) -> Iterator[Arrow]:
-    """Yield gravity, loads, given impulses, prescribed motions of ground and given speeds at the start."""
+    """Yield gravity, loads, given impulses and prescribed motions of ground."""
     if np.any(stage.gravity):
         law = ArrowLaw(tuple(stage.mechanism.gravity), GROUND)
         yield _item(stage, "gravity", "gravity", "g", ("gravity",), Anchor(GROUND, ZERO), law)
@@ -346,97 +338,9 @@ def arrow_items(stage: PlacedSystem) -> Iterator[Arrow]:
     motion = stage.declared(GROUND_NAME).motion
     for k, node in enumerate(() if motion is None else (motion.x, motion.y, motion.z)):
         if node.shadow != 0:
-            path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), _constant(np.eye(3)[k])
+            path, law = ("bodies", GROUND_NAME, "motion", "xyz"[k]), constant_law(np.eye(3)[k])
             label = short_formula(node, stage.system.inputs) or f"{'xyz'[k]}(t)"
             yield _item(stage, "motion", GROUND_NAME, label, path, Anchor(GROUND, ZERO), law)
-    for name in stage.system.joints:
-        yield from _speeds(stage, name)
-
-
-def _speeds(stage: PlacedSystem, name: str) -> Iterator[Arrow]:
-    """Yield the speeds at the start of what moves freely; with a letter of sliders and hinges, driven ones too."""
-    joint, made = stage.system.joints[name], placed_joint(stage, name)
-    initial, driven = getattr(joint, "initial", None), driven_by(stage, name)
-    declared = () if initial is None or initial.u is None else initial.u
-    given = [as_node(0.0) if node is None else node for node in declared]
-    if driven is not None and steady_speed(stage, driven):
-        given = [derivative(driven, t)]
-    freedoms = len(made.slides) + len(made.turns)
-    at, path = Anchor(made.child.body, made.child.point), ("joints", name, "initial", "u")
-    swung = _swung(stage, made, given) if freedoms == 1 else None
-    if swung is not None:
-        yield swung
-    elif made.turns and len(given) == freedoms and freedoms in (1, 3) and speed_letter(stage, given[-1]):
-        spin = stage.number(given[-1]) * np.array(made.on_parent(made.turns[-1]))
-        world = vector(stage.turned(made.parent.body, spin))
-        if np.any(world):
-            item = ArrowItem("velocity", name, speed_letter(stage, given[-1]), path, at, world, turning=True)
-            yield item, _constant(np.array(world))
-    if driven is not None and not given and joint.kind == "prismatic":
-        yield from _drives(stage, made, driven)
-    for k, node in enumerate(given[3:] if joint.kind == "free" else ()):
-        letter = speed_letter(stage, node)
-        if letter and not getattr(joint, "angles", None):  # about an axis of the body
-            world = vector(stage.number(node) * stage.turned(made.child.body, np.eye(3)[k]))
-            yield ArrowItem("velocity", name, letter, path, at, world, turning=True), _constant(np.array(world))
-    lettered = {"prismatic": bool(leaves(given, "symbol")), "free": any(speed_letter(stage, x) for x in given)}
-    if joint.kind in _FREE or lettered.get(joint.kind):
-        speeds = given[: len(made.slides)]
-        if not speeds:
-            return
-        ways = [made.on_parent(axis) for axis in made.slides]
-        own = sum((stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)), np.zeros(3))
-        parts = components(stage, speeds)
-        if parts:
-            for k, letter in parts:
-                world = vector(stage.turned(made.parent.body, stage.number(speeds[k]) * np.array(ways[k])))
-                yield ArrowItem("velocity", name, letter, path, at, world), _constant(np.array(world))
-            return
-        world = vector(stage.turned(made.parent.body, own))
-        letter = letter_of(_SPEED, tuple(speeds))
-        item, turned = ArrowItem("velocity", name, letter, path, at, world), turned_by(tuple(speeds))
-        if turned is not None and len(made.slides) == 2:
-            axis = np.copysign(1.0, stage.number(speeds[turned.cosine])) * np.array(ways[turned.cosine])
-            item = replace(item, angle=turned.angle, beside=Anchor(made.parent.body, vector(axis)))
-        yield item, _constant(np.array(world))
-
-
-def _swung(stage: PlacedSystem, made: PlacedJoint, given: Sequence[Node]) -> Arrow | None:
-    """Return the speed v of what turns at v/R and is at R from the axis; None of another one."""
-    rate = given[-1] if made.turns and given else None
-    if rate is None or rate.op != "div":
-        return None
-    speed, reach = rate.args
-    axis = np.array(unit(made.on_parent(made.turns[-1])))
-    about = stage.turned(made.parent.body, axis)
-    base = stage.world(made.parent.body, made.parent.point)
-    ends = [(made.child.body, stage.centre(stage.body(made.joint.child)))]
-    for name, joint in stage.system.joints.items():  # what slides on an arm
-        if joint.kind == "prismatic" and stage.body(joint.parent) == stage.body(made.joint.child):
-            ends.append((stage.number_of(stage.body(joint.child)), placed_joint(stage, name).child.point))
-    for body, point in ends:
-        arm = stage.world(body, point) - base
-        arm = arm - float(arm @ about) * about
-        size = float(np.linalg.norm(arm))
-        if letters(reach).isidentifier() and size > 0.0 and abs(size - stage.number(reach)) < 1e-6 * size:
-            way = stage.number(speed) * np.cross(about, arm / size)
-            path = ("joints", made.name, "initial", "u")
-            item = ArrowItem("velocity", made.name, speed_letter(stage, speed), path, Anchor(body, point), vector(way))
-            return (item, _constant(way)) if item.label else None
-    return None
-
-
-def _drives(stage: PlacedSystem, made: PlacedJoint, driven: Node) -> Iterator[Arrow]:
-    """Yield the motion that a slider is given if that is short, or its constant acceleration."""
-    acceleration = derivative(derivative(driven, t), t)
-    steady = t not in leaves([acceleration], "symbol")
-    label, sign = short_formula(driven, stage.system.inputs), 1.0
-    if steady:
-        label, sign = speed_letter(stage, acceleration), float(np.sign(stage.number(acceleration)))
-    if label and sign:
-        way = sign * np.array(stage.turned(made.parent.body, made.on_parent(made.slides[0])))
-        at, path = Anchor(made.child.body, made.child.point), ("joints", made.name, "motion")
-        yield ArrowItem("velocity", made.name, label, path, at, vector(way)), _constant(way)
 
 
 def components(stage: PlacedSystem, values: Sequence[Node]) -> list[tuple[int, str]]:
@@ -540,8 +444,18 @@ def _force_in_joint(stage: PlacedSystem, load: JointForce) -> Iterator[Arrow]:
 
 
 def _drag(stage: PlacedSystem, load: PointDrag) -> Iterator[Arrow]:
-    law = ArrowLaw((), -1, moves=load.at)
-    yield _item(stage, "drag", load.name, load.name, load.path, _marker_anchor(stage, load.at), law)
+    """Yield the force against a velocity, while that is zero against what sets the body in motion."""
+    law, element = ArrowLaw((), -1, moves=load.at), stage.system.forces.get(load.name)
+    terms = [(getattr(element, "linear", ZERO_NODE), "v"), (getattr(element, "quadratic", ZERO_NODE), "v^2")]
+    parts = [(letters(factor), power) for factor, power in terms if factor.shadow != 0]
+    named = parts and all(letter.isidentifier() for letter, _ in parts)
+    label = " + ".join(f"{letter}*{power}" for letter, power in parts) if named else load.name
+    item, law = _item(stage, "drag", load.name, label, load.path, _marker_anchor(stage, load.at), law)
+    body = stage.mechanism.bodies[load.at.body].name
+    gas, ahead = jet_of(stage, body, stage.declared(body)), stage.load_on(body)
+    if gas is not None:
+        ahead = -stage.turned(load.at.body, gas)
+    yield replace(item, way=vector(-np.array(unit(ahead)) if np.any(ahead) else ahead)), law
 
 
 _LAWS: Final[Mapping[type[Load], Callable[[PlacedSystem, Any], Iterator[Arrow]]]] = {
@@ -618,13 +532,13 @@ def _impulses(stage: PlacedSystem) -> Iterator[Arrow]:
             for k, letter in components(stage, impact.impulse):
                 part = stage.number(impact.impulse[k]) * np.eye(3)[k]
                 own = stage.turned(axes.body, axes.turned(part))
-                yield ArrowItem("impulse", name, letter, path, at, vector(own)), _constant(own)
+                yield ArrowItem("impulse", name, letter, path, at, vector(own)), constant_law(own)
             if components(stage, impact.impulse):
                 continue
             own = stage.turned(axes.body, axes.turned(stage.vector(impact.impulse)))
             letter = letter_of(name, impact.impulse)
-            yield ArrowItem("impulse", name, letter, path, at, vector(own)), _constant(own)
+            yield ArrowItem("impulse", name, letter, path, at, vector(own)), constant_law(own)
 
 
-def _constant(value: Floats) -> ArrowLaw:
+def constant_law(value: Floats) -> ArrowLaw:
     return ArrowLaw(tuple(as_node(float(x)) for x in value), GROUND)

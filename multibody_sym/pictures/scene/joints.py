@@ -19,7 +19,7 @@ from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
 from multibody_sym.model.parameters import in_letters
-from multibody_sym.pictures.scene.flows import ride_of
+from multibody_sym.pictures.scene.flows import is_upright, ride_of, rubbing_length
 from multibody_sym.pictures.scene.items import (
     Anchor,
     AngleMark,
@@ -189,7 +189,14 @@ def _slide(joint: PlacedJoint, axis: Vector, values: tuple[float, ...]) -> Itera
     stage, light = joint.stage, _is_light(joint, axis)
     carrier = stage.carrying(stage.body(joint.joint.parent))
     polar = carrier is not None and carrier.kind == "revolute" and counts_freely(stage, stage.body(joint.joint.parent))
-    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, is_ring(stage, joint.joint), polar))
+    bar = is_ring(stage, joint.joint) or _is_column(stage, joint.joint)
+    yield joint.item("guide", Rail(joint.parent.point, axis, (low, high), light, bar, polar))
+
+
+def _is_column(stage: PlacedSystem, joint: Joint) -> bool:
+    """Return whether a slider is a sleeve on an upright column."""
+    upright = isinstance(joint, Prismatic) and stage.is_ground(joint.parent) and is_upright(stage, joint)
+    return upright and rubbing_length(stage, joint) > 0.0
 
 
 def is_led(stage: PlacedSystem, joint: Joint) -> bool:
@@ -259,19 +266,39 @@ def is_ring(stage: PlacedSystem, joint: Joint) -> bool:
 def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
     """Return whether the child hangs or falls along gravity and nothing pushes it aside, so that no rail is seen.
 
-    Where there is no gravity a ball flies straight.
+    Where there is no gravity a ball flies straight, and so do particles that springs join to each other alone.
     """
     stage, body = joint.stage, joint.stage.body(joint.joint.child)
     along = stage.turned(joint.parent.body, axis)
     size = float(np.linalg.norm(stage.gravity))
     if size == 0.0:
-        return is_ball(stage, body)
+        return is_particle(stage, body)
     if abs(float(along @ stage.gravity)) < 0.999 * size:
         return False
     if any(isinstance(f, Friction) and f.joint == joint.name for f in stage.system.forces.values()):
         return False
     others = [other for name, other in stage.system.joints.items() if name != joint.name]
     return not any(body in (stage.body(other.parent), stage.body(other.child)) for other in others)
+
+
+def is_particle(stage: PlacedSystem, body: str) -> bool:
+    """Return whether a body on a slider is a ball or an atom, no block."""
+    return is_ball(stage, body) or (not np.any(stage.gravity) and _is_afloat(stage, body))
+
+
+def _is_afloat(stage: PlacedSystem, body: str) -> bool:
+    """Return whether springs join a particle to others, and nothing joins any of them to ground: a molecule."""
+    springs = [each for each in stage.system.forces.values() if isinstance(each, SpringDamper) and each.between]
+    joined, pairs = {body}, [{*map(stage.body, each.between or ())} for each in springs]
+    for _ in pairs:
+        joined |= {name for pair in pairs if pair & joined for name in pair}
+    held = [getattr(each, "joint", None) for each in stage.system.forces.values()]
+    joints = [(name, each) for name, each in stage.system.joints.items() if stage.body(each.child) in joined]
+    loose = all(name not in held and driven_by(stage, name) is None for name, _ in joints)
+    free = loose and all(each.kind == "prismatic" for _, each in joints)
+    ends = {end for _, _, contact in copies(stage.system.contacts) for end in map(stage.body, contact.between)}
+    bare = all(stage.declared(name).shape is None and stage.declared(name).inertia is None for name in joined)
+    return len(joined) > 1 and GROUND not in joined and free and bare and joined.isdisjoint(ends)
 
 
 def is_ball(stage: PlacedSystem, name: str) -> bool:
@@ -327,6 +354,9 @@ def _wire(joint: PlacedJoint) -> Iterator[Item]:
 def _custom(joint: PlacedJoint) -> Iterator[Item]:
     """Yield rails for what slides before anything turns, and one sign for what turns: a pin, a cross or a ball."""
     assert isinstance(joint.joint, Custom)
+    if is_polar(joint.stage, joint.joint):
+        yield from _polar(joint)
+        return
     turns: list[Point] = []
     screws: list[Point] = []
     for freedom in joint.joint.free:
@@ -346,6 +376,27 @@ def _custom(joint: PlacedJoint) -> Iterator[Item]:
         yield joint.sign_on_child("nut", screws[0])
     else:
         yield from _free_axes(joint)
+
+
+def is_polar(stage: PlacedSystem, joint: Joint) -> bool:
+    """Return whether a joint is an angle and a distance, square to its axis, of a particle on ground."""
+    if not isinstance(joint, Custom) or not stage.is_ground(joint.parent) or len(joint.free) != 2:
+        return False
+    (turn, away), body = joint.free, stage.declared(stage.body(joint.child))
+    if turn.rotate is None or turn.pitch is not None or away.translate is None:
+        return False
+    square = abs(float(np.dot(unit(stage.vector(turn.rotate)), unit(stage.vector(away.translate))))) < _STILL
+    return square and body.inertia is None and body.shape is None
+
+
+def _polar(joint: PlacedJoint) -> Iterator[Item]:
+    """Yield the origin of polar coordinates, the line to the particle, and its place."""
+    distance = float(np.linalg.norm(joint.way))
+    seen = unit(joint.way @ joint.stage.poses[joint.parent.body][:, :3])
+    axis = seen if distance > 0.0 else joint.on_parent(joint.slides[0])
+    yield joint.item("guide", Rail(joint.parent.point, axis, (0.0, distance), light=True, polar=True))
+    yield joint.item("joint", Symbol("origin", joint.parent.point))
+    yield joint.sign_on_child("hanger", joint.slides[0])
 
 
 _SIGNS: Final[Mapping[str, Callable[[PlacedJoint], Iterator[Item]]]] = {
@@ -518,10 +569,11 @@ def ways(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
     yield from _start_places(stage, taken)
     for name, joint in stage.system.joints.items():
         steps = [free.step for free in joint.free_steps]
-        if len(steps) != 1 or len(steps[0].slides) != 1 or steps[0].turns:
+        slides = len(steps) == 1 and len(steps[0].slides) == 1 and not steps[0].turns
+        if not slides and not is_polar(stage, joint):
             continue
         made = placed_joint(stage, name)
-        (label,) = coordinate_names(name, joint)
+        label = coordinate_names(name, joint)[-1]
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
         given, unnamed = start_letter(stage, joint), is_unnamed(stage, name, asked)
         yield NamedLength(label, label, a, b, coordinate=True, start_label=given, unnamed=unnamed)
@@ -559,7 +611,7 @@ def is_unnamed(stage: PlacedSystem, name: str, asked: frozenset[str]) -> bool:
 def angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -> Iterator[AngleMark]:
     """Yield the angles of hinges, of frames that are turned and of slopes, of a body each letter once."""
     seen: set[tuple[int, str]] = set()
-    hinges = (*_hinge_angles(stage, places), *_tilts(stage))
+    hinges = (*_hinge_angles(stage, places), *_tilts(stage), *_polar_angles(stage))
     for each in (*hinges, *slopes(stage), *_frame_angles(stage), *_start_angles(stage)):
         if each.coordinate or (each.at.body, each.label) not in seen:
             seen.add((each.at.body, each.label))
@@ -602,6 +654,17 @@ def _hinge_angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -
         unnamed = not driven and is_unnamed(stage, name, asked)
         shown = given if planar or unnamed or not given else f"{label} = {sign}{given}"
         yield AngleMark(name if driven else label, label, at, *ends, about, start_label=shown, unnamed=unnamed)
+
+
+def _polar_angles(stage: PlacedSystem) -> Iterator[AngleMark]:
+    """Yield the angles of polar coordinates."""
+    for name, joint in stage.system.joints.items():
+        if is_polar(stage, joint):
+            made, label = placed_joint(stage, name), coordinate_names(name, joint)[0]
+            axis = np.array(unit(stage.vector(made.slides[0])))
+            ends = Anchor(made.parent.body, made.parent.turned(axis)), Anchor(made.child.body, made.child.turned(axis))
+            about = made.parent.turned(unit(stage.vector(made.turns[0])))
+            yield AngleMark(label, label, Anchor(made.parent.body, made.parent.point), *ends, about)
 
 
 def _tilts(stage: PlacedSystem) -> Iterator[AngleMark]:

@@ -315,10 +315,16 @@ def driven_by(stage: PlacedSystem, name: str) -> Node | None:
     return given[0] if len(given) == 1 else None
 
 
+def steady_rate(motion: Node) -> Node | None:
+    """Return the constant speed of a motion, None of another one and of what stands still."""
+    rate = derivative(motion, t)
+    return None if rate.shadow == 0 or t in leaves([rate], "symbol") else rate
+
+
 def steady_speed(stage: PlacedSystem, motion: Node | None) -> str:
     """Return the letter of the constant speed of a motion, nothing of another one."""
-    rate = NOTHING if motion is None else derivative(motion, t)
-    return "" if t in leaves([rate], "symbol") else speed_letter(stage, rate)
+    rate = None if motion is None else steady_rate(motion)
+    return "" if rate is None else speed_letter(stage, rate)
 
 
 def speed_letter(stage: PlacedSystem, speed: Node) -> str:

@@ -23,6 +23,7 @@ from multibody_sym.pictures.scene.bodies import (
     constraint_items,
     contact_items,
     force_items,
+    guided_lengths,
     marker_items,
     pulley_items,
 )
@@ -59,6 +60,7 @@ from multibody_sym.pictures.scene.letters import (
     is_static,
     letters,
 )
+from multibody_sym.pictures.scene.speeds import speed_items
 from multibody_sym.pictures.scene.stage import PlacedSystem, drawn_start, natural_view, places, poses_of, surface_items
 from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
 from multibody_sym.records import dataclass
@@ -165,9 +167,10 @@ def scene_of(system: System) -> Scene:
     stage.ended.extend(stage.world(item.body, point) for item in wires for point in item.form.bounds)
     stage.lengths["size"] = size = _size(stage, [*body_items(stage, found), *wires], found)
     bodies = list(body_items(stage, found))  # curves without ends reach as far as the rest
-    ropes, pairs = ropes_of(stage.mechanism), list(arrow_items(stage))
+    ropes, pairs = ropes_of(stage.mechanism), [*arrow_items(stage), *speed_items(stage)]
     book, (view, plane) = letters_of(stage.system), natural_view(stage, found)
-    lengths = [_spelt(each, book) for each in (*dimensions(stage, found), *drum_radii(stage))]
+    measured = (*dimensions(stage, found), *drum_radii(stage), *guided_lengths(stage, bodies))
+    lengths = [_spelt(each, book) for each in measured]
     moved = [_spelt(each, book) for each in ways(stage, [each.label for each in lengths])]
     numbers = {name: k for k, name in enumerate(ropes)}
     supports = list(support_items(stage, bodies))
