@@ -79,7 +79,7 @@ _ELEMENTS: dict[str, dict[str, Any]] = {
         "section": None, "component": None, "stage": None,
         "velocity": None, "acceleration": None, "instant_center": None,
         "amplitude": None, "phase": None, "resonance": None, "antiresonance": None, "transmissibility": None,
-        "decrement": None, "damping": None, "action": None, "bracket": None, "canonical": None,
+        "decrement": None, "damping": None, "action": None, "principal_axes": None, "bracket": None, "canonical": None,
     },
     "Baumgarte": {"alpha": 1, "beta": 1},
     "Body": {

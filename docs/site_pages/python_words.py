@@ -97,7 +97,7 @@ PARAMETERS: Final[Mapping[str, str]] = {
     "coordinates": '"relative" (of joints) or "absolute" (of bodies)',
     "damping": "read the damping of the joints",
     "diagrams": "draw N, V, M of beams and plans of velocities below",
-    "phase": "the coordinate whose phase portrait is drawn instead",
+    "phase": "the coordinate whose phase portrait, or body whose polhodes are drawn instead",
     "digits": "how many digits numbers have",
     "dimensions": "draw named lengths",
     "directory": "the folder to write to; of an FMU the file",

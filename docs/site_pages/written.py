@@ -37,7 +37,8 @@ def written() -> Mapping[Path, Callable[[], str]]:
         tutorials / "slider_crank.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "slider_crank.yaml")),
         tutorials / "robot.svg": partial(_drawn, _robot),
         DOCS / "guide" / "beam_diagrams.svg": _diagrams,
-        DOCS / "guide" / "phase_portrait.svg": _phase_portrait,
+        DOCS / "guide" / "phase_portrait.svg": partial(_phase_portrait, "bead_on_hoop", "theta"),
+        DOCS / "guide" / "polhodes.svg": partial(_phase_portrait, "tennis_racket", "racket"),
         DOCS / "guide" / f"{_BEAM}.svg": partial(_drawn, lambda: mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml")),
         ROOT / "README.md": _readme,
         DOCS / "index.md": _first_page,
@@ -63,8 +64,8 @@ def _diagrams() -> str:
     return mbs.draw(mbs.load(EXAMPLES / "textbook" / f"{_BEAM}.yaml"), diagrams=True).svg
 
 
-def _phase_portrait() -> str:
-    return mbs.draw(mbs.load(EXAMPLES / "bead_on_hoop.yaml"), phase="theta").svg
+def _phase_portrait(example: str, of: str) -> str:
+    return mbs.draw(mbs.load(EXAMPLES / f"{example}.yaml"), phase=of).svg
 
 
 def _drawn(load: Callable[[], mbs.System]) -> str:

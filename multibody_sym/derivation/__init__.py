@@ -4,6 +4,7 @@
     prepare               what every derivation begins with
     lagrange              Lagrange's equations of the first and second kind
     canonical             Hamilton's and Routh's
+    hamilton_jacobi       the Hamilton-Jacobi equation, separated
     free_bodies           Newton's and Euler's for bodies cut free
     theorems              momentum, angular momentum and energy in symbols
     steps                 the steps of a derivation

@@ -158,12 +158,14 @@ def derive(
     if formalism is not None and formalism != route:
         raise InputError(_two_routes(method, formalism), number="M120")
     from multibody_sym.derivation.canonical import hamilton, routh, with_first_integrals
+    from multibody_sym.derivation.hamilton_jacobi import with_separation
 
     make = hamilton if route == "hamilton" else routh
     with stage("derive"):
         doing(f"derive {ready.mechanism.name} by {route}")
         canonical = shortest(ready, budget_of(budget), lambda names, given: make(ready, names, given))
-    return with_first_integrals(canonical, project=isinstance(model, System) and changes.of(model).simulation.project)
+    project = isinstance(model, System) and changes.of(model).simulation.project
+    return with_separation(with_first_integrals(canonical, project=project))
 
 
 def _two_routes(method: object, formalism: object) -> str:

@@ -15,6 +15,7 @@
     notebook           results in notebook cells
     animation, draw    films and pages that play; figures
     section_diagrams   N, V and M of the beams that a system asks about
+    polhodes           Poinsot's ellipsoid of a body that turns freely
     motion_diagrams    plans of the velocities and accelerations that it asks about
 
 In: records of answers, trajectories, figures. Out: text, LaTeX, HTML.

@@ -68,8 +68,9 @@ def draw(
     what finds no room, and what is given without a place, stands in a legend; `dimensions` are named lengths;
     `redundant` marks joints and constraints with rows that follow from others; `diagrams` draws N, V and M along beams
     below, of which `ask` names a section, else along those of a structure, and plans of the velocities and
-    accelerations that `ask` names; `phase`: the phase portrait of this coordinate instead, with closed curves, the
-    separatrix and fixed points; `mark` what stands at places of the model such as `joints.A`, with a word each if it
+    accelerations that `ask` names; `phase`: instead the phase portrait of this coordinate, with closed curves, the
+    separatrix and fixed points, or Poinsot's ellipsoid with its polhodes of this body, which turns freely; `mark` what
+    stands at places of the model such as `joints.A`, with a word each if it
     is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`); `parameters` to
     `project` change the system for this call; `formalism` for a run, of which `on_progress` is called with the part
     that is done; Ctrl-C ends it. Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
@@ -108,12 +109,15 @@ def draw(
     return figure
 
 
-def _phase_portrait(asked: System, coordinate: str) -> Figure:
-    """Return the phase portrait of a coordinate."""
+def _phase_portrait(asked: System, of: str) -> Figure:
+    """Return the phase portrait of a coordinate, or the polhodes of a body."""
     from multibody_sym.analysis.phase_plane import PhasePlane
+    from multibody_sym.documents.polhodes import polhodes_of
 
     with numbers_of(asked), within("phase"):
-        return Figure(PhasePlane.of(asked, text("phase", coordinate)).portrait().picture(asked.name))
+        if text("phase", of) in asked.bodies:
+            return Figure(polhodes_of(asked, of).picture(asked.name))
+        return Figure(PhasePlane.of(asked, of).portrait().picture(asked.name))
 
 
 def _with_diagrams(figure: Figure, asked: System) -> Figure:

@@ -708,10 +708,9 @@ def verify_questions(system: System, mechanism: Mechanism) -> None:
             if timed and "t" not in named_by(question, system.ask, mechanism.symbols):
                 with at("after"):
                     raise ModelError("t is the time, which is 0 at the start; write which: 2 s", number="M112")
-    taken = {*mechanism.symbols, *map(symbol, system.outputs)}
+    taken, needed = {*mechanism.symbols, *map(symbol, system.outputs)}, dict[str, set[str]]()
     if system.impact is not None:
         _verify_about_impact(system.ask, taken)
-    needed: dict[str, set[str]] = {}
     for name in in_order(system.ask, taken):
         named = named_by(system.ask[name], system.ask, taken)
         needed[name] = named.union(*(needed[x] for x in named))
@@ -730,7 +729,7 @@ _ASKED_KINDS: Final = {
     **dict.fromkeys((*FORCED, "decrement"), "coordinate"),
     "velocity": "point or body",
     "acceleration": "point or body",
-    "instant_center": "body",
+    **dict.fromkeys(("instant_center", "principal_axes"), "body"),
 }
 """The kinds of names under the keys of questions."""
 
@@ -757,9 +756,10 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
         if getattr(question, key) is not None and key in coordinates:
             message = f"{key} is a coordinate here: for the time at which it has a value write {{when: {{{key}: ..}}}}"
             raise ModelError(message, number="M104")
-    for key in (*FORCED, "decrement"):
-        if getattr(question, key) is not None:
-            yield key, getattr(question, key), coordinates
+    rates = [mechanism.coordinates[q].name for body in mechanism.bodies for q, _ in body.rate_pairs]
+    kinds = {(*FORCED, "decrement"): coordinates, ("period_of", "action"): rates, ("instant_center",): [*system.bodies]}
+    for keys, known in kinds.items():
+        yield from ((key, x, known) for key in keys if (x := getattr(question, key)) is not None)
     points = {key: getattr(question, key) for key in ("velocity", "acceleration")}
     if question.of is not None and _is_forced(question):
         yield "of", question.of, [*system.inputs]
@@ -772,20 +772,17 @@ def _names_by_key(system: System, mechanism: Mechanism, question: Ask) -> Iterat
         if point is not None and point not in mechanism.markers:
             own = [f"{body}.{x}" for body in system.bodies for x in OWN_POINTS]
             yield key, point, (*mechanism.markers, *(own if point in own else ()))
-    if question.instant_center is not None:
-        yield "instant_center", question.instant_center, [*system.bodies]
+    bodies = [name for name in system.bodies if name != GROUND]
+    yield from (("principal_axes", body, bodies) for body in question.principal_axes or ())
     if question.section is not None:
-        frames = [f"{name}.{frame}" for name, body in system.bodies.items() for frame in body.frames]
-        yield "section", question.section, [*(name for name in system.bodies if name != GROUND), *frames]
+        frames = (f"{name}.{frame}" for name, body in system.bodies.items() for frame in body.frames)
+        yield "section", question.section, [*bodies, *frames]
     varied = {"find": question.find, "in": question.in_, "let": None if question.let is None else question.let.name}
     for key, name in varied.items():
         if name is not None:
             yield key, name, (*system.parameters, *moving, *([str(_TIME.data)] if key == "let" else ()))
     if question.formula is not None and question.of is None:
         yield "formula", text(question.formula), moving
-    rates = [mechanism.coordinates[q].name for body in mechanism.bodies for q, _ in body.rate_pairs]
-    swinging = (("period_of", question.period_of), ("action", question.action))
-    yield from ((key, coordinate, rates) for key, coordinate in swinging if coordinate is not None)
 
 
 def _verify_moment(mechanism: Mechanism, moment: Moment) -> None:

@@ -47,7 +47,7 @@ _FORMS: Final = (
     "{section: body, component: moment, at: place}, "
     "{amplitude: coordinate, of: input} (or phase, resonance, antiresonance), "
     "{transmissibility: coordinate, from: input}, {decrement: coordinate}, {damping: number of a mode}, "
-    "{velocity: point}, {acceleration: point} or {instant_center: body}, "
+    "{velocity: point}, {acceleration: point} or {instant_center: body}, {principal_axes: body}, "
     "{action: coordinate}, {bracket: [expression, expression]}, {canonical: {Q: expression, P: expression}}; "
     "c sticks (a state) and conditions may stand for {coordinate: value}"
 )
@@ -81,6 +81,7 @@ _SETS: Final = (
     ("acceleration",),
     ("instant_center",),
     ("action",),
+    ("principal_axes",),
     ("bracket",),
     ("canonical",),
 )
@@ -248,7 +249,8 @@ class Ask(Element):
     the start, by components and size. `instant_center`: the point about which a body turns at the start, in the plane.
     `action`: the action of a coordinate that swings or goes around, and the frequency of its angle. `bracket`: the
     Poisson bracket of two expressions of coordinates, momenta p_q and speeds. `canonical`: whether new coordinates and
-    momenta, in pairs, are canonical.
+    momenta, in pairs, are canonical. `principal_axes`: the principal moments of inertia of bodies about their centre of
+    mass.
     With `stage` a question is about that stage of the motion, and the start is that of the stage.
     """
 
@@ -352,6 +354,10 @@ class Ask(Element):
     )
     action: str | None = holds(
         Text(), None, says="the coordinate whose action and frequency are asked for", such="theta"
+    )
+    principal_axes: tuple[str, ...] | None = holds(
+        ListOf(Text(), 1), None, such="plate",
+        says="the body, or several that count as one, whose principal moments of inertia and axes are asked for",
     )
     bracket: tuple[Node, ...] | None = holds(
         ListOf(Scalar(), 2, 2), None, such="[x, p_x]",

@@ -7,6 +7,7 @@
     plots              panels of curves
     diagrams           N, V and M along beams: signed areas to scale
     phase_portrait     curves of constant energy over a coordinate, fixed points
+    polhodes           Poinsot's ellipsoid of a body that turns freely
     notebook_figure    figures of matplotlib in notebooks
 
 In: a Mechanism with the places of its bodies. Out: SVG, TikZ, PNG, PDF. Knows no runs and no derivation.

@@ -8,10 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from mpmath import mp
 
 import multibody_sym as mbs
 from multibody_sym.analysis.phase_plane import PhasePlane
+from multibody_sym.derivation.hamilton_jacobi import ENERGY, separated
+from multibody_sym.documents.polhodes import polhodes_of
 from multibody_sym.errors import MultibodyError
 from multibody_sym.text.printer import text
 
@@ -160,3 +163,74 @@ def test_a_phase_portrait_needs_one_freedom_that_keeps_its_energy() -> None:
         mbs.draw(mbs.loads(_TOP.partition("ask")[0]), phase="th")
     with pytest.raises(MultibodyError, match="no coordinate is called 'x'"):
         mbs.draw(mbs.loads(_PENDULUM), phase="x")
+
+
+def test_a_plate_and_a_weight_have_the_principal_axes_of_their_tensor() -> None:
+    """Of numpy's eigenvalues of the plate's tensor and a mass at its corner; tan(2 a) = 2 J_xy/(J_xx - J_yy)."""
+    found = _solved("plate_with_a_weight").answers
+    m, a, b = 2.0, 0.3, 0.2
+    reduced = m * (m / 5) / (m + m / 5)
+    x, y = a / 2, b / 2
+    tensor = np.diag([m * b * b, m * a * a, m * (a * a + b * b)]) / 12
+    tensor += reduced * np.array([[y * y, -x * y, 0], [-x * y, x * x, 0], [0, 0, x * x + y * y]])
+    moments = [found[f"both.{n}"].value for n in (1, 2, 3)]
+    np.testing.assert_allclose(moments, np.linalg.eigvalsh(tensor), rtol=1e-12)
+    angle = found["both.angle"].value or 0.0
+    axis = np.array([math.cos(angle), math.sin(angle), 0.0])
+    np.testing.assert_allclose(tensor @ axis, np.linalg.eigvalsh(tensor)[0] * axis, atol=1e-15)
+    assert all(x.expression is not None for x in found.values())
+
+
+def test_axes_in_space_are_those_of_the_tensor() -> None:
+    model = """multibody_sym: 1
+name: b
+bodies: {b: {mass: 1, inertia: {Ixx: 3, Iyy: 4, Izz: 5, Ixy: 0.5, Ixz: -0.3, Iyz: 0.2}}}
+joints: {f: {type: free, parent: ground, child: b, initial: {q: [0, 0, 0, 1, 0.2, 0.3, 0.4]}}}
+ask: {J: {principal_axes: b}}
+"""
+    found = mbs.solve(mbs.loads(model)).answers
+    axes = np.array([[found[f"J.{n}.{x}"].value for x in "xyz"] for n in (1, 2, 3)])
+    moments = np.array([found[f"J.{n}"].value for n in (1, 2, 3)])
+    tensor = np.array([[3, 0.5, -0.3], [0.5, 4, 0.2], [-0.3, 0.2, 5]])
+    np.testing.assert_allclose(axes.T @ np.diag(moments) @ axes, tensor, atol=1e-12)
+
+
+def _is_solved(H: sympy.Expr, pairs: list[tuple[sympy.Symbol, sympy.Symbol]], E: sympy.Symbol) -> bool:
+    """Return whether the slopes of W, put in for the momenta, satisfy H = E."""
+    parts = separated(H, pairs)
+    left = H.subs({x.momentum: x.slope for x in reversed(parts)})
+    return len(parts) == len(pairs) and sympy.simplify(left - E) == 0
+
+
+def test_orbits_separate_in_spherical_and_in_parabolic_coordinates() -> None:
+    """The slopes of W fulfil H(q, dW/dq) = E, in parabolic coordinates beside a uniform field too."""
+    m, k, f, r, th, phi, x, y = sympy.symbols("m k f r theta phi xi eta", positive=True)
+    p_r, p_th, p_phi, p_x, p_y = sympy.symbols("p_r p_theta p_phi p_xi p_eta", real=True)
+    E = ENERGY
+    kinetic = p_r**2 + p_th**2 / r**2 + p_phi**2 / (r**2 * sympy.sin(th) ** 2)
+    assert _is_solved(kinetic / (2 * m) - k / r, [(r, p_r), (th, p_th), (phi, p_phi)], E)
+    kinetic = 2 * (x * p_x**2 + y * p_y**2) / (m * (x + y)) + p_phi**2 / (2 * m * x * y)
+    assert _is_solved(kinetic - 2 * k / (x + y) + f * (x - y), [(x, p_x), (y, p_y), (phi, p_phi)], E)
+    assert not separated(p_x**2 + p_y**2 + k * x**2 * y, [(x, p_x), (y, p_y)])
+
+
+def test_a_derivation_shows_the_separated_equations() -> None:
+    found = mbs.derive(mbs.load(_EXAMPLES / "questions" / "actions_of_an_orbit.yaml"), method="hamilton")
+    step = found.steps[-1]
+    assert step.title == "Hamilton-Jacobi equation"
+    assert len(step.equations) == 4  # H = E, the slope by phi, H with its constant, the slope by r
+    assert "W = W_phi(phi) + W_r(r)" in step.note
+
+
+def test_polhodes_keep_energy_and_angular_momentum() -> None:
+    """Each curve has one T and one L; the racket's motion surrounds the axis that the signs of L^2 - 2 T B tell."""
+    shown = polhodes_of(mbs.load(_EXAMPLES / "tennis_racket.yaml"), "racket")
+    square, energy = shown.moments**2 @ shown.omega**2, shown.moments @ shown.omega**2
+    assert shown.surrounded == (2 if square > energy * shown.moments[1] else 0)
+    for kind, way in shown.curves():
+        np.testing.assert_allclose(way**2 @ shown.moments, energy, rtol=1e-12)
+        wanted = {"start": square, "separatrix": energy * shown.moments[1]}.get(kind, way[0] ** 2 @ shown.moments**2)
+        np.testing.assert_allclose(way**2 @ shown.moments**2, wanted, rtol=1e-12)
+    assert "axis 2 unstable" in mbs.draw(mbs.load(_EXAMPLES / "tennis_racket.yaml"), phase="racket").description
+    with pytest.raises(MultibodyError, match="does not turn"):
+        mbs.draw(mbs.loads(_PENDULUM), phase="bob")

@@ -13,6 +13,7 @@
     kinematics                 velocity and acceleration of a point, instantaneous centre of a body, from body to body
     action                     action of a coordinate, the frequency of its angle
     phase_space                Poisson brackets, canonical transformations
+    principal_axes             principal moments of inertia of a body, or of several
     find                       `find` .. `so`: the value for which an equation holds
     solving                    an equation solved for a letter line by line: factors, squares, tangents
     best                       `find` .. `least`, `greatest`: the value for which an answer is so

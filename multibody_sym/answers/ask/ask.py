@@ -17,6 +17,7 @@ from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.phase_space import PHASE_SPACE_QUESTIONS
+from multibody_sym.answers.ask.principal_axes import PrincipalAxesQuestion
 from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
 from multibody_sym.answers.ask.sections import GreatestSectionQuestion, SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
@@ -48,6 +49,7 @@ QUESTIONS: Final[tuple[type[Question], ...]] = (
     GreatestSectionQuestion,
     *KINEMATIC_QUESTIONS,
     *PHASE_SPACE_QUESTIONS,
+    PrincipalAxesQuestion,
 )
 
 

@@ -165,7 +165,10 @@ class BracketQuestion(SingleQuestion):
         return False
 
     def unit(self, motion: AskedMotion) -> str:
-        return PhaseSpace.of(motion.solved).unit(motion, self.f, self.g)
+        try:
+            return PhaseSpace.of(motion.solved).unit(motion, self.f, self.g)
+        except NoClosedFormError:
+            return ""
 
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         try:

@@ -33,8 +33,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--redundant", action="store_true", help=redundant)
     diagrams = "show N, V, M of beams and plans of velocities below"
     parser.add_argument("--diagrams", action="store_true", help=diagrams)
-    phase = "draw this coordinate's phase portrait instead"
-    parser.add_argument("--phase", metavar="COORDINATE", help=phase)
+    phase = "draw a phase portrait, or a body's polhodes, instead"
+    parser.add_argument("--phase", metavar="NAME", help=phase)
     mark = "mark what stands at a place of the model, such as joints.A; may be repeated"
     parser.add_argument("--mark", metavar="PLACE", action="append", help=mark)
     strip = "leave out with what names begin, such as panda_ of a robot; may be repeated"
