@@ -7,7 +7,7 @@ around `pin.aba`; derivatives of inverse dynamics by q and u together against `c
 accelerations by q, u and all torques against `computeABADerivatives`. Then the same accelerations with all derivatives
 without Python: ours by a loop in C over 10,000 different states in turn, theirs for the same number of states less the
 cost of the call, which is that of a model without joints, and ours beside accelerations alone. The operations are those
-of accelerations alone; of M, the forces and their derivatives by q and u; of it all. A floating base has no torques of
+of accelerations alone; of the slopes of forces by q and u; of columns solved with M. A floating base has no torques of
 its own, and Pinocchio returns columns of M^-1 for it, too. With --native ours are compiled for the machine at hand.
 Interleaved, minimum of rounds. Needs the extra `peers`.
 """
@@ -84,7 +84,7 @@ class Measured:
         return [self.name, *(f"{ours:.2f} ({theirs:.2f})" for ours, theirs in pairs)]
 
     def in_c(self) -> list[str]:
-        """Return the row of C alone: ours, theirs, the ratio, accelerations alone, the ratio, operations."""
+        """Return the row of C alone: ours, theirs, the ratio, accelerations alone, the ratio, operations by part."""
         given = 0.0, self.q, self.u
         alone, together = (partial(f, *given, out=f(*given)) for f in (self.accelerations, self.rates))
         bare, tau = pin.Model(), np.zeros(self.model.nv)
@@ -97,9 +97,12 @@ class Measured:
             repeat=1,
         )
         one, every, theirs, call = (x / MANY for x in times)
-        parts = (f.operations.total for f in (self.accelerations, self.slopes, self.rates))
+        by_state = self.forces.with_derivatives("q", "u")
+        counted = (self.accelerations, self.forces, by_state, self.rates)
+        first, forces, with_slopes, total = (f.operations.total for f in counted)
+        parts = first, with_slopes - forces, total - first - (with_slopes - forces)
         ratios = f"{(theirs - call) / every:.1f}", f"{one:.3f}", f"{every / one:.1f}"
-        return [self.name, f"{every:.3f}", f"{theirs - call:.2f}", *ratios, ", ".join(map(str, parts))]
+        return [self.name, f"{every:.3f}", f"{theirs - call:.2f}", *ratios, " + ".join(map(str, parts))]
 
     def _states(self) -> zip[tuple[Any, Any]]:
         return zip(self.q, self.u, strict=True)

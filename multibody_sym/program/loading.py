@@ -58,6 +58,9 @@ _OWN_HEADERS: Final = ("model.h", "fmu.h", "fmu_model.h")
 """Headers that no other unit includes."""
 _WIDTH: Final = ("-mprefer-vector-width=256",)
 """For x86 with registers of 512 bits: loops have 2 to 50 turns, of which wide registers leave more to do one by one."""
+_X86: Final = ("x86_64", "AMD64")
+_FIRST_PROCESSOR: Final = 4096
+"""Characters of a list of processors in which the first one stands: all are alike."""
 _SELDOM: Final = ("turns", "events", "looks", "switching", "singular", "multistep", "pairing")
 _LESS: Final = ("-O1",)
 """For units of the runtime that take no part of a run's time that can be measured: a third of their compilation."""
@@ -92,12 +95,13 @@ class Compiler:
     """A compiler's command (absolute path, then what CC adds to it), flags, and what tells it from another one.
 
     `identity` names the file by path, size and time of change, and for native code the processor: enough to look
-    into the cache without starting the compiler.
+    into the cache without starting the compiler. `wide` are flags of generated code for registers of this processor.
     """
 
     command: tuple[str, ...]
     flags: tuple[str, ...]
     identity: str
+    wide: tuple[str, ...] = ()
 
     @property
     def native(self) -> bool:
@@ -118,8 +122,9 @@ def find_compiler(*, native: bool = False) -> Compiler:
         words = shlex.split(os.environ.get("CC", ""))
     except ValueError as problem:
         raise CompilerError(f"the environment variable CC cannot be read: {problem}") from None
-    wide = _WIDTH if _machine()[0] in ("x86_64", "AMD64") else ()
-    flags = (*_NATIVE_FLAGS, *wide) if native else _FLAGS
+    is_x86 = _machine()[0] in _X86
+    flags = (*_NATIVE_FLAGS, *(_WIDTH if is_x86 else ())) if native else _FLAGS
+    wide = () if native or not is_x86 else _wide_registers()
     for name in words[:1] or _NAMES:
         if os.path.isabs(name):
             candidates = [name]
@@ -127,14 +132,24 @@ def find_compiler(*, native: bool = False) -> Compiler:
             candidates = [] if os.path.dirname(name) else [os.path.join(place, name) for place in _search_path()]
         path = next((path for path in candidates if _runs(path)), None)
         if path is not None:
-            return Compiler((path, *words[1:]), flags, _identity(path, words[1:], flags, native))
+            return Compiler((path, *words[1:]), flags, _identity(path, words[1:], (*flags, *wide), native), wide)
     zig = None if words else _zig()
     if zig is not None:
         flags = (*flags, *_ZIG_FLAGS)
-        return Compiler((zig, "cc"), flags, _identity(zig, ["cc"], flags, native))
+        return Compiler((zig, "cc"), flags, _identity(zig, ["cc"], (*flags, *wide), native), wide)
     sought = f"CC = {words[0]!r}, which is not" if words else f"none of {', '.join(_NAMES)} is"
     advice = "pip install 'multibody-sym[compiler]' brings one"
     raise CompilerError(f"no C compiler: {sought} an executable on PATH or an absolute path; {advice}")
+
+
+@functools.cache
+def _wide_registers() -> tuple[str, ...]:
+    """Return flags for registers of four floats, where this processor has them: bits stay, no sum takes a product."""
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+            return ("-mavx2",) if "avx2" in file.read(_FIRST_PROCESSOR).split() else ()
+    except OSError:
+        return ()
 
 
 def _zig() -> str | None:
@@ -349,7 +364,7 @@ class _Build:
         flags = self.compiler.flags
         if unit == "model":
             more = (*_GENERATED, *_STRAIGHT_ON) if _GCC in self.origin else _GENERATED
-            return flags if self.compiler.native else (*flags, *more)
+            return flags if self.compiler.native else (*flags, *more, *self.compiler.wide)
         return (*flags, *_LESS) if unit in _SELDOM and "-O2" in flags else flags
 
     def _compile(self, units: Sequence[str]) -> None:

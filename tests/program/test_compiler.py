@@ -130,6 +130,19 @@ def test_a_changed_compiler_is_another_one(fresh, monkeypatch):
     assert find_compiler(native=True).identity != find_compiler().identity
 
 
+def test_code_for_wide_registers_is_not_that_for_narrow_ones(fresh, monkeypatch):
+    """A cache that machines share has code for each kind; what other machines run is for all."""
+    monkeypatch.setattr(module, "_machine", lambda: ("x86_64",))
+    found = dict.fromkeys([(), ("-mavx2",)])
+    for wide in found:
+        monkeypatch.setattr(module, "_wide_registers", lambda wide=wide: wide)
+        found[wide] = find_compiler()
+    narrow, wide = found.values()
+    assert narrow.identity != wide.identity
+    assert narrow.flags == wide.flags
+    assert "-mavx2" not in find_compiler(native=True).wide
+
+
 def test_the_environment_cannot_leave_files_in_the_working_folder(fresh, monkeypatch):
     work = fresh / "work"
     work.mkdir()

@@ -125,7 +125,7 @@ def write_fmu(fmu: Fmu, path: Path, fmi: Fmi) -> Path:
     _verify_replaceable(path)
     fmu = with_token(fmu, fmi)
     compiler = find_compiler()
-    compiler = replace(compiler, flags=(*compiler.flags, "-fvisibility=hidden"))
+    compiler = replace(compiler, flags=(*compiler.flags, "-fvisibility=hidden"), wide=())  # for other processors, too
     try:
         binary = build_library(compiler, c_texts(fmu, fmi)).read_bytes()
     except OSError as problem:
