@@ -158,3 +158,20 @@ forces: {both: {type: spring_damper, joint: A, stiffness: k, damping: c}}
     middle = np.mean([x.mean(axis=0) for x in lines(shown, "spring_damper")], axis=0)
     found = texts(shown)
     assert found["k"].at[1] > middle[1] > found["c"].at[1]
+
+
+def test_polar_coordinates_and_thin_bars_have_their_lengths() -> None:
+    shown = drawn("""
+parameters: {R: 2 m, l: 1 m}
+bodies:
+  planet: {mass: 1}
+  bar: {mass: 1, inertia: {Izz: 1}, surfaces: {below: {segment: [["-l/2", 0, 0], [l/2, 0, 0]], normal: -y}}}
+joints:
+  orbit: {type: custom, parent: ground, child: planet, free: [{rotate: z}, {translate: x}], q: [phi, r],
+          initial: {q: [0.6, R]}}
+  free: {type: planar, parent: ground, child: bar, initial: {q: [0, -1, 0]}}
+""")
+    assert {"R", "r", "φ", "l"} <= {*texts(shown)}
+    ends = np.vstack([x for x in lines(shown, "dimension", "r") if len(x) == 2 and abs(np.ptp(x[:, 0])) > 20.0])
+    way = ends[np.argmax(ends[:, 0])] - ends[np.argmin(ends[:, 0])]
+    assert np.arctan2(way[1], way[0]) == pytest.approx(0.6, abs=1e-6)

@@ -371,11 +371,10 @@ def _shares_line(sheet: Sheet, each: NamedLength) -> bool:
 
 def _coordinate(sheet: Sheet, each: NamedLength, drawn: Sequence[Mark], label: str, lines: Floats) -> Iterator[Mark]:
     """Yield the direction of a slider's coordinate beside its body, from a dot."""
-    joint = next((i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies), None)
-    axis = getattr(joint.form, "axis", None) if joint is not None else None
-    if joint is None or axis is None:
-        return
-    way, place = unit2(sheet.way(joint.body, axis)), sheet.at(each.b.body, each.b.point)
+    guides = (i for i in sheet.scene.items if i.role == "guide" and each.b.body in i.bodies)
+    axes = (sheet.way(i.body, i.form.axis) for i in guides if isinstance(i.form, Rail))
+    place = sheet.at(each.b.body, each.b.point)
+    way = unit2(next(axes, place - sheet.at(each.a.body, each.a.point)))
     outline = outline_drawn(sheet, each.b.body, drawn, place)
     start = clear_start(outline if len(outline) else place[None], way, lines)
     named: dict[str, Any] = {"role": "coordinate", "name": each.name, "layer": LAYER_ARROW}

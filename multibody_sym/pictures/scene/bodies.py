@@ -112,8 +112,8 @@ def body_items(stage: PlacedSystem, found: Mapping[str, list[Vector]]) -> Iterat
             whole = is_solid(item) and (solid or not own)
             yield replace(item, role="body", name=name, label=label, **named) if whole else item
         signs = [form for form in own if isinstance(form, Symbol)]
-        heavy = body.shape is not None or body.inertia is not None
-        if heavy and not any(same(sign.at, stage.centre(name)) for sign in signs):
+        sized = body.shape is not None or body.inertia is not None
+        if sized and named["heavy"] and not any(same(sign.at, stage.centre(name)) for sign in signs):
             yield Item("mass centre", name, "", path, number, Symbol("com", stage.centre(name)))
 
 

@@ -483,6 +483,8 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
                 angle = -2.3 if surface.inside else 0.7  # a bowl is drawn below its middle
                 axis = unit(stage.vector(surface.axis)) if surface.kind == "disc" else (0.0, 0.0, 1.0)
                 yield radius_of(f"{name}.{word}", letters(surface.radius), number, centre, radius, angle, axis)
+            if surface.segment is not None:
+                yield from _segment_length(stage, f"{name}.{word}", *surface.segment)
             for k, label in semi_axes(surface.outline) if surface.outline is not None else ():
                 end = stage.number(stage.system.parameters[label].value) * np.eye(3)[k]
                 ends = Anchor(stage.number_of(name), (0.0, 0.0, 0.0)), Anchor(stage.number_of(name), vector(end))
@@ -504,6 +506,17 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
         if isinstance(element, Distance) and letters(element.value):
             first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))
             yield NamedLength(name, letters(element.value), first, second)
+
+
+def _segment_length(stage: PlacedSystem, name: str, start: Point | str, stop: Point | str) -> Iterator[NamedLength]:
+    """Yield the length of a thin bar along an axis of its body, where it is a letter."""
+    if isinstance(start, str) or isinstance(stop, str):
+        return
+    number = stage.number_of(name.partition(".")[0])
+    found = [letter_of(b - a) for a, b in zip(start, stop, strict=True) if (b - a).shadow != 0]
+    if len(found) == 1 and found[0]:
+        ends = Anchor(number, stage.vector(start)), Anchor(number, stage.vector(stop))
+        yield NamedLength(name, found[0], *ends)
 
 
 def _gear_radii(stage: PlacedSystem, gear: Gear) -> Iterator[NamedLength]:
