@@ -16,7 +16,7 @@ import sys
 import xml.etree.ElementTree as ET
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -74,7 +74,8 @@ class Fmu:
     `states` are (q, u), `rates` the units of their derivatives. `programs` are those of an exported model, and
     `parameters` (values of all), and perhaps `rate_slopes` and `output_slopes`: rows by states and free inputs.
     `ends` says for each switching function what happens there; `method` has the fields of `mbs_method`, `numbers` the
-    other settings by their names in C. `units` gives each unit by exponents of base units.
+    other settings by their names in C. `units` gives each unit by exponents of base units. `contacts` are files that go
+    from state to state of contacts, by Programs `contacts_..`; -1 among their parameters is none of the FMU.
     """
 
     name: str
@@ -98,12 +99,23 @@ class Fmu:
     stop_time: float
     tolerance: float
     token: str = ""
+    contacts: Mapping[str, str] = field(default_factory=dict)
+    contact_parameters: tuple[int, ...] = ()
 
     @property
     def identifier(self) -> str:
         """The name as an identifier of C, which also names the binary."""
         plain = re.sub(r"[^A-Za-z0-9_]", "_", self.name)[:60]
         return plain if plain[:1].isalpha() else f"model_{plain}"
+
+    @property
+    def of_contacts(self) -> str:
+        """What the names of its Programs begin with."""
+        return "contacts_" if self.contacts else ""
+
+    def program(self, name: str) -> Program:
+        """Return one of its Programs, in any state of contacts where it goes from state to state."""
+        return self.programs[f"{self.of_contacts}{name}"]
 
     @property
     def has_slopes(self) -> bool:
@@ -163,7 +175,7 @@ def _dependencies(fmu: Fmu) -> dict[int, list[int]]:
     """Return by value reference the states and inputs from outside that states, rates and outputs depend on."""
     first = {"q": 1, "u": 1 + fmu.coordinates}
     inputs = 1 + 2 * len(fmu.states)
-    declared = elements_read(fmu.programs["inputs"])["inputs"]
+    declared = elements_read(fmu.program("inputs"))["inputs"]
 
     def on(slots: Iterable[Node]) -> list[int]:
         found = set()
@@ -177,7 +189,7 @@ def _dependencies(fmu: Fmu) -> dict[int, list[int]]:
                 found.update(on(declared[place]))
         return sorted(found)
 
-    rates, outputs = (elements_read(fmu.programs[name]) for name in ("state_derivative", "outputs"))
+    rates, outputs = (elements_read(fmu.program(name)) for name in ("state_derivative", "outputs"))
     return {
         **{k: [k] for k in range(1, 1 + len(fmu.states))},
         **{1 + len(fmu.states) + k: on(read) for k, read in enumerate((*rates["qdot"], *rates["udot"]))},
@@ -188,7 +200,7 @@ def _dependencies(fmu: Fmu) -> dict[int, list[int]]:
 # ----------------------------------------------------------------------------------------------------------------------
 # modelDescription.xml.
 
-_TOLD: Final = (("logStatusError", "Errors"), ("logEvents", "What ends the motion"))
+_TOLD: Final = (("logStatusError", "Errors"), ("logEvents", "Events of contacts, and what ends the motion"))
 _DISPLAYED: Final = {"rad": "deg", "rad/s": "deg/s"}
 
 
@@ -327,20 +339,29 @@ _PROGRAMS: Final = {
     "PARAMETERS": "parameters",
     "RATE_SLOPES": "rate_slopes",
     "OUTPUT_SLOPES": "output_slopes",
+    "MISSED": "missed",
+    "PUT_BACK": "put_back",
 }
 _KINDS: Final = ("hidden", "follows", "fixed", "tunable")
 
 
 def c_files(fmu: Fmu, fmi: Fmi) -> list[str]:
     """Return the names of the sources that are compiled."""
-    return ["model.c", "fmu.c", f"fmi{fmi}.c", *runtime_sources(parts_of(fmu.programs, multistep=False))]
+    contacts = [name for name in fmu.contacts if name.endswith(".c")]
+    return ["model.c", "fmu.c", f"fmi{fmi}.c", *contacts, *runtime_sources(_parts(fmu))]
 
 
 def c_texts(fmu: Fmu, fmi: Fmi) -> dict[str, str]:
     """Return the sources and headers by file name."""
-    texts = c_source(fmu.programs, parts=parts_of(fmu.programs, multistep=False))
+    texts = c_source(fmu.programs, parts=_parts(fmu))
     own = {name: template_text(f"c/{name}") for name in ("fmu.h", "fmu.c", f"fmi{fmi}.c")}
-    return {**texts, **own, _MODEL_HEADER: _model_header(fmu)}
+    return {**texts, **own, **fmu.contacts, _MODEL_HEADER: _model_header(fmu)}
+
+
+def _parts(fmu: Fmu) -> frozenset[str]:
+    """Return the parts of the runtime that its Programs enter."""
+    programs = {name.removeprefix(fmu.of_contacts): program for name, program in fmu.programs.items()}
+    return parts_of(programs, multistep=False) - {"laws"}
 
 
 def _model_header(fmu: Fmu) -> str:
@@ -348,13 +369,15 @@ def _model_header(fmu: Fmu) -> str:
     sizes = {
         "NX": len(fmu.states), "NQ": fmu.coordinates, "NW": len(fmu.inputs), "FREE": len(free),
         "NO": len(fmu.outputs), "NP": len(fmu.parameters), "NG": len(fmu.terminal), "SWITCHES": len(fmu.margins),
-        "NS": len(fmu.programs["state_derivative"].output("multipliers").values),
+        "NS": len(fmu.program("state_derivative").output("multipliers").values),
         "MOMENTS": len(fmu.moments), "PLAINS": len(fmu.plain), "BALLS": len(fmu.balls),
-        "HAS_SLOPES": int(fmu.has_slopes),
+        "HAS_SLOPES": int(fmu.has_slopes), "CONTACTS": int(bool(fmu.contacts)),
         **{kind.upper(): k for k, kind in enumerate(_KINDS)},
     }  # fmt: skip
     order = list(fmu.programs)
-    sizes |= {f"{key}_PROGRAM": order.index(name) if name in order else -1 for key, name in _PROGRAMS.items()}
+    for key, name in _PROGRAMS.items():
+        own = f"{fmu.of_contacts}{name}"
+        sizes[f"{key}_PROGRAM"] = order.index(own if own in order else name) if {own, name} & {*order} else -1
     defined = [f"#define MBS_FMU_TOKEN {c_string(fmu.token)}"]
     defined += [f"#define MBS_FMU_{name} {c_number(x)}" for name, x in (sizes | {**fmu.numbers}).items()]
     starts = [x.start for x in fmu.states]
@@ -363,6 +386,7 @@ def _model_header(fmu: Fmu) -> str:
     arrays = [
         _array("double", "start", starts), _array("double", "values", values),
         _array("int", "parameter_kinds", kinds), _array("int", "positive", [int(p.positive) for p in fmu.parameters]),
+        _array("int", "contact_parameters", fmu.contact_parameters),
         _array("int", "free_inputs", free), _array("int", "terminal", [int(x) for x in fmu.terminal]),
         _array("double", "margins", fmu.margins), _array("double", "moments", fmu.moments),
         _array("int", "plain", [k for pair in fmu.plain for k in pair]),

@@ -222,7 +222,7 @@ double mbs_contacts_lost_height(const mbs_contact_run *c, int e, const double *q
     for (int k = 0; k < NQ; ++k)
         if (mbs_contacts_turned[k] == mbs_contacts_angles[e])
             most = fmax(most, fabs(q[k]));
-    return MBS_LOST_HEIGHT * most;
+    return fmax(MBS_LOST_HEIGHT, c->steps) * most;
 }
 
 /* How long something flies on from a gap, HUGE_VAL where it does not come back. */
@@ -243,11 +243,11 @@ static double remaining(mbs_contact_run *c, int e, double t, const double *q, co
     double back = bounce(c, e), fall, rebound, left, unseen;
     if (!(back > 0.0 && back < 1.0) || !((fall = mbs_contacts_falling(c, e, udot)) > 0.0))
         return -1.0;
-    if (c->bouncing[e] == HUGE_VAL)
-        c->bouncing[e] = t;
+    if (c->now.bouncing[e] == HUGE_VAL)
+        c->now.bouncing[e] = t;
     rebound = -back * rate(c, e);
     left = 2.0 * rebound / (fall * (1.0 - back));
-    unseen = fmax(MBS_REMAINING * (t - c->bouncing[e]), MBS_TICKS * fabs(t));
+    unseen = fmax(MBS_REMAINING * (t - c->now.bouncing[e]), MBS_TICKS * fabs(t));
     return left < unseen || rebound * rebound < 2.0 * fall * mbs_contacts_lost_height(c, e, q) ? left : -1.0;
 }
 
@@ -258,7 +258,7 @@ int mbs_contacts_resting(mbs_contact_run *c, const int *touching, double t, cons
     double next = HUGE_VAL;
     int any = 0;
     for (int e = 0; e < ELEMENTS; ++e)
-        if (gap(c, e) <= MBS_TOUCHING * size_of_gap(c, e) && !c->mode.closed[e] && !(touching[e] && mbs_contacts_sense(c, e) < 0))
+        if (gap(c, e) <= MBS_TOUCHING * size_of_gap(c, e) && !c->now.mode.closed[e] && !(touching[e] && mbs_contacts_sense(c, e) < 0))
             next = fmin(next, flight(fmax(gap(c, e), 0.0), gap(c, e) > 0.0 || mbs_contacts_sense(c, e) ? rate(c, e) : 0.0,
                                      mbs_contacts_falling(c, e, udot)));
     for (int e = 0; e < ELEMENTS; ++e) {

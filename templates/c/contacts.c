@@ -9,7 +9,8 @@
 
 static void set_mode(mbs_contact_run *c, double t, double largest)
 {
-    const mbs_contacts_mode *m = &c->mode;
+    const mbs_contacts_mode *m = &c->now.mode;
+    c->now.largest = largest;
     int acting = FIXED, limits = 0, slides = 0;
     mbs_copy(MBS_CONTACTS_NUMBERS, mbs_contacts_open, c->numbers);
     for (int k = 0; k < FIXED; ++k)
@@ -113,13 +114,16 @@ static int stops_in(int stop, const mbs_contacts_mode *m)
     return 0;
 }
 
-/* End the run where an element enters a state at which the model stops, or strikes. */
-static void stop_by_state(mbs_contact_run *c, const mbs_contacts_mode *before, const double *impulses)
+/* End the run where an element enters a state at which the model stops, or strikes; what rests does so `behind` later. */
+static void stop_by_state(mbs_contact_run *c, double t, const mbs_contacts_mode *before, const double *impulses,
+                          double behind)
 {
     for (int k = 0; k < MBS_CONTACTS_STATE_STOPS && c->status == MBS_CONTACTS_GOES_ON; ++k)
         if (mbs_contacts_stop_strikes[k] ? impulses[mbs_contacts_stop_elements[k]] != 0.0
-                                         : stops_in(k, &c->mode) && !stops_in(k, before)) {
-            tell(c, c->state.t, mbs_contacts_stops[MBS_CONTACTS_STOPS - MBS_CONTACTS_STATE_STOPS + k], "stop", 0.0);
+                                         : stops_in(k, &c->now.mode) && !stops_in(k, before)) {
+            c->behind = mbs_contacts_stop_strikes[k] ? 0.0 : behind;
+            tell(c, c->behind > 0.0 ? t + c->behind : c->state.t,
+                 mbs_contacts_stops[MBS_CONTACTS_STOPS - MBS_CONTACTS_STATE_STOPS + k], "stop", 0.0);
             c->status = MBS_CONTACTS_STOPPED;
         }
 }
@@ -137,7 +141,7 @@ static void touches(const mbs_contact_run *c, const int *closed, double t, const
         touching[e] = stands || (closed[e] && (how == MBS_OPEN || how == MBS_INSIDE || senses <= 0));
         if (touching[e] && !closed[e]) {
             double high = fmax(MBS_ROUNDED_GAP * size_of_gap(c, e), (ahead + left) * fabs(rate(c, e)));
-            if (!(c->bouncing[e] < HUGE_VAL || senses))
+            if (!(c->now.bouncing[e] < HUGE_VAL || senses))
                 high = fmax(high, mbs_contacts_lost_height(c, e, q));
             touching[e] = gap(c, e) <= high;
         }
@@ -150,9 +154,9 @@ static int alike(const mbs_contacts_mode *a, const mbs_contacts_mode *b) { retur
 static int is_at_limit(const mbs_contact_run *c, const mbs_contacts_mode *found, int none)
 {
     for (int p = 0; p < PARTS && !none; ++p)
-        if (c->mode.slip[p] && found->closed[mbs_contacts_elements[p]] == 1 && !found->slip[p])
+        if (c->now.mode.slip[p] && found->closed[mbs_contacts_elements[p]] == 1 && !found->slip[p])
             return 0;
-    return none || alike(found, &c->mode);
+    return none || alike(found, &c->now.mode);
 }
 
 /* Find the mode soon after, as the forces of the mode go on to change. */
@@ -170,7 +174,7 @@ static void look_ahead(mbs_contact_run *c, const int *touching, double t, const 
             there[i] = x[i] + soon * slope[i];
         mbs_ask(&c->course, t + soon, there, there + NQ);
         mbs_contacts_pose(c, touching, l);
-        if (mbs_contacts_find(c, l, &c->mode, &later) != MBS_CONTACTS_GOES_ON)
+        if (mbs_contacts_find(c, l, &c->now.mode, &later) != MBS_CONTACTS_GOES_ON)
             continue;
         if (*status != MBS_CONTACTS_GOES_ON || !alike(&later, found)) {
             *found = later;
@@ -187,7 +191,8 @@ static void decide(mbs_contact_run *c, double t, const int *closed, const double
 {
     int touching[ELEMENTS + 1], late[ELEMENTS + 1] = {0}, struck[ELEMENTS + 1] = {0}, strikes = 0, rests = 0;
     double longer[ELEMENTS + 1] = {0.0}, impulses[ELEMENTS + 1] = {0.0}, *q = x, *u = x + NQ;
-    mbs_contacts_mode found, before = c->mode;
+    double behind = 0.0;
+    mbs_contacts_mode found, before = c->now.mode;
     laws l;
     touches(c, closed, t, q, touching);
     mbs_contacts_onto_rows(c, touching, t, q, u);
@@ -201,7 +206,7 @@ static void decide(mbs_contact_run *c, double t, const int *closed, const double
         if (c->status != MBS_CONTACTS_GOES_ON)
             return;
         mbs_ask(&c->course, t, q, u);
-        c->last_impact = t;
+        c->now.last_impact = t;
         for (int e = 0; e < ELEMENTS; ++e)
             if (touching[e] && mbs_contacts_sense(c, e) > 0) {
                 double fall = rests ? mbs_contacts_falling(c, e, udot) : 0.0;
@@ -210,28 +215,30 @@ static void decide(mbs_contact_run *c, double t, const int *closed, const double
     }
     mbs_contacts_at_rest(c, touching, t, q, u);
     mbs_contacts_pose(c, touching, &l);
-    c->status = mbs_contacts_find(c, &l, udot ? &c->mode : NULL, &found);
+    c->status = mbs_contacts_find(c, &l, udot ? &c->now.mode : NULL, &found);
     if (udot && !strikes && is_at_limit(c, &found, c->status != MBS_CONTACTS_GOES_ON))
         look_ahead(c, touching, t, x, &found, &c->status, &l);
     if (c->status != MBS_CONTACTS_GOES_ON)
         return;
-    c->mode = found;
+    c->now.mode = found;
     *largest = mbs_contacts_largest_force(c, &l);
+    for (int e = 0; e < ELEMENTS; ++e)
+        behind = fmax(behind, longer[e]);
     if (udot)
-        stop_by_state(c, &before, impulses);
+        stop_by_state(c, t, &before, impulses, behind);
     for (int k = 0; k < 2 * ELEMENTS; ++k) { /* what touched in an impact, then what changes by itself */
         int e = k % ELEMENTS, changed = udot && strcmp(mbs_contacts_word(&found, e), mbs_contacts_word(&before, e)) != 0;
         if (struck[e] == (k < ELEMENTS) && (changed || (k < ELEMENTS && impulses[e] != 0.0)))
             tell(c, t + longer[e], mbs_contacts_names[e], changed ? mbs_contacts_word(&found, e) : "impact", impulses[e]);
         if (found.closed[e])
-            c->bouncing[e] = HUGE_VAL;
+            c->now.bouncing[e] = HUGE_VAL;
     }
 }
 
 static void enter(mbs_contact_run *c, double t, double largest, const double *x, double *work)
 {
     set_mode(c, t, largest);
-    c->since = t;
+    c->now.since = t;
     mbs_enter(&c->problem, &c->state, x, work);
 }
 
@@ -248,10 +255,10 @@ static void go_on(mbs_contact_run *c, int index, const double *x, double *work)
 /* Whether what has only left its face, from a state x, goes on so. */
 static int leaves(mbs_contact_run *c, int e, double t, double *x)
 {
-    int only[ELEMENTS + 1] = {0}, on = t - c->left[e] > MBS_GOES_ON * fabs(t);
+    int only[ELEMENTS + 1] = {0}, on = t - c->now.left[e] > MBS_GOES_ON * fabs(t);
     if (!(rate(c, e) > 0.0))
         return 0;
-    if (!(c->bouncing[e] < HUGE_VAL && on)) {
+    if (!(c->now.bouncing[e] < HUGE_VAL && on)) {
         if (mbs_contacts_sense(c, e) <= 0 || mbs_standing(&c->course, e) == MBS_OPEN)
             return 0;
         only[e] = 1;
@@ -260,14 +267,14 @@ static int leaves(mbs_contact_run *c, int e, double t, double *x)
         if (!on)
             return 0;
     }
-    c->left[e] = t;
+    c->now.left[e] = t;
     return 1;
 }
 
 /* The time by which an element touched before its step has ended, on its parabola; x receives the state then. */
 static double touched(mbs_contact_run *c, int e, double t, const double *udot, double *x)
 {
-    double room, ago, since = fmax(c->last_impact, c->since), now = rate(c, e), deep = gap(c, e), before[NX + 1];
+    double room, ago, since = fmax(c->now.last_impact, c->now.since), now = rate(c, e), deep = gap(c, e), before[NX + 1];
     double rounded = MBS_ROUNDED_GAP * size_of_gap(c, e);
     if (!(-2.0 * rounded < deep && deep < 0.0 && now < -mbs_contacts_allowed_speed(c, mbs_contacts_normals[e])))
         return t;
@@ -285,15 +292,15 @@ static double touched(mbs_contact_run *c, int e, double t, const double *udot, d
 static int stands_still(mbs_contact_run *c, double t)
 {
     const int most = 10 * (100 + 20 * ELEMENTS);
-    int on = t - c->last_switch > MBS_GOES_ON * fabs(t), fast = 0;
-    c->switches = on ? 1 : c->switches + 1;
-    c->last_switch = t;
-    if (on && ++c->block > most) {
-        fast = (t - c->block_begun) * MBS_MOST_SWITCHES < most * (c->problem.t_end - c->problem.t0);
-        c->block_begun = t;
-        c->block = 0;
+    int on = t - c->now.last_switch > MBS_GOES_ON * fabs(t), fast = 0;
+    c->now.switches = on ? 1 : c->now.switches + 1;
+    c->now.last_switch = t;
+    if (on && ++c->now.block > most) {
+        fast = (t - c->now.block_begun) * MBS_MOST_SWITCHES < most * (c->problem.t_end - c->problem.t0);
+        c->now.block_begun = t;
+        c->now.block = 0;
     }
-    return fast || c->switches > most;
+    return fast || c->now.switches > most;
 }
 
 /* Decide what follows at the switching function at which the run stands. */
@@ -301,7 +308,7 @@ static void switched(mbs_contact_run *c, double *work)
 {
     int index = c->state.event - (MBS_CONTACTS_NG - MBS_CONTACTS_SWITCHES), closed[ELEMENTS + 1], closing = -1;
     double t = c->state.t, x[NX + 1], slope[NX + 1], largest = 0.0, at = t;
-    mbs_contacts_mode before = c->mode;
+    mbs_contacts_mode before = c->now.mode;
     if (stands_still(c, t)) {
         c->status = MBS_CONTACTS_STANDS_STILL;
         return;
@@ -309,11 +316,12 @@ static void switched(mbs_contact_run *c, double *work)
     c->event_count = 0;
     mbs_copy(NX, work, x);
     for (int e = 0; e < ELEMENTS; ++e) {
-        closed[e] = c->mode.closed[e] == 1;
+        closed[e] = c->now.mode.closed[e] == 1;
         if (mbs_contacts_functions[e] == index && !closed[e])
             closing = e;
     }
     mbs_grow_speed(&c->laws, NU, x + NQ);
+    c->now.speed = c->laws.speed;
     mbs_ask(&c->course, t, x, x + NQ);
     if (closing >= 0 && leaves(c, closing, t, x)) {
         go_on(c, index, x, work);
@@ -326,8 +334,11 @@ static void switched(mbs_contact_run *c, double *work)
         rates(c, at, x, slope);
     }
     decide(c, at, closed, slope + NQ, x, &largest);
-    if (c->status == MBS_CONTACTS_STOPPED)
-        mbs_copy(NX, x, work);
+    if (c->status == MBS_CONTACTS_STOPPED) {
+        set_mode(c, t, largest);
+        step(c, at, x, c->behind > 0.0 ? c->behind : t - at, work);
+        c->state.t = c->behind > 0.0 ? at + c->behind : t;
+    }
     if (c->status != MBS_CONTACTS_GOES_ON)
         return;
     if (at != t) {
@@ -336,7 +347,7 @@ static void switched(mbs_contact_run *c, double *work)
         step(c, at, x, t - at, end);
         mbs_copy(NX, end, x);
     }
-    if (c->last_impact == at && alike(&before, &c->mode))
+    if (c->now.last_impact == at && alike(&before, &c->now.mode))
         go_on(c, index, x, work);
     else
         enter(c, t, largest, x, work);
@@ -359,10 +370,10 @@ void mbs_contacts_begin(mbs_contact_run *c, double t0, double t_end, long long s
     memset(c, 0, sizeof *c);
     mbs_copy(MBS_CONTACTS_NP, mbs_contacts_values, c->parameters);
     for (int e = 0; e < ELEMENTS; ++e) {
-        c->bouncing[e] = HUGE_VAL;
-        c->left[e] = -HUGE_VAL;
+        c->now.bouncing[e] = HUGE_VAL;
+        c->now.left[e] = -HUGE_VAL;
     }
-    c->last_impact = c->last_switch = -HUGE_VAL;
+    c->now.last_impact = c->now.last_switch = -HUGE_VAL;
     c->system.inputs = MBS_CONTACTS_NW ? program("contacts_inputs") : NULL;
     c->system.state_derivative = program("contacts_state_derivative");
     c->system.missed = program("contacts_missed");
@@ -433,7 +444,7 @@ void mbs_contacts_begin(mbs_contact_run *c, double t0, double t_end, long long s
     c->laws.angles = mbs_contacts_angles;
     c->laws.slides = mbs_contacts_slides;
     c->laws.length = MBS_CONTACTS_LENGTH;
-    c->laws.speed = MBS_CONTACTS_SPEED;
+    c->laws.speed = c->now.speed = MBS_CONTACTS_SPEED;
 }
 
 long long mbs_contacts_work(const mbs_contact_run *c) { return mbs_work(&c->problem); }
@@ -449,8 +460,23 @@ void mbs_contacts_start(mbs_contact_run *c, const double *x0, double *work)
     if (c->status != MBS_CONTACTS_GOES_ON)
         return;
     set_mode(c, c->problem.t0, largest);
-    c->since = c->problem.t0;
+    c->now.since = c->problem.t0;
     mbs_start(&c->problem, x, &c->state, work);
+}
+
+void mbs_contacts_resume(mbs_contact_run *c, const double *x, double *work)
+{
+    c->laws.speed = c->now.speed;
+    mbs_ask(&c->course, c->problem.t0, x, x + NQ);
+    set_mode(c, c->problem.t0, c->now.largest);
+    mbs_start(&c->problem, x, &c->state, work);
+}
+
+void mbs_contacts_switch(mbs_contact_run *c, int function, double *work)
+{
+    c->state.t = c->problem.t0;
+    c->state.event = function;
+    switched(c, work);
 }
 
 long long mbs_contacts_go(mbs_contact_run *c, double *work, double *samples, long long rows)

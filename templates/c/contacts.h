@@ -40,11 +40,22 @@ typedef struct {
     int closed[MBS_CONTACTS_ELEMENTS + 1], slip[MBS_CONTACTS_PARTS + 1], carried[MBS_CONTACTS_PARTS + 1];
 } mbs_contacts_mode;
 
+/* What a run remembers at a time, but for the state (q, u): what restoring it takes. */
+typedef struct {
+    mbs_contacts_mode mode;
+    double largest, speed;                  /* the largest force as the mode began, and the largest speed that was met */
+    double since, last_impact, last_switch; /* times: of the mode .. */
+    double bouncing[MBS_CONTACTS_ELEMENTS + 1], left[MBS_CONTACTS_ELEMENTS + 1]; /* since when, and when it last left */
+    double block_begun;
+    long long switches, block; /* while time stood still; of a block of switches */
+} mbs_contacts_point;
+
 /* A run, which is not to be moved. The first entries of its work space hold the state (q, u). */
 typedef struct {
-    double parameters[MBS_CONTACTS_NP + 1]; /* may be changed before the start */
+    double parameters[MBS_CONTACTS_NP + MBS_CONTACTS_FREE + 1]; /* may be changed before the start */
+    double steps; /* part of lengths by which steps may err that others take: lower bounces rest; 0 where it steps itself */
     mbs_contacts_status status;
-    mbs_contacts_mode mode;
+    mbs_contacts_point now;
     mbs_contacts_event events[MBS_CONTACTS_MOST_EVENTS]; /* of the last switch */
     int event_count;
     mbs_state state;
@@ -62,10 +73,8 @@ typedef struct {
     double matrix[MBS_CONTACTS_ROWS * MBS_CONTACTS_NU + 1], exerted[MBS_CONTACTS_ROWS * MBS_CONTACTS_NU + 1];
     double jacobian[MBS_CONTACTS_ROWS * MBS_CONTACTS_NU + 1], inverse[MBS_CONTACTS_NU * MBS_CONTACTS_NU + 1];
     double room[MBS_FACTORS(MBS_CONTACTS_ROWS, MBS_CONTACTS_WIDEST)];
-
-    double since, last_impact, last_switch, block_begun;
-    double bouncing[MBS_CONTACTS_ELEMENTS + 1], left[MBS_CONTACTS_ELEMENTS + 1]; /* since when, and when it last left */
-    long long switches, jumps, block; /* while time stood still; and of a block of switches */
+    double behind;   /* how long after its last switch the run has stopped */
+    long long jumps; /* calls of the integrator while time stood still */
 } mbs_contact_run;
 
 /* Let a run be that of the export, from t0 to t_end with evenly spaced samples. */
@@ -76,6 +85,13 @@ long long mbs_contacts_work(const mbs_contact_run *run);
 
 /* Find the state of the contacts at a start x (q, u). */
 void mbs_contacts_start(mbs_contact_run *run, const double *x, double *work);
+
+/* Go on from a state x at the time t0, and from the point to which `now` was restored. */
+void mbs_contacts_resume(mbs_contact_run *run, const double *x, double *work);
+
+/* Decide what follows where a switching function of the mode, by its number among all, has become positive at the time t0:
+   `work` holds the state before and after, `events` tell of it. */
+void mbs_contacts_switch(mbs_contact_run *run, int function, double *work);
 
 /* Go on to the next switch, of which `events` tell, or to the end; write samples as rows (q, u) and return how many. */
 long long mbs_contacts_go(mbs_contact_run *run, double *work, double *samples, long long rows);

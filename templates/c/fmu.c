@@ -9,6 +9,13 @@
 
 enum { NX = MBS_FMU_NX, NQ = MBS_FMU_NQ, NP = MBS_FMU_NP, NG = MBS_FMU_NG, FREE = MBS_FMU_FREE };
 
+/* Inputs from outside stand behind so many parameters. */
+#if MBS_FMU_CONTACTS
+enum { BEHIND = MBS_CONTACTS_NP };
+#else
+enum { BEHIND = MBS_FMU_NP };
+#endif
+
 int mbs_fmu_fail(const mbs_fmu *f, const char *format, ...)
 {
     char text[512];
@@ -34,8 +41,10 @@ mbs_fmu *mbs_fmu_create(const char *name)
 
 void mbs_fmu_free(mbs_fmu *f)
 {
-    if (f)
+    if (f) {
         free(f->work);
+        free(f->run);
+    }
     free(f);
 }
 
@@ -55,38 +64,143 @@ static void all_inputs(const double *const *in, double *const *out)
 {
     mbs_programs[MBS_FMU_INPUTS_PROGRAM].call(in, out);
     for (int k = 0; k < FREE; ++k)
-        out[0][mbs_fmu_free_inputs[k]] = in[3][NP + k];
+        out[0][mbs_fmu_free_inputs[k]] = in[3][BEHIND + k];
 }
 
-static void call(mbs_fmu *f, int program, double *const *out)
+/* Let parameters follow from those that were set. */
+static void update(mbs_fmu *f)
 {
-    const double none[1] = {0.0};
-    const double *in[6] = {&f->now.time, f->now.x, f->now.x + NQ, f->now.parameters, f->inputs, none};
+    const double *in[6] = {&f->now.time, f->now.x, f->now.x + NQ, f->now.parameters, f->inputs, f->inputs};
+    double found[NP + 1], *all = found;
+    if (!f->stale)
+        return;
+    mbs_programs[MBS_FMU_PARAMETERS_PROGRAM].call(in, &all);
+    memcpy(f->now.parameters, found, NP * sizeof(double));
+    f->stale = 0;
+}
+
+/* Call a program with parameters, behind which inputs from outside stand, and the numbers of a state of contacts. */
+static void call_with(mbs_fmu *f, const double *parameters, const double *modes, int program, double *const *out)
+{
+    const double *in[7] = {&f->now.time, f->now.x, f->now.x + NQ, parameters, f->inputs, modes, f->multipliers};
     double *inputs = f->inputs;
-    if (f->stale) {
-        double found[NP + 1], *all = found;
-        mbs_programs[MBS_FMU_PARAMETERS_PROGRAM].call(in, &all);
-        memcpy(f->now.parameters, found, NP * sizeof(double));
-        f->stale = 0;
-    }
     if (MBS_FMU_NW > 0)
         all_inputs(in, &inputs);
     mbs_programs[program].call(in, out);
 }
 
-static int evaluate(mbs_fmu *f)
+static void evaluate_with(mbs_fmu *f, const double *parameters, const double *modes, const double *margins)
 {
     double *out[4] = {f->rates, f->rates + NQ, f->multipliers, f->report}, *outputs = f->outputs;
     double *indicators = f->indicators;
+    call_with(f, parameters, modes, MBS_FMU_DERIVATIVE_PROGRAM, out);
+    if (MBS_FMU_NO > 0)
+        call_with(f, parameters, modes, MBS_FMU_OUTPUTS_PROGRAM, &outputs);
+    if (NG > 0)
+        call_with(f, parameters, modes, MBS_FMU_EVENTS_PROGRAM, &indicators);
+    for (int k = 0; k < MBS_FMU_SWITCHES; ++k)
+        f->indicators[NG - MBS_FMU_SWITCHES + k] -= margins[k];
+}
+
+static void tell_event(const mbs_fmu *f, const char *format, ...)
+{
+    char text[512];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    f->tell(f, MBS_FMU_OK, "logEvents", text);
+}
+
+static void tell_stop(mbs_fmu *f, const char *what)
+{
+    tell_event(f, "the motion ends at t = %.9g s: %s", f->now.time, what);
+    f->now.stopped = 1;
+}
+
+#if MBS_FMU_CONTACTS
+/* ---- contacts, which go from state to state ---- */
+
+/* The run from where the instance is to `end`: in the state of its contacts, which is found where it is to begin; null
+   without memory. */
+static mbs_contact_run *run_of(mbs_fmu *f, double end)
+{
+    static const int sizes[4] = {1, MBS_FMU_NQ, MBS_FMU_NX - MBS_FMU_NQ, MBS_CONTACTS_NP}, size[1] = {MBS_FMU_NW};
+    static const mbs_program inputs = {"inputs", 4, sizes, 1, size, all_inputs};
+    mbs_contact_run *run = f->run ? f->run : (f->run = calloc(1, sizeof *run));
+    if (run) {
+        update(f);
+        mbs_contacts_begin(run, f->now.time, end, 2);
+        if (MBS_FMU_NW > 0)
+            run->system.inputs = run->laws.inputs = &inputs;
+        run->problem.rtol = f->now.tolerance;
+        run->problem.atol = f->now.tolerance * MBS_FMU_ATOL_BY_RTOL;
+        for (int k = 0; k < MBS_CONTACTS_NP; ++k)
+            if (mbs_fmu_contact_parameters[k] >= 0)
+                run->parameters[k] = f->now.parameters[mbs_fmu_contact_parameters[k]];
+        memcpy(run->parameters + MBS_CONTACTS_NP, f->now.parameters + NP, FREE * sizeof(double));
+        if (!f->work)
+            f->work = calloc((size_t)mbs_contacts_work(run), sizeof(double));
+    }
+    if (!run || !f->work) {
+        mbs_fmu_fail(f, "there is no memory for the contacts");
+        return NULL;
+    }
+    if (f->now.phase <= MBS_FMU_BEGINNING)
+        mbs_contacts_start(run, f->now.x, f->work);
+    else {
+        run->now = f->now.contacts;
+        mbs_contacts_resume(run, f->now.x, f->work);
+    }
+    return run;
+}
+
+/* Take over where a run stands, and log what happened; returns a status. */
+static int take_over(mbs_fmu *f, const mbs_contact_run *run)
+{
+    f->known = 0;
+    for (int k = 0; k < run->event_count; ++k)
+        tell_event(f, "t = %.9g s: %s %s", run->events[k].time, run->events[k].name, run->events[k].word);
+    if (run->status > MBS_CONTACTS_STOPPED)
+        return mbs_fmu_fail(f, "%s at t = %.9g s", mbs_contacts_words(run->status), f->now.time);
+    memcpy(f->now.x, f->work, NX * sizeof(double));
+    f->now.contacts = run->now;
+    return MBS_FMU_OK;
+}
+
+static int evaluate_model(mbs_fmu *f)
+{
+    mbs_contact_run *run = run_of(f, f->now.time + 1.0);
+    if (!run)
+        return MBS_FMU_ERROR;
+    if (run->status != MBS_CONTACTS_GOES_ON)
+        return mbs_fmu_fail(f, "%s at t = %.9g s", mbs_contacts_words(run->status), f->now.time);
+    evaluate_with(f, run->parameters, run->numbers, run->margins);
+    return MBS_FMU_OK;
+}
+#else
+static void call(mbs_fmu *f, int program, double *const *out)
+{
+    const double none[1] = {0.0};
+    update(f);
+    call_with(f, f->now.parameters, none, program, out);
+}
+
+static int evaluate_model(mbs_fmu *f)
+{
+    const double none[1] = {0.0};
+    update(f);
+    evaluate_with(f, f->now.parameters, none, mbs_fmu_margins);
+    return MBS_FMU_OK;
+}
+#endif
+
+static int evaluate(mbs_fmu *f)
+{
     if (f->known)
         return MBS_FMU_OK;
-    call(f, MBS_FMU_DERIVATIVE_PROGRAM, out);
-    if (MBS_FMU_NO > 0)
-        call(f, MBS_FMU_OUTPUTS_PROGRAM, &outputs);
-    if (NG > 0)
-        call(f, MBS_FMU_EVENTS_PROGRAM, &indicators);
-    for (int k = 0; k < MBS_FMU_SWITCHES; ++k)
-        f->indicators[NG - MBS_FMU_SWITCHES + k] -= mbs_fmu_margins[k];
+    if (evaluate_model(f) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
     for (int k = 0; k < NX; ++k)
         if (!isfinite(f->rates[k]))
             return mbs_fmu_fail(f, "the rate of %s is not finite at t = %.9g s", mbs_fmu_states[k], f->now.time);
@@ -187,6 +301,36 @@ static double size_of(int count, const double *x)
     return most;
 }
 
+#if MBS_FMU_CONTACTS
+/* By how much states miss the rows that act. */
+static double drift(mbs_fmu *f)
+{
+    mbs_contact_run *run = run_of(f, f->now.time + 1.0);
+    double phi[MBS_CONTACTS_ROWS + 1], phidot[MBS_CONTACTS_ROWS + 1], *out[2] = {phi, phidot};
+    if (!run)
+        return 0.0;
+    call_with(f, run->parameters, run->numbers, MBS_FMU_MISSED_PROGRAM, out);
+    return fmax(size_of(MBS_CONTACTS_ROWS, phi) / (1.0 + size_of(NQ, f->now.x)),
+                size_of(MBS_CONTACTS_ROWS, phidot) / (1.0 + size_of(NX - NQ, f->now.x + NQ)));
+}
+
+static int put_back(mbs_fmu *f)
+{
+    for (int round = 0; round < MBS_CLOSING_ROUNDS && drift(f) > 8.0 * MBS_EPSILON; ++round) {
+        mbs_contact_run *run = run_of(f, f->now.time + 1.0);
+        double change[NX + 1], *out[2] = {change, change + NQ};
+        if (!run)
+            return MBS_FMU_ERROR;
+        call_with(f, run->parameters, run->numbers, MBS_FMU_PUT_BACK_PROGRAM, out);
+        for (int k = 0; k < NX; ++k)
+            f->now.x[k] += change[k];
+    }
+    f->known = 0;
+    if (drift(f) <= MBS_FMU_CLOSURE)
+        return MBS_FMU_OK;
+    return mbs_fmu_fail(f, "the constraints cannot be closed at t = %.9g s", f->now.time);
+}
+#else
 /* The largest row of a program that corrects `count` states, over their size; `change` receives the correction. */
 static double missed(mbs_fmu *f, int program, int first, int count, double *change)
 {
@@ -252,6 +396,8 @@ static double drift(mbs_fmu *f)
     return most;
 }
 
+#endif
+
 /* ---- initialization, model exchange ---- */
 
 static double side(double value)
@@ -279,6 +425,12 @@ int mbs_fmu_begin(mbs_fmu *f, double start, int has_tolerance, double tolerance)
 
 int mbs_fmu_end_of_beginning(mbs_fmu *f)
 {
+#if MBS_FMU_CONTACTS
+    const mbs_contact_run *run = run_of(f, f->now.time + 1.0);
+    if (!run || take_over(f, run) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    f->now.phase = MBS_FMU_RUNNING;
+#endif
     if (put_back(f) != MBS_FMU_OK || evaluate(f) != MBS_FMU_OK)
         return MBS_FMU_ERROR;
     note_sides(f);
@@ -329,11 +481,13 @@ int mbs_fmu_indicators(mbs_fmu *f, double *values, size_t count)
     return MBS_FMU_OK;
 }
 
-/* Whether an indicator whose positive values end the motion has become positive. */
+/* Whether an indicator whose positive values end the motion, or the state of a contact, has become positive. States of contacts
+   are such that theirs begin below zero, but for rounding; a flight may be shorter than a step. */
 static int stop_met(const mbs_fmu *f)
 {
     for (int k = 0; k < NG; ++k)
-        if (mbs_fmu_terminal[k] && f->now.sides[k] <= 0.0 && f->indicators[k] > 0.0)
+        if (mbs_fmu_terminal[k] && f->indicators[k] > 0.0 &&
+            (f->now.sides[k] <= 0.0 || (MBS_FMU_CONTACTS && k >= NG - MBS_FMU_SWITCHES)))
             return k;
     return -1;
 }
@@ -349,12 +503,27 @@ int mbs_fmu_step_done(mbs_fmu *f, int *event)
     return MBS_FMU_OK;
 }
 
-static void tell_stop(mbs_fmu *f, int place)
+/* Decide at an event, which an indicator has told; returns a status. */
+static int meet(mbs_fmu *f, int place, int *changed)
 {
-    char text[512];
-    snprintf(text, sizeof text, "the motion ends at t = %.9g s: %s", f->now.time, mbs_fmu_ends[place]);
-    f->now.stopped = 1;
-    f->tell(f, MBS_FMU_OK, "logEvents", text);
+#if MBS_FMU_CONTACTS
+    if (place >= NG - MBS_FMU_SWITCHES) {
+        mbs_contact_run *run = run_of(f, f->now.time + 1.0);
+        if (!run)
+            return MBS_FMU_ERROR;
+        run->steps = f->now.tolerance;
+        mbs_contacts_switch(run, place, f->work);
+        if (take_over(f, run) != MBS_FMU_OK)
+            return MBS_FMU_ERROR;
+        *changed = 1;
+        if (run->status == MBS_CONTACTS_STOPPED)
+            tell_stop(f, run->events[0].name);
+        return evaluate(f);
+    }
+#endif
+    *changed |= 0;
+    tell_stop(f, mbs_fmu_ends[place]);
+    return MBS_FMU_OK;
 }
 
 int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next)
@@ -365,11 +534,11 @@ int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next)
     if ((*changed && put_back(f) != MBS_FMU_OK) || evaluate(f) != MBS_FMU_OK)
         return MBS_FMU_ERROR;
     met = stop_met(f);
-    if (met >= 0)
-        tell_stop(f, met);
-    else
+    if (met >= 0 && meet(f, met, changed) != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    if (!f->now.stopped)
         note_sides(f);
-    *stops = met >= 0;
+    *stops = (int)f->now.stopped;
     for (int k = MBS_FMU_MOMENTS - 1; k >= 0; --k)
         if (mbs_fmu_moments[k] > f->now.time * (1.0 + 8.0 * MBS_EPSILON))
             *next = mbs_fmu_moments[k];
@@ -377,6 +546,26 @@ int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next)
 }
 
 /* ---- co-simulation ---- */
+
+#if MBS_FMU_CONTACTS
+static int integrate(mbs_fmu *f, double end)
+{
+    double samples[3 * (NX + 1)];
+    mbs_contact_run *run = run_of(f, end);
+    if (!run)
+        return MBS_FMU_ERROR;
+    while (run->status == MBS_CONTACTS_GOES_ON) {
+        mbs_contacts_go(run, f->work, samples, 3);
+        f->now.time = run->status == MBS_CONTACTS_DONE ? end : run->state.t;
+        if (take_over(f, run) != MBS_FMU_OK)
+            return MBS_FMU_ERROR;
+    }
+    if (run->status != MBS_CONTACTS_STOPPED)
+        return MBS_FMU_OK;
+    tell_stop(f, run->events[0].name);
+    return MBS_FMU_DISCARD;
+}
+#else
 
 static const char *words(int status)
 {
@@ -450,7 +639,7 @@ static int integrate(mbs_fmu *f, double end)
     f->now.time = state.t;
     f->known = 0;
     if (state.status == MBS_STOPPED) {
-        tell_stop(f, state.event);
+        tell_stop(f, mbs_fmu_ends[state.event]);
         return MBS_FMU_DISCARD;
     }
     if (state.status != MBS_DONE)
@@ -458,6 +647,7 @@ static int integrate(mbs_fmu *f, double end)
     f->now.time = end;
     return MBS_FMU_OK;
 }
+#endif
 
 int mbs_fmu_step(mbs_fmu *f, double from, double h)
 {

@@ -7,6 +7,9 @@
 
 #include "fmu_model.h"
 #include "model.h"
+#if MBS_FMU_CONTACTS
+#include "contacts.h"
+#endif
 
 #include <stddef.h>
 
@@ -44,6 +47,9 @@ typedef struct {
     double parameters[MBS_FMU_NP + MBS_FMU_FREE + 1];
     double sides[MBS_FMU_NG + 1]; /* of event indicators: the side of zero on which they were last seen */
     long long phase, stopped;
+#if MBS_FMU_CONTACTS
+    mbs_contacts_point contacts;
+#endif
 } mbs_fmu_point;
 
 typedef struct mbs_fmu {
@@ -53,6 +59,7 @@ typedef struct mbs_fmu {
     double rates[MBS_FMU_NX + 1], inputs[MBS_FMU_NW + 1], outputs[MBS_FMU_NO + 1];
     double multipliers[MBS_FMU_NS + 1], report[3], indicators[MBS_FMU_NG + 1];
     double *work; /* of the integrator; null before the first step */
+    void *run;    /* of contacts, null before they begin */
     void (*tell)(const struct mbs_fmu *fmu, int status, const char *category, const char *text);
     void *environment, *logger;
     int logging;

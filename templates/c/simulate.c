@@ -48,7 +48,7 @@ int main(int count, char **given)
         return 2;
     mbs_contacts_start(&run, mbs_contacts_start_state, work);
     for (int e = 0; e < MBS_CONTACTS_ELEMENTS; ++e)
-        fprintf(stderr, "start,0,%s,%s\n", mbs_contacts_names[e], mbs_contacts_word(&run.mode, e));
+        fprintf(stderr, "start,0,%s,%s\n", mbs_contacts_names[e], mbs_contacts_word(&run.now.mode, e));
     write_events(&run);
     while (run.status == MBS_CONTACTS_GOES_ON) {
         long long more = mbs_contacts_go(&run, work, rows, ROWS);

@@ -174,3 +174,42 @@ def test_a_stiff_model_has_its_implicit_method(tmp_path: Path) -> None:
     fast = 0.5 * (1e6 + np.sqrt(1e12 - 4e6))
     slow = 1e6 / fast
     assert found["x"][1:] == pytest.approx(fast / (fast - slow) * np.exp(-slow * found["time"][1:]), rel=1e-8)
+
+
+@lru_cache
+def thrown() -> mbs.System:
+    """A block is thrown onto a rough floor, bounces, slides and comes to rest."""
+    return mbs.loads("""
+multibody_sym: 1
+name: thrown
+gravity: [0, -9.81, 0]
+parameters: {v: 3, mu: 0.3}
+bodies: {ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}}, a: {mass: 2}}
+joints: {j: {type: point, parent: ground, child: a, q: [x, y], initial: {q: [0, 0.5], u: [v, 0]}}}
+contacts: {c: {between: [a, ground.floor], static: mu, restitution: 0.4}}
+inputs: {push: 0 N}
+forces: {hand: {type: force, on: a, value: [push, 0, 0]}}
+outputs: {pressed: normal(c)}
+""")
+
+
+@pytest.mark.parametrize(("fmi", "kind", "near"), [(2, "CoSimulation", 1e-9), (3, "ModelExchange", 1e-6)])
+def test_contacts_go_from_state_to_state(tmp_path: Path, fmi: int, kind: str, near: float) -> None:
+    """Impacts, rest after infinitely many of them, sliding and sticking are those of a run by the same friction."""
+    (file,) = mbs.export(thrown(), "fmu", tmp_path / "thrown.fmu", fmi=fmi)
+    assert validate_fmu(str(file)) == []
+    names, told = ("x", "y", "u_x", "u_y", "pressed"), list[str]()
+    given = {"start_values": {"mu": 0.4, "push": 1.0}, "stop_time": 2.0, "output_interval": 0.1}
+
+    def note(*told_of: Any) -> None:
+        told.append(told_of[-1].decode())
+
+    found = run_of(str(file), kind, names, **given, debug_logging=True, logger=note)
+    own = mbs.simulate(thrown(), t_end=2.0, samples=21, rtol=1e-12, parameters={"mu": "0.4"}, inputs={"push": "1"})
+    for name in names[:4]:
+        assert found[name] == pytest.approx(own[name], abs=near)
+    assert found["pressed"][-1] == pytest.approx(2 * 9.81, rel=1e-9)
+    words = [text.split(": ")[1] for text in told if text.startswith("t = ")]
+    assert words[:3] == ["c impact"] * 3
+    assert words[-1] == "c stick"
+    assert {"c impact", "c stick"} <= {*words} <= {"c impact", "c slide+", "c stick"}

@@ -31,9 +31,8 @@ from multibody_sym.mechanics.modes import (
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.explicit import RungeKutta
-from multibody_sym.motion.prepare.fmu import method_fields
 from multibody_sym.motion.prepare.problem import knots_before, pairing_of, terminal_of
-from multibody_sym.motion.prepare.settings import RunSettings, run_settings
+from multibody_sym.motion.prepare.settings import RunSettings, method_fields, run_settings
 from multibody_sym.motion.switching.known_switches import plain
 from multibody_sym.motion.switching.law_mechanism import LawMechanism
 from multibody_sym.program.program import Program, interpret
@@ -44,7 +43,7 @@ from multibody_sym.scalars.node import ZERO, symbol
 
 T = TypeVar("T")
 _PREFIX: Final = "contacts_"
-_FILES: Final = ("contacts.h", "contacts.c", "contact_laws.h", "contact_laws.c", "contact_impacts.c", "simulate.c")
+_FILES: Final = ("contacts.h", "contacts.c", "contact_laws.h", "contact_laws.c", "contact_impacts.c")
 _MATRICES: Final = ("jacobian", "matrix", "exerted", "inverse")
 _OUTPUTS: Final = (
     *_MATRICES,
@@ -57,16 +56,22 @@ _MOST_ELEMENTS: Final = 12
 class ContactCode:
     """The Programs of a model in any state of its contacts, and the files of C that take it from state to state.
 
-    `samples` are the inputs of these Programs at the start, all contacts open.
+    `samples` are the inputs of these Programs at the start, all contacts open; `parameters` and `functions` name their
+    parameters and switching functions.
     """
 
     programs: Mapping[str, Program]
     files: Mapping[str, str]
     samples: Mapping[str, Sequence[ArrayLike]]
+    parameters: tuple[str, ...]
+    functions: tuple[str, ...]
 
 
-def contact_code(system: System, placed: StartState, formalism: str) -> ContactCode | str:
-    """Return what simulates a system with contacts in C, by a formalism, or why there is none."""
+def contact_code(system: System, placed: StartState, formalism: str, *, free: int = 0) -> ContactCode | str:
+    """Return what simulates a system with contacts in C, by a formalism, or why there is none.
+
+    So many inputs are `free`: they stand behind the parameters.
+    """
     placed = placed.before_a_run
     laws = LawMechanism.of(placed.declared, system.simulation)
     begin = placed.start
@@ -79,8 +84,8 @@ def contact_code(system: System, placed: StartState, formalism: str) -> ContactC
         return "the laws leave several states at the start"
     assert laws.every is not None
     programs, places, _ = every_mode_programs(laws.declared, FORMALISMS[formalism])
-    del programs["energy"], programs["outputs"]
-    tables = _Tables(laws, laws.every, placed, settings, programs, places)
+    del programs["energy"]
+    tables = _Tables(laws, laws.every, placed, settings, programs, places, free)
     files = {name: template_text(f"c/{name}") for name in _FILES}
     files["contacts_model.h"] = tables.text
     state = (0.0, begin.q, begin.u, tables.values)
@@ -90,7 +95,8 @@ def contact_code(system: System, placed: StartState, formalism: str) -> ContactC
     for name, program in programs.items():  # `laws` is of no mode: its array of these numbers is empty
         pairs = zip(program.inputs, given, strict=False)
         samples[name] = [x if array.size == np.size(x) else np.zeros(array.shape) for array, x in pairs]
-    return ContactCode(_named(programs), files, _named(samples))
+    names = tuple("" if x.source is Source.CHOSEN else x.name for x in laws.every.parameters)
+    return ContactCode(_named(programs), files, _named(samples), names, functions(laws.every))
 
 
 def _named(known: Mapping[str, T]) -> dict[str, T]:
@@ -144,6 +150,7 @@ class _Tables:
     settings: RunSettings
     programs: Mapping[str, Program]
     places: Mapping[str, Sequence[int]]
+    free: int
 
     @property
     def text(self) -> str:
@@ -164,7 +171,7 @@ class _Tables:
         scale = self.placed.posed.rows.scale
         return {
             "NQ": len(declared.coordinates), "NU": len(declared.speeds), "NP": len(self.every.parameters),
-            "NW": len(declared.inputs), "NG": len(self._terminal), "SWITCHES": self.laws.functions,
+            "NW": len(declared.inputs), "FREE": self.free, "NG": len(self._terminal), "SWITCHES": self.laws.functions,
             "ROWS": len(self.every.rows), "CONSTRAINTS": len(declared.rows), "ELEMENTS": len(declared.one_way),
             "PARTS": len(friction_parts(declared)), "NUMBERS": len(self.every.mode_numbers),
             "SOME_ACT": number_places(self.every)["some row acts"],

@@ -32,7 +32,7 @@ from multibody_sym.motion.function import Function, function_named
 from multibody_sym.motion.methods.table import COLLOCATION
 from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
 from multibody_sym.program.program import Program, interpret
-from multibody_sym.program.target_layout import spread_samples
+from multibody_sym.program.target_layout import spread_samples, template_text
 from multibody_sym.program.trace import fold_input
 from multibody_sym.records import dataclass
 from multibody_sym.text.files import is_special, path_name, write_whole
@@ -192,9 +192,13 @@ def exported(
         if given:
             with at(name):
                 raise InputError(f"an FMU has parameters and no other functions: leave out {name}", number="M110")
-    from multibody_sym.motion.prepare.fmu import fmu_of, write_fmu  # which other exports do without
+    from multibody_sym.motion.prepare.contact_code import contact_code  # which other exports do without
+    from multibody_sym.motion.prepare.fmu import fmu_of, free_inputs, write_fmu
 
-    made_fmu = fmu_of(system, model.placed, model.programs)
+    contacts: ContactCode | str | None = None
+    if model.mechanism.one_way:
+        contacts = contact_code(system, model.placed, model.route, free=len(free_inputs(model.mechanism)))
+    made_fmu = fmu_of(system, model.placed, model.programs, contacts)
     return Exported([write_fmu(made_fmu.fmu, folder, cast(Any, fmi))], (*first, *made_fmu.notes))
 
 
@@ -309,7 +313,7 @@ def _sources(
     if isinstance(simulated, str):
         notes.append(f"without simulate.c, which goes from state to state: {simulated}")
     elif simulated is not None:
-        files = {**simulated.files}
+        files = {**simulated.files, "simulate.c": template_text("c/simulate.c")}
         model = model.with_others(
             simulated.programs, {name: [list(sample)] for name, sample in simulated.samples.items()}
         )

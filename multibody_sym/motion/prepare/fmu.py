@@ -25,9 +25,10 @@ from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.explicit import RungeKutta
-from multibody_sym.motion.methods.table import AUTO, COLLOCATION, METHODS, Method
+from multibody_sym.motion.methods.table import AUTO, COLLOCATION, METHODS
+from multibody_sym.motion.prepare.contact_code import ContactCode
 from multibody_sym.motion.prepare.problem import knots_before, pairing_of, terminal_of
-from multibody_sym.motion.prepare.settings import RunSettings, run_settings
+from multibody_sym.motion.prepare.settings import RunSettings, method_fields, run_settings
 from multibody_sym.program.fmu_target import (
     Fmi,
     Fmu,
@@ -43,10 +44,8 @@ from multibody_sym.program.fmu_target import (
 )
 from multibody_sym.program.loading import build_library, find_compiler
 from multibody_sym.program.program import Program, elements_read, interpret, operation_count
-from multibody_sym.program.runtime_constants import Family
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import Node, slot, symbol
@@ -73,14 +72,24 @@ class MadeFmu:
     notes: tuple[str, ...]
 
 
-def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> MadeFmu:
+def free_inputs(mechanism: Mechanism) -> list[str]:
+    """Return the inputs that come from outside: those that a number declares, unless they drive a motion."""
+    inputs, driving = mechanism.inputs.items(), mechanism.driving_inputs
+    return [name for name, expression in inputs if expression.shadow is not None and name not in driving]
+
+
+def fmu_of(
+    system: System, placed: StartState, made: Mapping[str, Program], contacts: ContactCode | str | None = None
+) -> MadeFmu:
     """Return a system at its start as an FMU, from the Programs of an exported model.
+
+    `contacts` take a co-simulation from state to state; or they say why nothing does, None where there are none.
 
     Raises ModelError where the motion begins with an impact and where nothing moves, InputError where two variables
     have one name.
     """
     mechanism, begin = placed.mechanism, placed.start
-    _verify(system, placed)
+    _verify(system, placed, isinstance(contacts, ContactCode))
     entries = zip(mechanism.parameters, begin.parameters, strict=True)
     values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
     settings, switches, pairs = run_settings(system.simulation, values), switchings(mechanism), pairing_of(mechanism)
@@ -114,7 +123,9 @@ def fmu_of(system: System, placed: StartState, made: Mapping[str, Program]) -> M
         tolerance=settings.rtol,
     )
     _verify_names(found)
-    return MadeFmu(_with_units(found), tuple(_notes(system, placed, settings, found)))
+    if isinstance(contacts, ContactCode):
+        found = _with_contacts(found, contacts)
+    return MadeFmu(_with_units(found), tuple(_notes(system, placed, settings, found, contacts)))
 
 
 def write_fmu(fmu: Fmu, path: Path, fmi: Fmi) -> Path:
@@ -149,15 +160,31 @@ def _verify_replaceable(path: Path) -> None:
         raise InputError(message, where=Where(file=str(path)), number="O101")
 
 
+def _with_contacts(fmu: Fmu, contacts: ContactCode) -> Fmu:
+    """Return an FMU whose contacts go from state to state in co-simulation."""
+    names = [parameter.name for parameter in fmu.parameters]
+    stops = len(fmu.terminal) - len(fmu.margins)
+    count = len(contacts.functions)
+    return replace(
+        fmu,
+        programs={"parameters": fmu.programs["parameters"], **contacts.programs},
+        contacts=contacts.files,
+        contact_parameters=tuple(names.index(name) if name in names else -1 for name in contacts.parameters),
+        ends=(*fmu.ends[:stops], *contacts.functions),
+        terminal=(*fmu.terminal[:stops], *[True] * count),
+        margins=(0.0,) * count,
+    )
+
+
 # ----------------------------------------------------------------------------------------------------------------------
 # Refusals and notes.
 
 
-def _verify(system: System, placed: StartState) -> None:
+def _verify(system: System, placed: StartState, strikes: bool) -> None:
     mechanism = placed.mechanism
     if not mechanism.coordinates and not mechanism.drives:
         raise ModelError("nothing can move: no joint has freedom", number="M117").under("joints")
-    if system.impact is not None or placed.closing:
+    if system.impact is not None or (placed.closing and not strikes):
         what = ", ".join(placed.closing) or "an impact"
         advice = "start with the speeds behind it, which `impact` returns, and leave out `impact`"
         raise ModelError(f"the motion begins with {what}, and an FMU has no impacts: {advice}", number="M110")
@@ -170,16 +197,19 @@ def _verify_names(fmu: Fmu) -> None:
         raise InputError(message, number="M110")
 
 
-def _notes(system: System, placed: StartState, settings: RunSettings, fmu: Fmu) -> list[str]:
+def _notes(
+    system: System, placed: StartState, settings: RunSettings, fmu: Fmu, contacts: ContactCode | str | None
+) -> list[str]:
     mechanism, notes = placed.mechanism, []
     if mechanism.one_way:
         state = ", ".join(f"{name}: {word}" for name, word in placed.words.items())
-        notes.append(f"of the state at the start only, {{{state}}}; the FMU ends the simulation where that ends")
+        only = f"of the state at the start only, {{{state}}}; the FMU ends the simulation where that ends: {contacts}"
+        notes.append("it goes from state to state of contacts, stops and ropes" if fmu.contacts else only)
     if kept := [w.name for w in fmu.inputs if not w.free]:
         notes.append(f"computed in the FMU: {', '.join(kept)}; --inputs {kept[0]}=0 makes it an input from outside")
     if left := [*mechanism.run_outputs, *mechanism.untold]:
         notes.append(f"left out: {', '.join(left)}, which no state determines")
-    if mechanism.state_stops:
+    if mechanism.state_stops and not fmu.contacts:
         notes.append(f"left out: {', '.join(mechanism.state_stops)}, which stop a run where states change")
     if not isinstance(settings.method, RungeKutta) and settings.method.name not in COLLOCATION:
         notes.append(f"co-simulation integrates with {METHODS[AUTO].name}, not with {settings.method.name}")
@@ -229,13 +259,10 @@ def _states(mechanism: Mechanism, values: Sequence[float]) -> tuple[FmuQuantity,
 
 
 def _inputs(mechanism: Mechanism, values: Sequence[float]) -> tuple[FmuInput, ...]:
-    """Return the inputs; those that a number declares are free, unless they drive a motion."""
-    units, driving = MechanismUnits(mechanism).inputs, mechanism.driving_inputs
-    pairs = zip(mechanism.inputs.items(), values, strict=True)
-    return tuple(
-        FmuInput(name, units[name], value, expression.shadow is not None and name not in driving)
-        for (name, expression), value in pairs
-    )
+    """Return the inputs."""
+    units, free = MechanismUnits(mechanism).inputs, free_inputs(mechanism)
+    pairs = zip(mechanism.inputs, values, strict=True)
+    return tuple(FmuInput(name, units[name], value, name in free) for name, value in pairs)
 
 
 def _parameters(
@@ -291,30 +318,6 @@ def _with_units(fmu: Fmu) -> Fmu:
 
 def _are_whole(exponents: Iterable[Any]) -> bool:
     return all(e == int(e) for e in exponents)
-
-
-def method_fields(method: Method) -> dict[str, Any]:
-    """Return the fields of `mbs_method`."""
-    orders = {"order": method.order, "error_order": method.error_order}
-    if isinstance(method, RungeKutta):
-        tableau = method.tableau
-        sizes = {"stages": tableau.stages, "all_stages": len(tableau.c), "dense_degree": tableau.dense.shape[1]}
-        arrays = {"a": tableau.A, "c": tableau.c, "dense": tableau.dense}
-        arrays |= _without_none(error=tableau.error, coarse_error=tableau.coarse_error)
-        return {"family": int(Family.EXPLICIT), **sizes, **orders, **arrays}
-    from multibody_sym.motion.methods.multistep import Collocation  # which few models take
-
-    assert isinstance(method, Collocation)
-    scheme = method.scheme
-    arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
-    arrays |= {"inverse": scheme.T_inverse, "dense": scheme.dense, **_without_none(error=scheme.error)}
-    numbers = {"gamma": scheme.gamma, "alpha": scheme.alpha, "beta": scheme.beta, "filter": scheme.filter}
-    collocation = {"stages": len(scheme.c), "hermite": int(scheme.hermite), **numbers, **arrays}
-    return {"family": int(Family.COLLOCATION), **orders, "collocation": collocation}
-
-
-def _without_none(**arrays: Floats | None) -> dict[str, Floats]:
-    return {name: x for name, x in arrays.items() if x is not None}
 
 
 def _numbers(

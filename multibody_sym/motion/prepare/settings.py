@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.errors import ModelError, at, gathered
 from multibody_sym.model.settings import Baumgarte, Settings
 from multibody_sym.motion.loop.problem import SampleTimes
+from multibody_sym.motion.methods.explicit import RungeKutta
 from multibody_sym.motion.methods.table import (
     BY_JACOBIAN,
     COLLOCATION,
@@ -19,7 +20,9 @@ from multibody_sym.motion.methods.table import (
     LibraryMethod,
     Method,
 )
+from multibody_sym.program.runtime_constants import Family
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node
 
@@ -250,3 +253,27 @@ def _baumgarte_value(asked: Baumgarte, name: str, values: Mapping[Node, float]) 
         if not 0.0 <= number < float("inf"):
             raise ModelError(f"expected a number that is not negative, got {number:g}", number="M103")
         return number
+
+
+def method_fields(method: Method) -> dict[str, Any]:
+    """Return the fields of `mbs_method`."""
+    orders = {"order": method.order, "error_order": method.error_order}
+    if isinstance(method, RungeKutta):
+        tableau = method.tableau
+        sizes = {"stages": tableau.stages, "all_stages": len(tableau.c), "dense_degree": tableau.dense.shape[1]}
+        arrays = {"a": tableau.A, "c": tableau.c, "dense": tableau.dense}
+        arrays |= _without_none(error=tableau.error, coarse_error=tableau.coarse_error)
+        return {"family": int(Family.EXPLICIT), **sizes, **orders, **arrays}
+    from multibody_sym.motion.methods.multistep import Collocation  # which few models take
+
+    assert isinstance(method, Collocation)
+    scheme = method.scheme
+    arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
+    arrays |= {"inverse": scheme.T_inverse, "dense": scheme.dense, **_without_none(error=scheme.error)}
+    numbers = {"gamma": scheme.gamma, "alpha": scheme.alpha, "beta": scheme.beta, "filter": scheme.filter}
+    collocation = {"stages": len(scheme.c), "hermite": int(scheme.hermite), **numbers, **arrays}
+    return {"family": int(Family.COLLOCATION), **orders, "collocation": collocation}
+
+
+def _without_none(**arrays: Floats | None) -> dict[str, Floats]:
+    return {name: x for name, x in arrays.items() if x is not None}
