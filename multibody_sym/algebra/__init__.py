@@ -5,6 +5,7 @@
     inequalities              conditions of validity: comparisons, reduced to few and short ones
     roots, antiderivatives    zeros in closed form; integrals in closed form
     book_form, long_sums      the shortest form of a quotient; order and grouping of terms
+    short_forms               shorter writings of roots, angles and absolute values in finished formulas
     simplify, trigonometry    terms merged, angles added; sin^2 + cos^2, tangents, multiples of angles
     writers                   sympy expressions as text and LaTeX, factors and terms in a given order
 

@@ -9,11 +9,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 from fractions import Fraction
 from functools import reduce
+from itertools import combinations
 from math import gcd, isqrt
 from operator import mul
 from typing import Any, Final
 
-from multibody_sym.algebra.long_sums import Nested, Written, product_node, sum_node, text
+from multibody_sym.algebra.long_sums import Nested, Written, merged, product_node, sum_node, text
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, cofactors, factors_of
 from multibody_sym.algebra.trigonometry import (
     AngleSums,
@@ -133,6 +134,9 @@ def exact_root(value: Fraction) -> Fraction:
 # ----------------------------------------------------------------------------------------------------------------------
 
 _MOST_PARTS: Final = 3
+_SHORT_SUM: Final = 3
+_FEW_SUMS: Final = 5
+"""Terms of sums that may be multiplied out, and how many of these are looked at."""
 _MOST_TERMS: Final = 120
 _MOST_TERMS_TRIED: Final = 30
 _FEW_TERMS: Final = 12
@@ -396,14 +400,15 @@ def _length(field: Field, product: _Product) -> tuple[int, int]:
 def _product_node(field: Field, product: _Product, atoms: Iterable[tuple[Node, int]] = ()) -> Node:
     """Return a product with a positive number as one quotient, with `atoms`, more factors with exponents."""
     product, waves_in_it = _split_multiples(field, product)
+    product = _with_short_products(field, product)
     if product.number < 0 and not product.scales:
         product = _with_few_signs(field, product)
     if product.number < 0:
         return negate(_product_node(field, replace(product, number=-product.number), [*atoms, *waves_in_it]))
     powers = [*atoms, *waves_in_it, *((_sum(field, p, product.scales.get(p, _WHOLE)), e) for p, e in product.factors)]
-    powers = with_tangents(with_one_exponent(field, powers, book_form))
-    above = product_node([(node, e) for node, e in powers if e > 0])
-    below = product_node([(node, -e) for node, e in powers if e < 0])
+    signed = merged(with_tangents(with_one_exponent(field, powers, book_form)))
+    above = product_node([(node, e) for node, e in signed if e > 0])
+    below = product_node([(node, -e) for node, e in signed if e < 0])
     return _with_number(product.number, above, below)
 
 
@@ -426,6 +431,29 @@ def _split_multiples(field: Field, product: _Product) -> tuple[_Product, list[tu
                 product = replace(product, number=product.number * single[1] ** side, factors=left)
                 multiples.append((single[0], side))
     return product, multiples
+
+
+def _with_short_products(field: Field, product: _Product) -> _Product:
+    """Return a product with factors multiplied out where that is shorter: p^4 - 1 for (p + 1)*(p - 1)*(p^2 + 1)."""
+    sums = [x for x in product.factors if 1 < len(x[0]) <= _SHORT_SUM and product.scales.get(x[0], _WHOLE) == 1]
+    if not 1 < len(sums) <= _FEW_SUMS:
+        return product
+    for chosen in (x for size in range(len(sums), 1, -1) for x in combinations(sums, size)):
+        side = 1 if chosen[0][1] > 0 else -1
+        if any(e * side < 0 for _, e in chosen):
+            continue
+        times = side * min(abs(e) for _, e in chosen)
+        whole = field.reduced(reduce(mul, (field.in_ring(p) for p, _ in chosen)))
+        if 1 < len(whole) < sum(len(p) for p, _ in chosen):
+            left = [(p, e - times) for p, e in chosen if e != times]
+            if _length_of(field, [*left, (whole, times)]) < _length_of(field, chosen):
+                others = (x for x in product.factors if x not in chosen)
+                return _with_short_products(field, replace(product, factors=(*others, *left, (whole, times))))
+    return product
+
+
+def _length_of(field: Field, factors: Iterable[tuple[Poly, int]]) -> int:
+    return len(text(product_node([(_sum(field, p), abs(e)) for p, e in factors])))
 
 
 def _with_number(value: Fraction, above: Node, below: Node) -> Node:
@@ -499,5 +527,9 @@ def _powers(field: Field, exponents: Exponents, sums: AngleSums | None = None) -
     roots = [node for node, e in powers if node.op == "sqrt" and e == 1]
     if len(roots) < 2:
         return powers
-    inside = product_node([(node.args[0], 1) for node in roots])
+    squares = [field.in_ring(x.square) for x, e in zip(field.letters, exponents, strict=False) if e and x.node is None]
+    if len(squares) == len(roots) and all(_square_scale(field, p) == 1 for p in squares):
+        inside = _product_node(field, _Product(_WHOLE, tuple((p, 1) for p in squares)))
+    else:
+        inside = product_node([(node.args[0], 1) for node in roots])
     return [*(pair for pair in powers if pair[0] not in roots), (BUILD["sqrt"](inside), 1)]

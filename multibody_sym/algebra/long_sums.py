@@ -36,10 +36,27 @@ def sum_node(terms: Iterable[Written]) -> Node:
     return reduce(add, (multiply(number(c), node) for node, c in ordered), ZERO)
 
 
-def product_node(powers: Iterable[tuple[Node, int]]) -> Node:
+Power = tuple[Node, int | Fraction]
+
+
+def product_node(powers: Iterable[Power]) -> Node:
     """Return the product of powers: letters first, then their powers, functions, roots, sums."""
-    factors = [power(part, number(e)) for node, e in powers if e for part in flatten("mul", node)]
+    factors = [power(part, number(e)) for node, e in merged(powers) if e for part in flatten("mul", node)]
     return reduce(multiply, sorted(factors, key=_place_in_product), ONE)
+
+
+def merged(powers: Iterable[Power]) -> list[Power]:
+    """Return powers with x^(3/2) for x*sqrt(x) and x^(2/3) for (x^(1/3))^2."""
+    found: dict[Node, Fraction] = {}
+    for node, e in powers:
+        is_power = node.op == "pow" and node.args[1].op == "number"
+        base, exponent = (node.args[0], node.args[1].data * e) if is_power else (node, Fraction(e))
+        found[base] = found.get(base, Fraction(0)) + exponent
+    for root in [x for x in found if x.op == "sqrt" and found.get(x.args[0])]:
+        total = found[root.args[0]] + found[root] / 2
+        alone = abs(total) == Fraction(1, 2)
+        found[root], found[root.args[0]] = (2 * total, Fraction(0)) if alone else (Fraction(0), total)
+    return [(node, e) for node, e in found.items() if e]
 
 
 def _place_in_product(node: Node) -> tuple[int, str]:

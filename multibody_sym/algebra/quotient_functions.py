@@ -231,8 +231,9 @@ def _of_half_turns(field: Field, turns: Fraction) -> tuple[Quotient, Quotient]:
 def with_whole_angles(a: Quotient) -> Quotient:
     """Return a quotient with whole angles in place of half angles that come in pairs only.
 
-    sin x cos x = sin 2x / 2, cos^2 x = (1 + cos 2x) / 2, for letters such as sin(a/2).
+    sin x cos x = sin 2x / 2, cos^2 x = (1 + cos 2x) / 2, for letters such as sin(a/2). So x stands for (x^(1/3))^3.
     """
+    a = _with_whole_powers(a)
     field = a.field
     for k, letter in enumerate(list(field.letters)):
         if letter.cosine is None or letter.node is None:
@@ -245,6 +246,26 @@ def with_whole_angles(a: Quotient) -> Quotient:
             if any(degrees) and not any(degree % 2 for degree in degrees):
                 above, below = (_with_double_angle(field, p, k, letter.cosine) for p in polynomials)
                 a = above / below
+    return a
+
+
+def _with_whole_powers(a: Quotient) -> Quotient:
+    """Return a quotient with x in place of (x^(1/3))^3."""
+    field = a.field
+    for node, base in field.bases.items():
+        k, exponent = field.position(node), node.args[1].data
+        polynomials = [field.in_ring(p) for p in (a.above, a.below)]
+        if k is None or all(m[k] < exponent.denominator for p in polynomials for m in p):
+            continue
+        totals = []
+        for p in polynomials:
+            total = field.constant(0)
+            for m, coefficient in p.items():
+                times, left = divmod(m[k], exponent.denominator)
+                rest = field.whole(field.ring.from_dict({(*m[:k], left, *m[k + 1 :]): coefficient}))
+                total = total + rest * base.power(times * exponent.numerator)
+            totals.append(total)
+        a = totals[0] / totals[1]
     return a
 
 
@@ -325,14 +346,36 @@ def _part_of_turn(op: str, *arguments: Quotient) -> Quotient | None:
     return angle if apart.is_zero else None
 
 
+def _of_wave(op: str, a: Quotient) -> Quotient | None:
+    """Return asin(sin(x)) and the like as the angle x, plus turns by the sample; None of another argument."""
+    field = a.field
+    if op not in ("asin", "acos") or len(a.above) != 1 or not a.below.is_ground:
+        return None
+    for s, letter in enumerate(list(field.letters)):
+        if letter.cosine is None:
+            continue
+        waves = [field.whole(field.ring.gens[k]) for k in (s, letter.cosine)]
+        for wave, other in (waves, reversed(waves)):
+            if (a - wave).is_zero or (a + wave).is_zero:
+                size = absolute(other)
+                return _angle_of(a, size) if op == "asin" else _angle_of(size, a)
+    return None
+
+
 def _opaque(op: str, *arguments: Quotient) -> Quotient:
     inverse = op in ("asin", "acos", "atan", "atan2")
-    known = _part_of_turn(op, *arguments) if inverse else of_hyperbolic(op, arguments[0])
+    if inverse:
+        known = _part_of_turn(op, *arguments) or _of_wave(op, arguments[0])
+    else:
+        known = of_hyperbolic(op, arguments[0], sqrt)
     if known is not None:
         return known
+    arguments = tuple(map(_with_whole_powers, arguments))
     node, sample = BUILD[op](*map(book_form, arguments)), _PRECISE_OPERATIONS[op](*(a.sample for a in arguments))
     if isinstance(sample, PRECISE.mpc):
         raise NoClosedFormError(f"{op} has no real value")
+    if op == "pow" and node.op == "pow" and node.args[1].op == "number":
+        arguments[0].field.bases[node] = arguments[0]
     if inverse:
         arguments[0].field.inverses[node] = arguments
     if op in ("exp", "log"):
@@ -343,12 +386,17 @@ def _opaque(op: str, *arguments: Quotient) -> Quotient:
 
 def _exp(a: Quotient) -> Quotient:
     power, rest = of_logarithms(a)
+    square, left = of_logarithms(rest + rest)
+    if left.is_zero:  # halves of logarithms
+        return power * sqrt(square)
     return power * (known_power(rest) or _opaque("exp", rest))
 
 
 def _log(a: Quotient) -> Quotient:
+    if not a.below.is_ground and a.above.is_ground and abs(int(a.above.LC)) == 1:
+        return -_log(a.power(-1))
     square = square_of_root(a)
-    return _opaque("log", a) if square is None else _opaque("log", square) / 2
+    return _opaque("log", a) if square is None else _log(square) / 2
 
 
 def _angle_of(y: Quotient, x: Quotient) -> Quotient:

@@ -429,7 +429,8 @@ class Field:
     `work` is the remaining budget in products of terms; NoClosedFormError is raised when it runs out. Sines of sums of
     angles are written out if `expands`. `inverses` holds the arguments of angles such as acos(x), `multiples` the whole
     numbers by which base angles have been multiplied. `arguments`: angles with letters by their own expressions,
-    exponents by exp(x); `logarithms`: x by log(x). `remembered` keeps results that hold for the present letters.
+    exponents by exp(x); `logarithms`: x by log(x); `bases`: x by x^(1/3). `remembered` keeps results that hold for the
+    present letters.
     """
 
     work: int
@@ -440,6 +441,7 @@ class Field:
     multiples: dict[Node, set[int]] = field(default_factory=dict)
     arguments: dict[Node, Quotient] = field(default_factory=dict)
     logarithms: dict[Node, Quotient] = field(default_factory=dict)
+    bases: dict[Node, Quotient] = field(default_factory=dict)
     remembered: dict[Any, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

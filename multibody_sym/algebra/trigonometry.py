@@ -65,7 +65,19 @@ class AngleSums:
             left[joined] = left.get(joined, Fraction(0)) + factor
             if not left[joined]:
                 del left[joined]
+            together = self._together(used[i], used[j], side)
+            if together is not None and together[:2] not in [x[:2] for x in used]:
+                used.append(together)
         return left if changed else None
+
+    def _together(self, first: _Angle, second: _Angle, side: int) -> _Angle | None:
+        """Return a sum or difference of angles as one that others may join, where its letters have places."""
+        node, turned = self._known[first[0], second[0], side]
+        sine, cosine = (BUILD[x](node) if node is not None else None for x in ("sin", "cos"))
+        if sine not in self.nodes or cosine not in self.nodes:
+            return None
+        angle = (first[2] + second[2] * side) * turned
+        return self._size + self.nodes.index(sine), self._size + self.nodes.index(cosine), angle
 
     def _pairs(self, terms: Terms, used: list[_Angle]) -> Iterator[_Pair]:
         for (i, (s, c, _)), (j, (t, d, _)) in permutations(enumerate(used), 2):
@@ -165,13 +177,19 @@ def of_logarithms(exponent: Quotient) -> tuple[Quotient, Quotient]:
     return power, rest
 
 
-def of_hyperbolic(op: str, a: Quotient) -> Quotient | None:
-    """Return sinh, cosh or tanh of logarithms without functions, (x - 1/x)/2 for sinh(log(x)); None for all else."""
+def of_hyperbolic(op: str, a: Quotient, root: Callable[[Quotient], Quotient]) -> Quotient | None:
+    """Return sinh, cosh or tanh of logarithms without functions, (x - 1/x)/2 for sinh(log(x)); None for all else.
+
+    Halves of logarithms have square roots.
+    """
     if op not in ("sinh", "cosh", "tanh") or a.is_zero:
         return None
     x, rest = of_logarithms(a)
     if not rest.is_zero:
-        return None
+        square, rest = of_logarithms(a + a)
+        if not rest.is_zero:
+            return None
+        x = root(square)
     odd, even = (x - x.power(-1)) / 2, (x + x.power(-1)) / 2
     return odd / even if op == "tanh" else odd if op == "sinh" else even
 

@@ -463,9 +463,12 @@ class _SymbolicStart:
             if closed is None:
                 return None
             q = [closed.get(k, node) for k, node in enumerate(q)]
-        field, known = self._field()
-        residuals = exact(field, [as_node(row.phi) for row in self._closing(self._motion(q, self.u))], known)
-        return q if all(x.is_zero for x in residuals) else None
+        zeros = [as_node(row.phi) for row in self._closing(self._motion(q, self.u))]
+        for expands in (False, True):
+            field, known = self._field(expands=expands)
+            if all(x.is_zero for x in exact(field, zeros, known)):
+                return q
+        return None
 
     def _linear(self, q: Sequence[Node], unknown: Sequence[int]) -> dict[int, Node] | None:
         """Return the unknown coordinates by one step from where they are zero, which is right for linear rows."""

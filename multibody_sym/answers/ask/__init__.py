@@ -11,6 +11,7 @@
     sections                   axial force, shear force and bending moment of beams
     varied                     answers as functions of a parameter or start value
     kinematics                 velocity and acceleration of a point, instantaneous centre of a body, from body to body
+    statics                    virtual work of a structure without one support; why a force is not unique
     action                     action of a coordinate, the frequency of its angle
     phase_space                Poisson brackets, canonical transformations
     principal_axes             principal moments of inertia of a body, or of several

@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
+from multibody_sym.algebra.short_forms import ShortForms
 from multibody_sym.answers.ask.best import BestQuestion
 from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
 from multibody_sym.answers.ask.find import FindQuestion
@@ -78,6 +79,7 @@ def answers_of(solved: SolvedInstant) -> Answers:
     remarks: list[str] = []
     worked: dict[str, WorkedAnswer] = {}
     motion, reasons = AskedMotion(solved, answers, _answers_of_system), _Reasons(solved)
+    short = ShortForms(solved.symbolic.letters)
     for name in in_order(solved.system.ask, solved.mechanism.symbols):
         doing(f"answer {name}")
         with at("ask", name):
@@ -93,6 +95,7 @@ def answers_of(solved: SolvedInstant) -> Answers:
             reasons.set_aside()
             question = question_of(ask)
             parts = _answers(motion, name, ask, worked[name].working, remarks)
+            parts = {end: _shortest(short, x) for end, x in parts.items()}
             written = question_of(solved.system.ask[name])
             if ask is not solved.system.ask[name] and isinstance(written, SingleQuestion):
                 unit = written.unit(motion)  # of the answers that it names
@@ -114,6 +117,10 @@ def answers_of(solved: SolvedInstant) -> Answers:
     reasons.put_back()
     every = (given.get(name, {name: answers[name]}) for name in solved.system.ask)
     return Answers({name: value for parts in every for name, value in parts.items()}, remarks, worked)
+
+
+def _shortest(short: ShortForms, value: Value) -> Value:
+    return value if value.expression is None else replace(value, expression=short.shortest(value.expression))
 
 
 def _rests_on(named: Collection[str], worked: Mapping[str, WorkedAnswer]) -> bool:

@@ -91,6 +91,20 @@ class _Parts:
         ask = self.solved.asked(node)
         return self.of(lambda instant: ask(instant)[""], unit)
 
+    def size(self, components: Iterable[Node], values: Iterable[Value], unit: str) -> Value:
+        """Return the size of a vector, by the formulas of its components where these have more to share."""
+        found, forms = self.expression(_size(components), unit), [x.expression for x in values]
+        known = [x for x in forms if x is not None and self.solved.symbolic.letters.keys() >= {*leaves([x], "symbol")}]
+        if found.expression is None or len(known) < len(forms):
+            return found
+
+        def put_together(forms: ClosedForms) -> Node:
+            return factored_form(with_whole_angles(forms.of([_size(known)])[0]))
+
+        form = self.solved.closed(put_together)
+        is_shorter = form is not None and len(text(form)) < len(text(found.expression))
+        return replace(found, expression=form) if is_shorter else found
+
     def form(self, ask: Callable[[StateQuantities], Any]) -> Node:
         """Return what is asked for as an expression, a number where it has no formula."""
         found = self.of(ask)
@@ -143,7 +157,7 @@ class _PointQuestion(_StartQuestion):
         parts = _Parts(motion.solved)
         components = {axis: quantity(self.quantity, (self.point, axis)) for axis in parts.axes}
         found = {f".{axis}": parts.expression(node, self.si_unit) for axis, node in components.items()}
-        found[""] = _size_of_one([*found.values()]) or parts.expression(_size(components.values()), self.si_unit)
+        found[""] = _size_of_one([*found.values()]) or parts.size(components.values(), found.values(), self.si_unit)
         if parts.in_plane:
             working.steps.append(lambda: self.lines(PlaneMotion(parts)))
         return found

@@ -30,6 +30,7 @@ from multibody_sym.answers.ask.question import (
     RunNumbers,
     UniformQuestion,
 )
+from multibody_sym.answers.ask.statics import open_force_lines, virtual_work_lines
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.ask.working import OMEGA, Working, acceleration, direction_text, equation, time_text, written
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
@@ -265,7 +266,12 @@ class StartValueQuestion(NumberQuestion):
             return Value(None)
         if motion.solved.needs_no_forces:
             working.steps.append(lambda: kinematic_lines(motion.solved, self.value))
-        return with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+        if motion.solved.is_structure:
+            working.steps.append(lambda: virtual_work_lines(motion.solved, self.value))
+        found = with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+        if not found.unique:
+            working.steps.append(lambda: open_force_lines(motion.solved))
+        return found
 
 
 class _LaterValueQuestion(LaterQuestion):
