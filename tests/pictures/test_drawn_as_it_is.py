@@ -224,6 +224,13 @@ def test_an_arm_without_mass_that_turns_freely_is_a_line_and_one_that_is_driven_
     for change in (("q: phi", "motion: 2*t"), ("arm: {}", "arm: {mass: 1, inertia: {Izz: 1}}")):
         held = scene_of(mbs.loads(POLAR.replace(*change)))
         assert {"pivot", "slider"} <= kinds(held)
+    crank = """
+  crank: {type: revolute, parent: ground.at, child: rod, axis: z}
+  pin: {type: revolute, parent: rod.end, child: star, axis: z, cut: true}
+forces"""
+    ground, rod = "ground: {points: {at: [0, 1, 0]}}", "rod: {shape: {rod: 2, mass: 1}, points: {end: [2, -1, 0]}}"
+    slotted = POLAR.replace("\nforces", crank).replace("arm: {}", f"arm: {{}}, {ground}, {rod}")
+    assert "origin" not in kinds(scene_of(mbs.loads(slotted)))  # a crank turns the arm
 
 
 FLOWS = {

@@ -70,6 +70,16 @@ def test_a_top_spins_about_its_axis_above_it_and_precesses_about_the_vertical() 
     assert precession.at.point == pytest.approx((0.0, 0.0, 0.0))
 
 
+def test_the_bob_of_a_spherical_pendulum_has_its_velocity() -> None:
+    """v = r phi' at 3 rad/s and the distance r from the vertical, level and across the string."""
+    shown = scene("spherical_pendulum")
+    (arrow,) = speeds(shown).values()
+    bob = shown.at().point(arrow.at)
+    assert arrow.label == "v_0"
+    assert abs(float(np.dot(arrow.vector, bob))) < 1e-9
+    assert float(np.linalg.norm(arrow.vector)) == pytest.approx(3.0 * float(np.hypot(bob[0], bob[1])))
+
+
 @pytest.mark.parametrize("name", ["kepler", "oscillations/nearly_a_circle"])
 def test_a_planet_has_its_velocity_across_the_line_to_its_sun(name: str) -> None:
     """By v^2/r = GM/r^2 (1 + e) in the perihelion, and v^2/R = k/(m R^n) on the circle."""

@@ -231,13 +231,18 @@ def counts_freely(stage: PlacedSystem, body: str) -> bool:
         return False
     if mass_of(declared).mass.shadow != 0 or declared.inertia is not None or declared.points or declared.surfaces:
         return False
-    names = {name for name, each in stage.system.joints.items() if body in map(stage.body, (each.parent, each.child))}
+
+    def held_by(held: str) -> set[str]:
+        return {key for key, each in stage.system.joints.items() if held in map(stage.body, (each.parent, each.child))}
+
+    names = held_by(body)
     (own,) = (name for name in names if stage.system.joints[name] is joint)
     carried = [stage.system.joints[name] for name in names - {own}]
     if len(carried) != 1 or not isinstance(carried[0], Prismatic) or stage.body(carried[0].parent) != body:
         return False
     child = stage.body(carried[0].child)
-    particle = stage.declared(child).inertia is None and stage.declared(child).shape is None
+    moved = stage.declared(child)
+    particle = len(held_by(child)) == 1 and moved.inertia is None and moved.shape is None
     forces, lines = stage.system.forces.values(), stage.system.constraints.values()
     held = [getattr(each, "joint", None) for each in (*forces, *lines)]
     ropes = [end for each in (*forces, *lines) for end in (getattr(each, "path", None) or ())]

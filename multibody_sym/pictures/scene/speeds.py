@@ -10,7 +10,7 @@ import numpy as np
 
 from multibody_sym.model.system import t
 from multibody_sym.pictures.scene.forces import Arrow, components, constant_law, letter_of
-from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Path, unit, vector
+from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Path, Vector, unit, vector
 from multibody_sym.pictures.scene.joints import PlacedJoint, counts_freely, is_polar, placed_joint
 from multibody_sym.pictures.scene.letters import (
     driven_by,
@@ -82,7 +82,10 @@ def _speeds(given: _Given) -> Iterator[Arrow]:
         yield from _drives(given, given.driven)
     if not any(stage.number(node) for node in nodes):
         return
-    if made.joint.kind == "spherical":
+    if not made.slides and len(made.turns) > 1 and stage.declared(stage.body(made.joint.child)).inertia is None:
+        centre = stage.centre(stage.body(made.joint.child))  # a bob on a string
+        yield from given.arrow(_SPEED, Anchor(made.child.body, centre), _velocity(given, centre))
+    elif made.joint.kind == "spherical":
         yield from _spins(given, nodes)
     elif made.turns and not made.slides and len(nodes) == 1:
         yield from _turns(given, nodes[0])
@@ -94,10 +97,15 @@ def _speeds(given: _Given) -> Iterator[Arrow]:
         across = len(nodes) == 2 and is_polar(stage, made.joint) and nodes[1].shadow == 0
         swung = list(_swung(given, nodes[0])) if across else []
         end = Anchor(made.child.body, made.child.point)
-        yield from swung or given.arrow(_SPEED, end, velocity_of(stage, made.child))
+        yield from swung or given.arrow(_SPEED, end, _velocity(given, end.point))
         return
     if made.slides and made.joint.kind in ("point", "planar", "free", "prismatic"):
         yield from _ways(given, nodes[: len(made.slides)])
+
+
+def _velocity(given: _Given, point: Vector) -> Floats:
+    """Return the velocity of a point of the child at the start (3)."""
+    return velocity_of(given.stage, replace(given.joint.child, point=point))
 
 
 def _turns(given: _Given, rate: Node) -> Iterator[Arrow]:
