@@ -9,8 +9,11 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.answers.instant.instant import solved_start
 from multibody_sym.answers.records import Formula, Sentence, WorkedStep
+from multibody_sym.answers.worked.worked import depends_on_quaternions
 from multibody_sym.cli.main import main
+from multibody_sym.text.values import Quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SLIDE = """
@@ -180,3 +183,27 @@ def test_steps_of_questions_are_printed_and_typeset(tmp_path: Path, capsys: pyte
     assert "speed: speed of block when s = L\n    s is uniformly accelerated: s'^2" in capsys.readouterr().out
     assert main(["solve", str(file), "--steps", "--format", "latex"]) == 0
     assert r"\dot{s}^{2} = 2 L \ddot{s} + v^{2}" in capsys.readouterr().out
+
+
+def test_a_mass_that_is_a_number_has_a_letter_in_the_balance() -> None:
+    system = mbs.loads(SLIDE.replace("mass: m", "mass: 3 kg")).with_fields({"ask": {"a": "s''"}})
+    worked = mbs.solve(system, steps=True).steps
+    assert worked is not None
+    given, *_ = (step.lines[0] for step in worked.steps)
+    assert isinstance(given, Formula)
+    assert (worked.notation.text(given.sides[0]), given.value) == ("m_block", Quantity(3.0, "kg"))
+    tagged = [line for line in worked.formulas if line.tag == 1]
+    assert [worked.notation.text(side) for side in tagged[0].sides] == ["m_block*s''", "m_block*g*sin(alpha) - F"]
+
+
+def test_a_body_that_no_torque_turns_has_eulers_equations_in_motion() -> None:
+    """Without a force its orientation has no say; on an arm the weight has one."""
+    top = """
+multibody_sym: 1
+name: top
+gravity: [0, 0, -9.81]
+bodies: {body: {mass: 1 kg, com: [0, 0, 0], inertia: {Ixx: 0.2 kg*m^2, Iyy: 0.3 kg*m^2, Izz: 0.4 kg*m^2}}}
+joints: {J: {type: spherical, parent: ground, child: body, initial: {u: [0.1 rad/s, 2 rad/s, 0]}}}
+"""
+    assert not depends_on_quaternions(solved_start(mbs.loads(top)))
+    assert depends_on_quaternions(solved_start(mbs.loads(top.replace("[0, 0, 0], in", "[0, 0, 0.1], in"))))

@@ -484,7 +484,9 @@ class AskedModes:
         if mode.shape[first].value != 1.0:
             return
         for name in others:
-            yield equation(symbol(name), _known(mode.shape[name]) * symbol(first), "then the amplitudes are")
+            ratio = mode.shape[name]
+            known = ratio.expression or real(float(f"{ratio.value or 0.0:.6g}"))
+            yield equation(symbol(name), known * symbol(first), "then the amplitudes are")
 
     def put_in(self, question: Ask) -> tuple[Ask, bool]:
         """Return a question with values in the place of frequencies and periods, and whether all had closed forms.

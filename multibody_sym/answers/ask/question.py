@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, Self
 
 import numpy as np
@@ -314,6 +314,7 @@ class RunNumbers:
 
 _BESIDE: Final = 0.9
 """The part of the time to a moment at which a state is regular in which the motion may turn there."""
+_PUT_IN: Final = Sentence(("put in, in numbers, since the formula is too long to be read",))
 _KEPT: Final = 1e-7
 """The part of its largest size by which an energy that is kept changes in a run."""
 _STANDS: Final = 1e-7
@@ -390,7 +391,7 @@ class AskedMotion:
             return Value(None)
         working.notes.extend(numbers.notes)
         formula = self._formula(question, found, time, working)
-        if formula is None:
+        if formula is None and not (working.steps and _PUT_IN in working.lines()):
             working.steps.append(lambda: numbers.lines(replace(found, unit=question.unit(self)), time))
         return self.with_formula(found, formula)
 
@@ -411,6 +412,7 @@ class AskedMotion:
             working.steps.append(lambda: [AT_START, shown])
             return self.solved.values(self.solved.asked(asked), {})[""].expression
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
+        unsolved: list[MotionFormulas] = []
         for course in self._courses(time):
             try:
                 closed = question.formula(course, time)
@@ -419,6 +421,7 @@ class AskedMotion:
                     found = question.shorter(found, course)
             except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
                 self.solved.reasons.setdefault(why_none(reason))
+                unsolved += [course] if course.variable is not TIME else []
                 continue
             if found is None or (shortest is not None and self._loses_digits(found, float(closed.sample))):
                 continue
@@ -427,9 +430,11 @@ class AskedMotion:
             if shortest is not None and len(text(shortest[0])) <= SHORT:
                 break
         if shortest is None:
+            working.steps.extend(partial(course.law, (TIME,)) for course in unsolved[:1])
             return None
         if len(text(shortest[0])) > _LONGEST:
             self.solved.reasons.setdefault("the closed form is too long")
+            working.steps.extend((shortest[2].lines, lambda: [_PUT_IN]))
             return None
         formula, granted, course = shortest
         working.notes.extend(granted)

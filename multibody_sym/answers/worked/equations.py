@@ -18,12 +18,13 @@ from multibody_sym.answers.worked.actions import Action, Actions, Length
 from multibody_sym.derivation.notation import Symbols, symbols_of
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, spread
+from multibody_sym.mechanics.motion import BodyMass, Motion, accelerations, motion_of, partial_velocities, spread
 from multibody_sym.mechanics.row_records import ReactionRow, RopeSlipRow
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.records import dataclass
+from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float, is_zero
-from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, divide, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -296,18 +297,31 @@ def _still(v: Sequence[S]) -> bool:
 # ----------------------------------------------------------------------------------------------------------------------
 
 def _with_lettered_masses(motion: Motion) -> tuple[Motion, dict[Node, float]]:
-    """Return a motion in which masses of points that are given as numbers have letters, and these with their kg."""
+    """Return a motion in which masses that are given as numbers have letters, and these with their kg.
+
+    Those of points, and of bodies whose inertia names lengths alone.
+    """
     mechanism, found, masses = motion.mechanism, dict[Node, float](), []
     declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
     taken = {each.name for each in declared} | {*mechanism.inputs}
+    lengths = {symbol(x.name) for x in mechanism.parameters if x.dimension is not None and not x.dimension.mass}
     for body, mass in zip(mechanism.bodies, motion.masses, strict=True):
         node = as_node(mass.mass)
-        if node.op in ("number", "real") and node is not ZERO and all(is_zero(x) for row in mass.inertia for x in row):
+        if node.op in ("number", "real") and node is not ZERO and _is_of_lengths(mass, lengths):
             letter = symbol(free_name(f"m_{body.name}", taken))
             found[letter] = float(node.data)
-            mass = replace(mass, mass=letter)
+            share = divide(letter, node)
+            first, second, third = (scale(share, row) for row in mass.inertia)
+            mass = replace(mass, mass=letter, inertia=(first, second, third))
         masses.append(mass)
     return replace(motion, masses=tuple(masses)), found
+
+
+def _is_of_lengths(mass: BodyMass, lengths: Collection[Node]) -> bool:
+    """Return whether an inertia vanishes, or is a mass times squares of lengths that are named."""
+    entries = [as_node(x) for row in mass.inertia for x in row]
+    named = leaves(entries, "symbol")
+    return all(map(is_zero, entries)) or (bool(named) and all(x in lengths for x in named))
 
 
 class Equations:

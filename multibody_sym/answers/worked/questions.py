@@ -113,7 +113,10 @@ class _Spelling:
 
     def _result(self, name: str, asked: WorkedAnswer, answer: Value, lines: list[Line]) -> Iterator[Line]:
         """Yield lines and the answer to which they lead."""
-        value = None if answer.value is None else Quantity(answer.value, answer.unit)
+        number = answer.value
+        if number is not None and answer.expression is None and abs(number) <= answer.error:
+            number = 0.0  # within its error
+        value = None if number is None else Quantity(number, answer.unit)
         sides = [self._answer(name)]
         at_start = asked.at_start
         if at_start is not None and leaves([at_start], "quantity") and text(at_start) == asked.asked:

@@ -49,6 +49,8 @@ from multibody_sym.derivation.notation import (
     symbols_of,
 )
 from multibody_sym.derivation.symbolic_start import SymbolicState, any_state
+from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
+from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.mechanism import Mechanism, Source, TreeBody
@@ -286,7 +288,7 @@ def _condition_lines(solution: Solution) -> Iterator[Line]:
 def _in_motion(solved: SolvedInstant, solution: Solution) -> _Work | None:
     """Return what the equations of motion are made from, soon after the start; None where these have no formulas."""
     mechanism, begin = solved.mechanism, solved.begin
-    if mechanism.rates or any(body.quaternions for body in mechanism.bodies):
+    if mechanism.rates or depends_on_quaternions(solved):
         return None
     u = [x or math.copysign(_ON_ITS_WAY, a) * bool(a) for x, a in zip(begin.u, solved.numbers.udot, strict=True)]
     q = list(begin.q)
@@ -297,6 +299,28 @@ def _in_motion(solved: SolvedInstant, solution: Solution) -> _Work | None:
         return _Work(solved, solution, given=given)
     except (NoClosedFormError, ExpressionError):
         return None
+
+
+_TURNED: Final = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, -0.5, 0.5))
+"""Two orientations, as quaternions."""
+
+
+def depends_on_quaternions(solved: SolvedInstant) -> bool:
+    """Return whether accelerations depend on orientations by quaternions, whose letters a book does not use."""
+    mechanism, begin = solved.mechanism, solved.begin
+    places = [place for body in mechanism.bodies for place in body.quaternions]
+    if not places or mechanism.rows:
+        return bool(places)
+    speeds, found = [0.3 * (k + 1) for k in range(len(begin.u))], list[list[float]]()
+    for turned in _TURNED:
+        q = list(begin.q)
+        for place in places:
+            for k, x in zip(place, turned, strict=True):
+                q[k] = x
+        state = state_of(mechanism, float, 0.0, q, speeds, list(begin.parameters))
+        found.append([float(x) for x in forward_dynamics(tree_dynamics_of(mechanism, state)).udot])
+    size = max(map(abs, found[0]), default=0.0)
+    return any(abs(a - b) > _AT_REST * size for a, b in zip(*found, strict=True))
 
 
 def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked, *, forces: bool = False) -> Worked | None:
