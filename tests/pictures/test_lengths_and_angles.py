@@ -162,16 +162,20 @@ forces: {both: {type: spring_damper, joint: A, stiffness: k, damping: c}}
 
 def test_polar_coordinates_and_thin_bars_have_their_lengths() -> None:
     shown = drawn("""
-parameters: {R: 2 m, l: 1 m}
+parameters: {R: 2 m, l: 1 m, h: 3 m, b: 0.2 m}
 bodies:
   planet: {mass: 1}
+  ball: {shape: {sphere: b, mass: 1}}
   bar: {mass: 1, inertia: {Izz: 1}, surfaces: {below: {segment: [["-l/2", 0, 0], [l/2, 0, 0]], normal: -y}}}
 joints:
   orbit: {type: custom, parent: ground, child: planet, free: [{rotate: z}, {translate: x}], q: [phi, r],
           initial: {q: [0.6, R]}}
   free: {type: planar, parent: ground, child: bar, initial: {q: [0, -1, 0]}}
+  fall: {type: prismatic, parent: ground, child: ball, axis: y, q: y, initial: {q: h + b}}
 """)
-    assert {"R", "r", "φ", "l"} <= {*texts(shown)}
+    assert {"R", "r", "φ", "l", "h"} <= {*texts(shown)}
+    height = np.vstack([x for x in lines(shown, "dimension", "fall.h") if np.ptp(x[:, 0]) < 1e-9])
+    assert height[:, 1].max() == pytest.approx(box(shown, "ball")[0][1], abs=0.6)
     ends = np.vstack([x for x in lines(shown, "dimension", "r") if len(x) == 2 and abs(np.ptp(x[:, 0])) > 20.0])
     way = ends[np.argmax(ends[:, 0])] - ends[np.argmin(ends[:, 0])]
     assert np.arctan2(way[1], way[0]) == pytest.approx(0.6, abs=1e-6)

@@ -595,6 +595,20 @@ def ways(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
         a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
         given, unnamed = start_letter(stage, joint), is_unnamed(stage, name, asked)
         yield NamedLength(label, label, a, b, coordinate=True, start_label=given, unnamed=unnamed)
+        if not given:
+            yield from _start_below(stage, made, a)
+
+
+def _start_below(stage: PlacedSystem, made: PlacedJoint, datum: Anchor) -> Iterator[NamedLength]:
+    """Yield how far what is round slides at the start from a datum that it will touch: h of h + r."""
+    shape, initial = stage.declared(stage.body(made.joint.child)).shape, getattr(made.joint, "initial", None)
+    if shape is None or shape.kind not in _ROUND or initial is None or not initial.q or not made.slides:
+        return
+    letter, radius = letter_of(initial.q[-1] - shape.sizes[0]), stage.number(shape.sizes[0])
+    if letter:
+        near = np.array(made.child.point) - radius * np.array(stage.axis(made.child, made.slides[0]))
+        end = Anchor(made.child.body, vector(near))
+        yield NamedLength(f"{made.name}.{letter}", "", datum, end, start_label=letter)
 
 
 def _start_places(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
