@@ -341,6 +341,10 @@ class ExtremeQuestion(LaterQuestion):
     def start_value(self) -> Node:
         return self.expression
 
+    def is_start(self, start: float, number: Value) -> bool:
+        better = start - (number.value or 0.0) if self.is_largest else (number.value or 0.0) - start
+        return better > 0.0 or super().is_start(start, number)
+
     def is_of_run(self) -> bool:
         return of_run(self.expression)
 

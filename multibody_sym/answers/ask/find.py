@@ -45,7 +45,7 @@ from multibody_sym.model.settings import Ask, Equation
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
-from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, real, subtract, symbol
 from multibody_sym.text.units import given_in
@@ -261,15 +261,16 @@ class ValueSearch:
         varied, node = self.varied, self.varied.formula
         if node is None:
             return None
-        value = partial(varied.of_formula, node)
-        found = zeros(value, varied.sample, self.bounds, cheap=True, limits=varied.limits)
+        value, signed = partial(varied.of_formula, node), _with_sign(node)
+        crossing = partial(varied.of_formula, signed)
+        found = zeros(crossing, varied.sample, self.bounds, cheap=True, limits=varied.limits)
         scale = abs(value(varied.sample))
         found = [x for x in found if self._is_confirmed(x, value, _HOLDS * scale)]
         if not found:
             return None
-        expression = root_near(node, symbol(self.name), found[0].at, self.solved)
+        expression = root_near(signed, symbol(self.name), found[0].at, self.solved)
         how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
-        first, *others = (self._number(x, value, varied.rounding(node, x.at)) for x in found)
+        first, *others = (self._number(x, crossing, varied.rounding(node, x.at)) for x in found)
         first = first if expression is None else self._of(expression)
         return first, [*how, *self._others(first, found, others), *varied.notes(found[0].at)]
 
@@ -334,3 +335,13 @@ class ValueSearch:
         name = free_name(f"{self.name}_0", {str(x.data) for x in self.solved.mechanism.symbols} | {*system.ask})
         more = Names({**system.parameters, name: Parameter(value=real(value))})
         return Overrides(initial={self.name: symbol(name)}).of(replace(system, parameters=more)), symbol(name)
+
+
+def _with_sign(node: Node) -> Node:
+    """Return a product without the size of its factors: it changes its sign where a size only touches zero."""
+    if node.op in ("neg", "abs"):
+        return _with_sign(node.args[0])
+    if node.op in ("mul", "div"):
+        left, right = node.args
+        return BUILD[node.op](_with_sign(left), _with_sign(right) if node.op == "mul" else right)
+    return node

@@ -131,6 +131,10 @@ class LaterQuestion(NumberQuestion):
         """Return the expression whose value at the start is the answer if its time is 0; None if there is none."""
         return None
 
+    def is_start(self, start: float, number: Value) -> bool:
+        """Return whether the value before an impact at the start is an answer as runs have it, which begin behind."""
+        return abs(start - (number.value or 0.0)) <= number.error + CONFIRMED * abs(start)
+
     def is_of_run(self) -> bool:
         """Return whether an expression asked for has values along runs alone, such as an integral."""
         return False
@@ -206,7 +210,7 @@ class UniformQuestion(LaterQuestion):
             number = self.number(RunNumbers(simulated)).value
         except NeverError:
             return False
-        return number is not None and abs(closed - number) <= _CONFIRMED * abs(number)
+        return number is not None and abs(closed - number) <= CONFIRMED * abs(number)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -319,7 +323,7 @@ _KEPT: Final = 1e-7
 """The part of its largest size by which an energy that is kept changes in a run."""
 _STANDS: Final = 1e-7
 """The part of its largest value below which a speed is zero."""
-_CONFIRMED: Final = 1e-8
+CONFIRMED: Final = 1e-8
 """How near, relative to it, a closed form must come to a number of runs."""
 _DIGITS_LOST: Final = 1e-12
 """The part of its value by which a formula may miss in floats that is taken in place of a longer one."""
@@ -407,10 +411,14 @@ class AskedMotion:
         if number.value is None or question.is_of_run():
             return None
         if time == 0.0 and (asked := question.start_value()) is not None:
+            start = self.solved.values(self.solved.asked(asked), {})[""]
+            if not question.is_start(start.value or 0.0, number):
+                self.solved.reasons.setdefault("it is behind an impact at the start")
+                return None
             end = Quantity(self.simulated.whole.t_final, "s")
             shown = Sentence(("as a run shows, until t = ", end, " it is nowhere beyond that"))
             working.steps.append(lambda: [AT_START, shown])
-            return self.solved.values(self.solved.asked(asked), {})[""].expression
+            return start.expression
         shortest: tuple[Node, list[str], MotionFormulas] | None = None
         unsolved: list[MotionFormulas] = []
         for course in self._courses(time):
@@ -446,7 +454,7 @@ class AskedMotion:
         return abs(evaluate_float([found], self.solved.sample)[0] - value) > _DIGITS_LOST * abs(value)
 
     def _courses(self, time: float) -> Iterator[MotionFormulas]:
-        if self.simulated.changes_before(time * (1.0 - _CONFIRMED)) is not None:
+        if self.simulated.changes_before(time * (1.0 - CONFIRMED)) is not None:
             there, run = self.courses.shown.there, self.simulated.until(time)
             with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
                 bounces = None if there is None else Bounces.of(there, self.courses, run)
@@ -469,7 +477,7 @@ class AskedMotion:
 
     def _confirmed(self, closed: Quotient, number: float) -> Node | None:
         """Return a closed form as an expression where it is the number that was found, else None."""
-        if abs(float(closed.sample) - number) > _CONFIRMED * abs(number):
+        if abs(float(closed.sample) - number) > CONFIRMED * abs(number):
             return None
         value = self.solved.value_of(closed)
         return None if value is None else value.expression
