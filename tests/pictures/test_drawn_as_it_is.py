@@ -193,6 +193,13 @@ def test_a_rod_that_swings_goes_through_its_centre_to_where_its_moment_puts_its_
     assert form.bounds[-1] @ np.array([1.0, 0.0, 0.0]) * (-1.0 if com.startswith("-") else 1.0) > 0.0
 
 
+def test_a_rod_that_is_pinned_within_reaches_to_both_sides_of_its_pin() -> None:
+    """Of the length l about its centre, which is at l/4 from the pin."""
+    scene = scene_of(mbs.loads(PLANE.replace("COM", "l/4").replace("MOMENT", "m*l^2/12")))
+    (form,) = [item.form for item in scene.items if item.role == "body"]
+    assert form.bounds[:, 0] == pytest.approx([-0.3, 0.9])
+
+
 def test_both_outer_rods_of_two_chains_and_a_door_are_whole() -> None:
     scene = scene_of(example("impacts/two_chains"))
     ends = [scene.at().world(i.body, i.form.bounds)[:, 0] for i in scene.items if i.role == "body"]

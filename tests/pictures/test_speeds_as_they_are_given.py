@@ -74,6 +74,7 @@ def test_the_bob_of_a_spherical_pendulum_has_its_velocity() -> None:
     """v = r phi' at 3 rad/s and the distance r from the vertical, level and across the string."""
     shown = scene("spherical_pendulum")
     (arrow,) = speeds(shown).values()
+    assert "v_0" not in speeds(scene("spatial_chain"))  # whose links are rods
     bob = shown.at().point(arrow.at)
     assert arrow.label == "v_0"
     assert abs(float(np.dot(arrow.vector, bob))) < 1e-9

@@ -72,8 +72,8 @@ def at_its_centre(stage: PlacedSystem, name: str, body: Body) -> Block | Disc | 
 def on_an_arm(stage: PlacedSystem, name: str, body: Body, place: Vector, *, whole: bool) -> Iterator[Form]:
     """Yield the forms of a body that one place holds: a wheel out of balance, a ball on its arm, else a rod.
 
-    The rod goes through its centre of mass and has its moment, as far as it does not reach behind its place; one that
-    is not `whole` ends at its centre.
+    The rod goes through its centre of mass and has its moment; it begins at its place, or behind it where that is
+    within the rod. One that is not `whole` ends at its centre.
     """
     centre, joint = np.array(stage.centre(name)), stage.carrying(name)
     arm = float(np.linalg.norm(centre - place))
@@ -94,9 +94,10 @@ def on_an_arm(stage: PlacedSystem, name: str, body: Body, place: Vector, *, whol
         return
     half = float(np.sqrt(3.0) * gyration)
     slender = moves_in_plane(stage.system) or about < _THIN * across
-    is_rod = whole and slender and _LUMP * arm < half < (1.0 + _ALIKE) * arm
-    far = centre + min(half, arm) * axis if is_rod else centre
-    yield Polyline((place, vector(far)))
+    is_rod = whole and slender and _LUMP * arm < half
+    far = centre + half * axis if is_rod else centre
+    within = is_rod and half > (1.0 + _ALIKE) * arm
+    yield Polyline((vector(centre - half * axis) if within else place, vector(far)))
 
 
 def rod_beyond(stage: PlacedSystem, name: str, body: Body, places: Sequence[Vector]) -> list[Vector]:

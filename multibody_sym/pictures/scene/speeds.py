@@ -82,7 +82,9 @@ def _speeds(given: _Given) -> Iterator[Arrow]:
         yield from _drives(given, given.driven)
     if not any(stage.number(node) for node in nodes):
         return
-    if not made.slides and len(made.turns) > 1 and stage.declared(stage.body(made.joint.child)).inertia is None:
+    body = stage.declared(stage.body(made.joint.child))
+    particle = body.inertia is None and body.shape is None and stage.is_ground(made.joint.parent)
+    if particle and not made.slides and len(made.turns) > 1:
         centre = stage.centre(stage.body(made.joint.child))  # a bob on a string
         yield from given.arrow(_SPEED, Anchor(made.child.body, centre), _velocity(given, centre))
     elif made.joint.kind == "spherical":
