@@ -317,7 +317,7 @@ class Courses:
         there = self.shown.there
         assert there is not None
         named = moved.symbols & there.variables
-        if not named:
+        if named <= {TIME}:
             return "integrated from the start"
         if named == {u} and u in rate(moved, u).symbols:
             return _BY_SPEED

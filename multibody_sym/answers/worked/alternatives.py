@@ -186,7 +186,8 @@ class _Rejected:
             written = found.equations.exactly.written(value)
         except NoClosedFormError:
             return Formula((left,), value=number, assumed=True)
-        return Formula((left,) if written.is_number else (left, written), value=number, assumed=True)
+        alone = written.is_number or written == left
+        return Formula((left,) if alone else (left, written), value=number, assumed=True)
 
     def _needed(self, found: Refuted) -> tuple[Any, Any, str]:
         """Return what would be needed to stick, the most that it can be, and their unit."""
