@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.answers.ask.principal_axes import inertia_about_centre
+from multibody_sym.answers.ask.principal_axes import inertia_in_numbers
 from multibody_sym.answers.instant.instant import solved_start
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.model.fields import AXES
@@ -23,7 +23,7 @@ def polhodes_of(system: System, body: str) -> Polhodes:
     solved = solved_start(system)
     motion, place = solved.numbers.motion, solved.mechanism.body_index(body)
     world = np.array(motion.poses[place][0], dtype=float)
-    tensor = np.array(inertia_about_centre(motion, (place,)), dtype=float)
+    tensor = inertia_in_numbers(motion, (place,))
     omega, alpha = (
         world.T @ np.array([solved.number(quantity(name, (body, axis))) for axis in AXES])
         for name in ("angular_velocity", "angular_acceleration")

@@ -13,9 +13,12 @@ from mpmath import mp
 
 import multibody_sym as mbs
 from multibody_sym.analysis.phase_plane import PhasePlane
+from multibody_sym.answers.ask.energy_integral import ToAndFro
+from multibody_sym.answers.instant.instant import solved_start
 from multibody_sym.derivation.hamilton_jacobi import ENERGY, separated
 from multibody_sym.documents.polhodes import polhodes_of
 from multibody_sym.errors import MultibodyError
+from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.text.printer import text
 
 _EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -92,6 +95,12 @@ def test_a_pendulum_has_its_action_by_elliptic_integrals(start: float) -> None:
     model = mbs.loads(_PENDULUM + "ask: {J: {action: theta}}")
     found = mbs.solve(model, parameters={"a": start}).answers
     assert found["J"].value == pytest.approx(float(wanted), rel=1e-12)
+    motion = solved_start(mbs.loads(_PENDULUM.replace("a: 2", f"a: {start}")))
+    swing = ToAndFro.of(motion, "theta")
+    assert swing is not None
+    parts = swing.elliptic()
+    assert parts is not None
+    assert evaluate_float(parts, motion.sample) == pytest.approx([m * l**2, g / l, float(k * k)], rel=1e-12)
     frequency = mp.pi * math.sqrt(g / l) / 2 / mp.ellipk(k * k)
     assert found["J.frequency"].value == pytest.approx(float(frequency), rel=1e-12)
 
@@ -153,6 +162,13 @@ def test_a_bead_on_a_hoop_that_turns_fast_has_centres_beside_the_bottom() -> Non
 def test_what_does_not_fit_is_an_error(asked: str, message: str) -> None:
     with pytest.raises(MultibodyError, match=message):
         mbs.solve(mbs.loads(_PENDULUM + f"ask: {{b: {asked}}}"))
+
+
+def test_a_coordinate_that_constraints_restrict_has_no_action() -> None:
+    model = mbs.load(_EXAMPLES / "impacts" / "ballistic_pendulum.yaml").with_fields({"ask": {"J": mbs.Ask(action="x")}})
+    found = mbs.solve(model)
+    assert found.answers["J"].value is None
+    assert any("independent coordinates" in str(x) for x in found.conditions)
 
 
 def test_a_phase_portrait_needs_one_freedom_that_keeps_its_energy() -> None:

@@ -257,6 +257,10 @@ class Swing:
     @cached_property
     def action(self) -> Measured:
         """The integral of p dq over a period, divided by 2 pi, p = M u. Raises NoPeriodError."""
+        resolved = mechanism(self.system)
+        rows = (resolved.relative or resolved).rows
+        if rows:
+            raise NoPeriodError(f"an action is that of independent coordinates, and {rows[0].name} restricts them")
         exactly = self._by_energy(lambda energy, q, u: energy.momentum(q, u) / (2 * math.pi))
         return exactly or self._with_error(Swing._action_by_runs)
 
@@ -437,9 +441,12 @@ class Swing:
         return self._passed_exactly(times[0], float(q[0]) + advanced)
 
     def _passed(self, run: Trajectory, value: float) -> float:
-        """Return when a coordinate has a value that it passes, by the cubic through both sides."""
+        """Return when a coordinate passes a value, by the cubic through both sides. Raises NoPeriodError."""
         q = run[self.coordinate] - value
-        k = int(np.flatnonzero(q[:-1] * q[1:] <= 0)[0])
+        passes = np.flatnonzero(q[:-1] * q[1:] <= 0)
+        if not len(passes):
+            raise NoPeriodError(f"{self.coordinate} goes around, and turns back")
+        k = int(passes[0])
         return float(run.t[k] - q[k] * (run.t[k + 1] - run.t[k]) / (q[k + 1] - q[k]))
 
     def _passed_exactly(self, time: float, value: float) -> float:

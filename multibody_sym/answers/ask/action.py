@@ -21,7 +21,7 @@ from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.later_formulas import in_book_form
 from multibody_sym.answers.ask.number_questions import AdvanceQuestion, PeriodQuestion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
-from multibody_sym.answers.ask.working import OMEGA, Working, equation
+from multibody_sym.answers.ask.working import OMEGA, OMEGA_0, Working, equation
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.instant.reactions import with_letters
@@ -36,6 +36,8 @@ from multibody_sym.text.values import Value
 FREQUENCY: Final = ".frequency"
 """The end of the name of the second answer."""
 _ACTION: Final = symbol("J")
+_MODULI: Final = ("k", "kappa", "k_0")
+"""Letters of the modulus of elliptic integrals, in the order of preference: the first that the model does not have."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,14 @@ class ActionQuestion(NumberQuestion):
         yield Sentence((_ACTION, " is the integral of ", momentum, " by ", freedom.variable, " over a period, by 2 pi"))
         if not closed:
             yield Sentence(("it is no elementary function that is known: numbers integrate it",))
+            parts = swing.elliptic()
+            if parts is not None:
+                mass, square, modulus = parts
+                yield equation(multiply(OMEGA_0, OMEGA_0), square, "a pendulum with")
+                k = next(x for x in _MODULI if symbol(x) not in freedom.there.solved.mechanism.symbols)
+                yield equation(multiply(symbol(k), symbol(k)), modulus)
+                yield Sentence((f"J = 8/pi*M*omega_0*(E({k}) - (1 - {k}^2)*K({k})), T = 4*K({k})/omega_0, M = ", mass))
+                yield Sentence((f"K and E are the complete elliptic integrals of the modulus {k}",))
             return
         action = swing.action()
         if freedom.energy is None:

@@ -325,6 +325,22 @@ class ToAndFro:
         assert self.freedom.energy is not None
         return written(self.freedom.there.forms.of([divide(ONE, derivative(action, self.freedom.energy))])[0])
 
+    def elliptic(self) -> tuple[Node, Node, Node] | None:
+        """Return M, omega_0^2 and k^2 of a swing with q'^2 = 4 omega_0^2 (k^2 - sin(q/2)^2) and M constant.
+
+        None for other motions. Raises NoClosedFormError.
+        """
+        freedom, q, moving = self.freedom, self.freedom.variable, self.freedom.there.variables
+        waves = BUILD["sin"](q), BUILD["cos"](q)
+        square, mass, sine, cosine = freedom.there.forms.of([freedom.square, freedom.inertia, *waves])
+        wave = -rate(square, q) / sine
+        if (wave.symbols | mass.symbols) & moving or not wave.sample > 0:
+            return None
+        modulus = (square - wave * (cosine - 1)) / (2 * wave)
+        if modulus.symbols & moving or not modulus.sample < 1:
+            return None
+        return written(mass), written(wave / 2), written(modulus)
+
     def _there_and_back(self, rate: Node) -> Node:
         """Return the size of the integral of a rate by the time over a period. Raises NoClosedFormError."""
         freedom = self.freedom

@@ -29,6 +29,7 @@ from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import vectors
 from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import atan2, sqrt
 from multibody_sym.scalars.node import Node, as_node, divide, multiply, real, subtract, symbol
 from multibody_sym.scalars.vectors import Mat, S
@@ -54,6 +55,13 @@ def inertia_about_centre(motion: Motion, bodies: tuple[int, ...]) -> Mat:
         tensors.append(vectors.matrix_sum(own, (x, y, z)))
     R = motion.poses[bodies[0]][0]
     return vectors.turned_tensor(vectors.transpose(R), reduce(vectors.matrix_sum, tensors))
+
+
+def inertia_in_numbers(motion: Motion, bodies: tuple[int, ...]) -> Floats:
+    """Return the tensor in floats (3, 3), zeros of what has no mass."""
+    if not sum(motion.masses[k].mass for k in bodies):
+        return np.zeros((3, 3))
+    return np.array(inertia_about_centre(motion, bodies), dtype=float)
 
 
 class _Plane(NamedTuple):
@@ -100,7 +108,7 @@ class PrincipalAxesQuestion(Question):
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         solved = motion.solved
         places = tuple(map(solved.mechanism.body_index, self.bodies))
-        tensor = np.array(inertia_about_centre(solved.numbers.motion, places), dtype=float)
+        tensor = inertia_in_numbers(solved.numbers.motion, places)
         least = _NOTHING * float(np.abs(tensor).max())
         if not least:
             working.notes.append("it has no inertia")
@@ -163,7 +171,7 @@ class PrincipalAxesQuestion(Question):
         """Yield the elements of the tensor that are not zero."""
         if len(places) > 1:
             yield Sentence((f"about the common centre of mass, in the axes of {self.bodies[0]} (parallel axes)",))
-        tensor = np.array(inertia_about_centre(solved.numbers.motion, places), dtype=float)
+        tensor = inertia_in_numbers(solved.numbers.motion, places)
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
             if abs(tensor[i, j]) > least:
                 yield equation(symbol(f"J_{AXES[i]}{AXES[j]}"), self._entry(solved, i, j))
@@ -172,7 +180,7 @@ class PrincipalAxesQuestion(Question):
         i, j = AXES[plane.i], AXES[plane.j]
         a, b, c = (symbol(f"J_{x}") for x in (f"{i}{i}", f"{j}{j}", f"{min(i, j)}{max(i, j)}"))
         double = divide(multiply(as_node(2), c), subtract(a, b))
-        yield Sentence(("principal axes in their plane: tan(2*alpha) = ", double))
+        yield equation(BUILD["tan"](multiply(as_node(2), _ANGLE)), double, "principal axes in their plane")
 
 
 def _in_space(tensor: Floats) -> dict[str, Value]:
