@@ -60,6 +60,7 @@ PRINTED = {
     ("simulate", "show"): "what plot(run, show=..) draws",
     ("simulate", "x"): "over what plot(run, x=..) draws it",
     ("simulate", "plot"): "the file that run.plot(file) writes",
+    ("equilibrium", "steps"): "answers.worked.rest.worked_rest writes them",
     ("draw", "output"): "the file that draw(system, path) writes",
     ("sweep", "plot"): "the file that study.plot(file) writes",
     ("sweep", "show"): "what study.plot() is asked to show",
