@@ -279,6 +279,29 @@ def test_rolling_wheels_turn_by_the_velocities_of_their_points_of_contact() -> N
     assert "wc: u_c as for wp" in lines
 
 
+def test_gears_and_velocity_constraints_have_velocity_equations() -> None:
+    """A rack drives a pinion, which drives a wheel: v = r*u_a and r*u_a = -R*u_b."""
+    found = _solved(
+        """
+multibody_sym: 1
+name: rack
+parameters: {r: 0.1 m, R: 0.25 m, v: 0.4 m/s}
+bodies: {rack: {}, pinion: {}, wheel: {}}
+joints:
+  S: {type: prismatic, parent: ground, child: rack, axis: x, motion: v*t}
+  A: {type: revolute, parent: ground, child: pinion, q: a}
+  B: {type: revolute, parent: ground, child: wheel, q: b}
+constraints:
+  teeth: {type: velocity, zero: v - r*u_a}
+  mesh: {type: gear, joints: [B, A], ratio: -r/R}
+ask: {wheel: "angular_velocity(wheel, z)"}
+""",
+        steps=True,
+    )
+    assert found.answers["wheel"].value == pytest.approx(-1.6, rel=1e-12)
+    assert "teeth: velocity equation: -r*a' = -v mesh: velocity equation: r*a'/R + b' = 0 so: a' = v/r" in _lines(found)
+
+
 def test_speeds_of_loops_are_no_answers() -> None:
     """A rod with two joints in place of the coupler: how the rocker turns has a formula without its own speed."""
     rod = "constraints: {B: {type: distance, between: [crank.A, rocker.B], value: b}}\n"

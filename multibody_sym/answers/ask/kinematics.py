@@ -351,12 +351,10 @@ class PlaneMotion:
         ends |= {k for row in self._others for k in self._acted_on(row)}
         bodies = {body for end in ends for body in self._up(end)}
         free = {k for body in bodies for step in self.mechanism.bodies[body].free_steps for k in step.u}
-        rows = zip(self.mechanism.rows, self.parts.solved.numbers.rows, strict=True)
-        driven = {
-            found[0]
-            for row, moved in rows
-            if row.expression is not None and len(found := [k for k, x in enumerate(moved.jacobian) if x]) == 1
-        }
+        columns = [{k: x for k, x in enumerate(row.jacobian) if x} for row in self.parts.solved.numbers.rows]
+        free |= {k for row in self._others for k in columns[row]}
+        rows = zip(self.mechanism.rows, columns, strict=True)
+        driven = {k for row, found in rows if row.expression is not None and [*found.values()] == [1.0] for k in found}
         return frozenset(k for k in free - driven if symbol(self.mechanism.speeds[k].name) in self._decided)
 
     def _up(self, body: int) -> Iterator[int]:
@@ -684,7 +682,7 @@ ACCELERATION: Final = _Law(
 
 def _unless_trivial(line: Formula) -> Iterator[Formula]:
     """Yield an equation unless its sides are the same."""
-    if line.sides[0] is not line.sides[1]:
+    if text(line.sides[0]) != text(line.sides[1]):
         yield line
 
 
