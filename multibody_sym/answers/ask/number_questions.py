@@ -488,7 +488,8 @@ class AdvanceQuestion(NumberQuestion):
         if swing is not None and formula is not None:
             working.steps.append(lambda: swing.lines(node))
         else:
-            working.steps.append(lambda: numbers.lines(replace(found, unit=self.unit(motion)), found.t or 0.0))
+            told = replace(found, unit=self.unit(motion))
+            working.steps.append(lambda: numbers.lines(told, PeriodQuestion(self.of).number(numbers).value or 0.0))
         return replace(motion.with_formula(found, formula), unit=self.unit(motion))
 
 
