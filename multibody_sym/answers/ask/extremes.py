@@ -497,7 +497,10 @@ class _Legs:
             high = self.changes[leg]
             found.append(_Place(high, float(fitted(high)), -1, self._unsure(near, k, high)))
         if not is_smooth(near, values, t[k], self.noise):
-            return [*found, replace(self.sample(k), unsure=float(self.rises[k]), between=(float(low), float(high)))]
+            most = float(self.y[k] + self.rises[k])
+            about = max([float(self.y[k]), *(float(fitted(x)) for x in turning_points(fitted, low, high))])
+            value, between = min(about, most), (float(low), float(high))
+            return [*found, _Place(float(t[k]), value, unsure=most - value, between=between)]
         if len(near) > 2:
             found += [_Place(x, float(fitted(x))) for x in turning_points(fitted, low, high)]
         return found if found and not (self.begins[k] or self.ends[k]) else [*found, self.sample(k)]
