@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,3 +209,9 @@ outputs: {place: 2*x, acc: "acceleration(cart, x)"}
     page = linearization_text(found)
     assert page.endswith("C (of place [m], acc [m/s^2])\n   2  0\n  -4  0\nD\n    0\n  0.5")
     assert linearization_text(found, chosen_units("mm")).endswith("D\n    0\n  500")
+
+
+def test_frequencies_whose_matrices_have_no_formula_have_no_lines_in_steps() -> None:
+    """A plank on rollers that turn: its rows of friction leave no matrices to print."""
+    plank = mbs.load(Path(__file__).parents[2] / "examples" / "textbook" / "plank_on_rollers.yaml")
+    assert "swing as" not in str(mbs.solve(plank, steps=True).steps)

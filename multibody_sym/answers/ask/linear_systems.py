@@ -419,6 +419,8 @@ class AskedModes:
     def lines(self, leaf: Node) -> Iterator[Line]:
         """Yield M x'' + C x' + K x = 0 row by row, of which a frequency or period is asked."""
         modes = self.modes
+        if not modes.stiffness:
+            return
         for name, value in modes.at.items() if modes.found else ():
             if value.value:
                 yield Formula((symbol(name), _known(value)), before=(f"the {modes.about} is at",))
