@@ -293,6 +293,11 @@ def exact(field: Field, nodes: Iterable[Node], known: dict[Node, Quotient]) -> l
     Raises NoClosedFormError where a choice (a sign, a divisor) is undecided at the sample, or the work has run out.
     """
     roots = list(nodes)
+    powers = [n for n in postorder(roots) if n.op == "exp" and n not in known]
+    if len(powers) > 1:  # the smallest exponents first: exp(2 x) then follows from exp(x)
+        exponents = exact(field, [n.args[0] for n in powers], known)
+        for n, exponent in sorted(zip(powers, exponents, strict=True), key=lambda pair: abs(pair[1].sample)):
+            known[n] = _exp(exponent)
     for n in postorder(roots):
         if n in known:
             continue

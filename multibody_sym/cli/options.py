@@ -110,8 +110,7 @@ def assignments(option: str, texts: Sequence[str]) -> Mapping[str, str]:
 WIDTH: Final = 80
 _NAMES: Final = 25
 _EXIT_CODES: Final = """\
-exit codes: 0 done; 2 wrong input; 3 no solution, failed run or disagreement;
-4 output, compiler or memory; 70 a defect of this program; 130 Ctrl-C
+exit codes: 0 done; 2 input; 3 no solution; 4 output; 70 a defect; 130 Ctrl-C
 --version shows the version, --print-completion SHELL a script that completes"""
 
 

@@ -124,7 +124,7 @@ def _step(H: Any, parts: list[Separated], energy: str) -> Step:
     """Return the step: the equation, the separated ones, and each momentum as a slope of W."""
     shown = [Equation(H, ENERGY)]
     if not parts:
-        return Step("Hamilton-Jacobi equation", tuple(shown), "p = dW/dq; no separation in these coordinates is found")
+        return Step("Hamilton-Jacobi equation", tuple(shown), "p_k = dW/dq_k; no separation in these coordinates is found")
     for each in parts:
         if each.left not in (each.momentum, H):
             shown.append(Equation(each.left, each.right))
@@ -134,5 +134,5 @@ def _step(H: Any, parts: list[Separated], energy: str) -> Step:
             latex = rf"\mathrm{{d}} W_{{{latex_name(name)}}}/\mathrm{{d}} {latex_name(name)}"
             shown.append(Equation(Label(f"dW_{name}/d{name}", latex), slope))
     names = " + ".join(f"W_{each.coordinate.name}({each.coordinate.name})" for each in parts)
-    note = f"p = dW/dq, S = W - {energy}*t, W = {names}, each with its constant"
+    note = f"p_k = dW/dq_k, S = W - {energy}*t, W = {names}, each with its constant"
     return Step("Hamilton-Jacobi equation", tuple(shown), note)
