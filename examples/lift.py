@@ -16,6 +16,7 @@ system = mbs.System(
             surfaces={
                 "left": {"segment": [["-1 m", "2 m", 0], ["-1 m", 0, 0]]},
                 "floor": {"segment": [["-1 m", 0, 0], ["1 m", 0, 0]]},
+                "roof": {"segment": [["1 m", "2 m", 0], ["-1 m", "2 m", 0]]},
                 "right": {"segment": [["1 m", 0, 0], ["1 m", "2 m", 0]]},
             },
         ),

@@ -124,7 +124,8 @@ def _step(H: Any, parts: list[Separated], energy: str) -> Step:
     """Return the step: the equation, the separated ones, and each momentum as a slope of W."""
     shown = [Equation(H, ENERGY)]
     if not parts:
-        return Step("Hamilton-Jacobi equation", tuple(shown), "p_k = dW/dq_k; no separation in these coordinates is found")
+        note = "p_k = dW/dq_k; no separation in these coordinates is found"
+        return Step("Hamilton-Jacobi equation", tuple(shown), note)
     for each in parts:
         if each.left not in (each.momentum, H):
             shown.append(Equation(each.left, each.right))
