@@ -661,8 +661,8 @@ class _Work:
         lost = [self._told(("energy lost",), (), self.found.energy_lost)]
         steps = [("Elimination: impulses", impulses), ("Result", [*jumps, *after, *lost])]
         steps.append(("Impulses in joints", list(self._joints())))
-        if self.told:  # the elimination has the impulses, and the jumps
-            steps = [("Result", [*after, *lost]), steps[-1]]
+        if self.told:  # the elimination has the jumps
+            steps = [("Result", [*impulses, *after, *lost]), steps[-1]]
         found = [WorkedStep(title, tuple(lines)) for title, lines in steps if lines]
         limits = self.found.limits
         conditions = [Sentence((f"{x}, else {limits[x]}" if limits.get(x) else x,)) for x in self.found.conditions]

@@ -153,8 +153,10 @@ class Polhodes:
     def _outline(self) -> Floats:
         """The outline of the ellipsoid on the page (n, 2): the image of the unit circle in the rows of its map."""
         across = np.array([_VIEW.right, _VIEW.up]) * self.axes
+        first = across[0] / np.linalg.norm(across[0])
+        rest = across[1] - (across[1] @ first) * first
         turn = np.linspace(0.0, 2 * np.pi, _POINTS)[:-1]
-        circle = np.column_stack((np.cos(turn), np.sin(turn))) @ np.linalg.svd(across)[2][:2]
+        circle = np.outer(np.cos(turn), first) + np.outer(np.sin(turn), rest / np.linalg.norm(rest))
         return np.asarray(circle @ across.T)
 
     def _axes(self, scale: float, centre: Floats) -> Iterator[Placed]:

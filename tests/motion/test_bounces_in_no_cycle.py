@@ -63,7 +63,7 @@ def test_a_row_that_jerks_on_a_rough_slope_comes_to_slide_together(monkeypatch: 
     """
     runs, model = [], mbs.loads(ROW)
     for height in (1.0, 100.0):
-        monkeypatch.setattr(impact, "_HEIGHT", height * 1e4 * np.finfo(float).eps)
+        monkeypatch.setattr(impact, "LOST_HEIGHT", height * 1e4 * np.finfo(float).eps)
         runs.append(mbs.simulate(model, t_end=0.42, samples=3, rtol=1e-12, atol=1e-12))
     run, coarse = runs
     assert 50 < len(coarse.events) < len(run.events) < 200

@@ -18,6 +18,8 @@ from functools import cached_property, reduce
 from math import pi
 from typing import Final
 
+import numpy as np
+
 from multibody_sym.algebra import long_sums
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.long_sums import product_node
@@ -42,7 +44,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, add, as_node, divide, multiply, real, symbol
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, divide, multiply, real, subtract, symbol
 from multibody_sym.text.parser import QUANTITIES
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -446,17 +448,23 @@ class AskedModes:
     def _determinant(self, value: Value, leaf: Node) -> Iterator[Line]:
         """Yield the determinant of K - omega^2 M of two or three freedoms, in factors, and the root that is taken."""
         modes, square = self.modes, OMEGA**2
-        number = int(leaf.data[1][0])
-        damped = any(x.value for row in modes.rates for x in row)
+        number, rates = int(leaf.data[1][0]), np.array([[x.value or 0.0 for x in row] for row in modes.rates])
+        least = _ROUNDED * float(np.abs(rates).max(initial=0.0))
+        damped = bool((np.abs(rates + rates.T) > least).any())
+        gyroscopic = bool((np.abs(rates - rates.T) > least).any())
         yield Sentence((f"amplitudes differ from zero where the determinant vanishes{' without dampers' * damped}:",))
         rows = [
             [_known(k) - _known(m) * square for m, k in zip(*row, strict=True)]
             for row in zip(modes.mass, modes.stiffness, strict=True)
         ]
-        if len(rows) > _MOST_WRITTEN_OUT:
+        if len(rows) > (2 if gyroscopic else _MOST_WRITTEN_OUT):
             yield Sentence((f"a root in {OMEGA}^2 of degree {len(rows)}, found in numbers",))
             return
         whole = _by_cofactors(rows)
+        if gyroscopic:  # (a + i omega g)*(a - i omega g) is a^2 + omega^2 g^2
+            forth, back = _known(modes.rates[0][1]), _known(modes.rates[1][0])
+            turning = divide(subtract(forth, back), real(2.0)) if damped else forth
+            whole = subtract(whole, square * turning**2)
         yield equation(whole, ZERO)
         if value.value is None:
             return
@@ -535,6 +543,8 @@ def _known(value: Value) -> Node:
     return value.expression if value.expression is not None else real(value.value or 0.0)
 
 
+_ROUNDED: Final = 1e-9
+"""Part of the largest rate up to which a difference of two is rounding."""
 _MOST_WRITTEN_OUT: Final = 3
 """Freedoms up to which a determinant is written out."""
 

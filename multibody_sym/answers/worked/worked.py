@@ -259,10 +259,14 @@ def _steps_of_motion(solved: SolvedInstant, solution: Solution, *, forces: bool)
     moving = _in_motion(solved, solution)
     if moving is None:
         return None, symbols
+    try:
+        in_motion = moving.steps_in_motion(forces=forces)
+    except (NoClosedFormError, ExpressionError):
+        return None, symbols
     steps = [
         *(replace(step, lines=(*mass_lines(moving.equations), *step.lines)) for step in given.steps),
         WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)),
-        *moving.steps_in_motion(forces=forces),
+        *in_motion,
         _conditions(solution),
     ]
     notation = moving.notation

@@ -234,7 +234,9 @@ class _Tables:
     @cached_property
     def values(self) -> Floats:
         """The parameters (np,)."""
-        return self.laws.numbers(self.placed.mechanism, np.array(self.placed.start.parameters, dtype=float))[0]
+        given = np.array(self.placed.start.parameters, dtype=float)
+        values, *_ = self.laws.numbers(self.placed.mechanism, given)
+        return values
 
     @property
     def open(self) -> Floats:
