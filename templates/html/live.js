@@ -128,18 +128,21 @@ function live(root, makeStage) {
   const isOn = (name) => button(name).getAttribute("aria-pressed") === "true";
   const declared = (kind, key) => names[kind].map((entry) => entry[key]);
   const INKS = ["#0b5cad", "#c2410c", "currentColor"];
-  let parameters = declared("parameters", "value"), moves = null, playing = false, before = 0, record = [];
+  let parameters = declared("parameters", "value"), moves = null, playing = false, before = 0, record = [], held = parameters;
 
-  // Begin a motion at a time and a state, which is put onto the constraints.
+  // Begin a motion at a time and a state, which is put onto the constraints; without one the last one goes on.
   function begin(t, q, u) {
     try {
-      moves = motion(names, { parameters, t, initial: { q, u } });
-      if (![...moves.q, ...moves.u, ...moves.value("picture").flat()].every(Number.isFinite)) throw new Error("no motion");
+      if (data.positive.some((k) => !(parameters[k] > 0))) throw new Error("not positive");
+      const next = motion(names, { parameters, t, initial: { q, u } });
+      const rates = next.value("state_derivative").flat();
+      if (![...next.q, ...next.u, ...rates, ...next.value("picture").flat()].every(Number.isFinite)) throw new Error("no motion");
+      [moves, held] = [next, parameters];
       said.textContent = "";
       return true;
     } catch {
-      play(false);
-      said.textContent = "With these values there is no motion: change them, or restart.";
+      parameters = held;
+      said.textContent = "With that value there is no motion: the one before holds.";
       return false;
     }
   }
@@ -219,7 +222,7 @@ function live(root, makeStage) {
   function changed(q, u) {
     picture.forget();
     record = [];
-    if (begin(moves.t, q, u)) draw(true);
+    draw(begin(moves.t, q, u));
     share();
   }
 

@@ -18,6 +18,7 @@ const STAGES = [
 ];
 const ERROR = [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40];
 const ITERATIONS = 5; /* of a state towards the constraints */
+const APART = 1e-6; /* by which a state may miss the constraints at the start */
 const ROUNDED = 1e-9; /* part of its largest value by which a function that ends the motion may exceed zero */
 const HALVINGS = 50; /* of a step in which the motion ends */
 const MOST_STEPS = 1e7;
@@ -80,6 +81,8 @@ export function motion(names, options = {}) {
     const { q = initial("coordinates"), u = initial("speeds") } = options.initial || {};
     const system = model(names, parameters, inputs);
     let t = options.t || 0.0, x = system.kept(t, [...q, ...u]), h = first, steps = 0, ended = "", number;
+    const open = PROGRAMS.project_position ? system.asked("project_position", t, x)[1] : [];
+    if (open.some((part) => !(Math.abs(part) < APART))) throw new Error("no state near this one fulfils the constraints");
     while ((number = system.ending(t, x)) >= 0) system.largest[number] = Infinity; /* at the start it tells nothing */
 
     /* Go as far as the state lasts in a step over `used`, in which it ends. */

@@ -94,7 +94,7 @@ class PrincipalAxesQuestion(Question):
 
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.principal_axes is None else cls(ask.principal_axes)
+        return None if ask.principal_axes is None else cls(tuple(dict.fromkeys(ask.principal_axes)))
 
     def words(self) -> str:
         return f"principal moments of inertia of {', '.join(self.bodies)}"

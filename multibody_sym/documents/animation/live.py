@@ -141,6 +141,7 @@ def _page(system: System, model: ExportedModel, frames: Frames, projection: Proj
     data |= {
         "counts": counts,
         "model": {key: table[key] for key in ("coordinates", "speeds", "parameters")},
+        "positive": [k for k, entry in enumerate(model.mechanism.parameters) if entry.positive],
         "shown": _read(table["parameters"], [*model.programs.values(), program]),
         "outputs": [
             {"name": name, "unit": unit} for name, unit in zip(table["outputs"], table["units"]["outputs"], strict=True)

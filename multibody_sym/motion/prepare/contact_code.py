@@ -78,7 +78,7 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
     entries = zip(placed.mechanism.parameters, begin.parameters, strict=True)
     values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
     settings = run_settings(system.simulation, values)
-    if reason := _why_not(laws, settings, system):
+    if reason := _why_not(laws, settings, placed, system):
         return reason
     if len(placed.modes) > 1:
         return "the laws leave several states at the start"
@@ -103,7 +103,7 @@ def _named(known: Mapping[str, T]) -> dict[str, T]:
     return {f"{_PREFIX}{name}": x for name, x in known.items()}
 
 
-def _why_not(laws: LawMechanism, settings: RunSettings, system: System) -> str:
+def _why_not(laws: LawMechanism, settings: RunSettings, placed: StartState, system: System) -> str:
     """Return why `contacts.c` does not hold a model, empty where it does."""
     declared, every = laws.declared, laws.declared.one_way
     named = (f"{x.name} {reason}" for x in every if (reason := _why_not_element(x)))
@@ -121,6 +121,8 @@ def _why_not(laws: LawMechanism, settings: RunSettings, system: System) -> str:
         return f"the method {settings.method.name} is not an explicit Runge-Kutta method"
     if declared.rows and not settings.project:
         return "its constraints are not kept by projection"
+    if declared.rows and placed.declared.parameters.independent_rows(placed.begin.parameters) < len(declared.rows):
+        return "its constraints depend on each other"
     return "its motion begins with `impact`" if system.impact is not None else ""
 
 
