@@ -144,9 +144,7 @@ def solution_of_impact(system: System, formalism: str | None, *, steps: bool = F
     )
 
 
-def solution_of(
-    solved: SolvedInstant, answered: Answers | None = None
-) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
+def solution_of(solved: SolvedInstant, answered: Answers | None = None) -> tuple[Solution, Mapping[str, WorkedAnswer]]:
     """Return what holds at a start that was solved, and how the answers to questions are found, or were `answered`."""
     resolved, begin = solved.mechanism, solved.begin
     names, measures = acceleration_names(resolved), MechanismUnits(resolved)

@@ -70,10 +70,10 @@ def draw(
     below, of which `ask` names a section, else along those of a structure, and plans of the velocities and
     accelerations that `ask` names; `phase`: instead the phase portrait of this coordinate, with closed curves, the
     separatrix and fixed points, or Poinsot's ellipsoid with its polhodes of this body, which turns freely; `mark` what
-    stands at places of the model such as `joints.A`, with a word each if it
-    is a mapping; `strip`, text or several with which names begin and that letters leave out (`panda_`); `parameters` to
-    `project` change the system for this call; `formalism` for a run, of which `on_progress` is called with the part
-    that is done; Ctrl-C ends it. Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
+    stands at places of the model such as `joints.A`, with a word each if it is a mapping; `strip`, text or several with
+    which names begin and that letters leave out (`panda_`); `parameters` to `project` change the system for this call;
+    `formalism` for a run, of which `on_progress` is called with the part that is done; Ctrl-C ends it.
+    Raises InputError, NoSolutionError where there is no start, RunError, OutputError.
     """
     flags = {"forces": forces, "dimensions": dimensions, "reactions": reactions, "redundant": redundant}
     wanted = {name: flag(name, value) for name, value in (flags | {"diagrams": diagrams}).items()}
@@ -82,10 +82,7 @@ def draw(
         ending_of(path)
     asked = with_overrides(system, options)
     if phase is not None:
-        figure = _phase_portrait(asked, phase)
-        if path is not None:
-            figure.write(path)
-        return figure
+        return _written(_phase_portrait(asked, phase), path)
     with numbers_of(asked):
         scene = stripped(scene_of(asked), _prefixes(strip))
         progress = callback("on_progress", on_progress)
@@ -94,19 +91,37 @@ def draw(
         if run is not None:  # a moment after the start is the start
             k = 0 if run.t[-1] <= _MOMENT else -1
             motion = scene.motion(run.q[k], run.u[k], float(run.t[k]))
-        forces, dimensions = wanted["forces"], wanted["dimensions"]
-        shown = FigureContent(names=names, dimensions=dimensions, forces=forces, marked=_marked_paths(asked, mark))
-        if forces or wanted["reactions"]:
-            shown = replace(shown, **_arrows(asked, scene, motion, run, wanted))
-        if wanted["reactions"] and run is not None:
-            shown = _with_open(shown, run, scene)
-        if wanted["redundant"]:
-            shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
+        content = FigureContent(names=names, marked=_marked_paths(asked, mark))
+        shown = _with_wanted(content, asked, scene, motion, run, wanted)
         figure = Figure(draw_scene(scene, scene.placed(motion), view=view, shown=shown))
         figure = _with_diagrams(figure, asked) if wanted["diagrams"] else figure
+    return _written(figure, path)
+
+
+def _written(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
+    """Return a figure, written to a path if one is given."""
     if path is not None:
         figure.write(path)
     return figure
+
+
+def _with_wanted(
+    content: FigureContent,
+    asked: System,
+    scene: Scene,
+    motion: Motion,
+    run: Trajectory | None,
+    wanted: Mapping[str, bool],
+) -> FigureContent:
+    """Return the content of a figure with the forces, reactions, dimensions and redundant rows that it shall show."""
+    shown = replace(content, dimensions=wanted["dimensions"], forces=wanted["forces"])
+    if wanted["forces"] or wanted["reactions"]:
+        shown = replace(shown, **_arrows(asked, scene, motion, run, wanted))
+    if wanted["reactions"] and run is not None:
+        shown = _with_open(shown, run, scene)
+    if wanted["redundant"]:
+        shown = replace(shown, marked={**_redundant_paths(asked, scene), **shown.marked})
+    return shown
 
 
 def _phase_portrait(asked: System, of: str) -> Figure:

@@ -424,7 +424,7 @@ class _Batch:
                 self.tell()
 
     def tell(self) -> None:
-        """Hand the part of the states that is done to `on_progress`, unless it was told a short while ago."""
+        """Call `on_progress` with the part of the states that is done, at most once in `_TELLING` seconds."""
         now = time.perf_counter()
         if self._on_progress is not None and now - self._told > _TELLING:
             self._told = now
