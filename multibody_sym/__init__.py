@@ -15,16 +15,12 @@
 
 TYPE_CHECKING = False  # as in typing, without importing it
 if TYPE_CHECKING:
-    from multibody_sym.analysis.base_parameters import BaseParameters as BaseParameters
-    from multibody_sym.analysis.base_parameters import base_parameters as base_parameters
     from multibody_sym.analysis.check import CheckReport as CheckReport
     from multibody_sym.analysis.check import check as check
     from multibody_sym.analysis.equilibrium import Equilibrium as Equilibrium
     from multibody_sym.analysis.equilibrium import Trim as Trim
     from multibody_sym.analysis.equilibrium import equilibrium as equilibrium
     from multibody_sym.analysis.equilibrium import trim as trim
-    from multibody_sym.analysis.inverse_kinematics import Posture as Posture
-    from multibody_sym.analysis.inverse_kinematics import inverse_kinematics as inverse_kinematics
     from multibody_sym.analysis.linearize import FrequencyResponse as FrequencyResponse
     from multibody_sym.analysis.linearize import Linearization as Linearization
     from multibody_sym.analysis.linearize import Multipliers as Multipliers
@@ -37,6 +33,10 @@ if TYPE_CHECKING:
     from multibody_sym.analysis.rest.range_of_rest import RangeOfRest as RangeOfRest
     from multibody_sym.analysis.rest.range_of_rest import least_for_motion as least_for_motion
     from multibody_sym.analysis.rest.range_of_rest import range_of_rest as range_of_rest
+    from multibody_sym.analysis.robots import BaseParameters as BaseParameters
+    from multibody_sym.analysis.robots import Posture as Posture
+    from multibody_sym.analysis.robots import base_parameters as base_parameters
+    from multibody_sym.analysis.robots import inverse_kinematics as inverse_kinematics
     from multibody_sym.answers.records import Solution as Solution
     from multibody_sym.answers.solve import solve as solve
     from multibody_sym.cli.version import __version__ as __version__
@@ -193,14 +193,13 @@ if TYPE_CHECKING:
     from multibody_sym.scalars.functions import where as where
 
 _NAMES = {
-    "analysis.base_parameters": "BaseParameters base_parameters",
     "analysis.check": "CheckReport check",
     "analysis.equilibrium": "Equilibrium equilibrium Trim trim",
-    "analysis.inverse_kinematics": "Posture inverse_kinematics",
     "analysis.linearize": "FrequencyResponse Linearization Multipliers linearize period_multipliers bode",
     "analysis.modes.modes": "modes",
     "analysis.modes.record": "Modes",
     "analysis.rest.range_of_rest": "LeastForMotion RangeOfRest least_for_motion range_of_rest",
+    "analysis.robots": "BaseParameters Posture base_parameters inverse_kinematics",
     "answers.records": "Solution",
     "answers.solve": "solve",
     "cli.version": "__version__",

@@ -20,9 +20,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.long_sums import product_node
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Poly, Quotient, factors_of
+from multibody_sym.algebra.book_form import book_form, product_node, with_doubles
+from multibody_sym.algebra.quotients import Exponents, Field, NoClosedFormError, Poly, Quotient, factors_of
 from multibody_sym.algebra.trigonometry import trigonometric_forms
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
@@ -148,9 +147,6 @@ _OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Signs that follow from those of parameters: squares and products of these, sines and cosines between -1 and 1.
-
-
-Exponents = tuple[int, ...]
 
 
 def least_sign(field: Field, p: Poly, assumed: Collection[int] | None = None) -> int | None:

@@ -6,7 +6,7 @@ same in fewer functions: cos(a - b) for cos(a) cos(b) + sin(a) sin(b).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
 from itertools import permutations
@@ -17,8 +17,7 @@ from typing import Final
 from sympy.polys.domains import ZZ
 from sympy.polys.orderings import lex
 
-from multibody_sym.algebra.long_sums import Exponents, Terms
-from multibody_sym.algebra.quotients import Field, Poly, Quotient, polynomial_ring
+from multibody_sym.algebra.quotients import Exponents, Field, Poly, Quotient, polynomial_ring
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import Node, multiply, number
 from multibody_sym.text.printer import text
@@ -48,7 +47,7 @@ class AngleSums:
         self.nodes: list[Node] = []
         self.ring = polynomial_ring(ZZ, lex, self._size + _PLACES)
 
-    def put_together(self, terms: Terms) -> dict[Exponents, Fraction] | None:
+    def put_together(self, terms: Mapping[Exponents, Fraction]) -> dict[Exponents, Fraction] | None:
         """Return terms with fewer sines and cosines, in as many places as the ring has letters; None without any."""
         left = {(*m, *(0,) * _PLACES): c for m, c in terms.items()}
         used = [x for x in self._angles if sum(1 for m in terms if m[x[0]] or m[x[1]]) > 1]
@@ -79,7 +78,7 @@ class AngleSums:
         angle = (first[2] + second[2] * side) * turned
         return self._size + self.nodes.index(sine), self._size + self.nodes.index(cosine), angle
 
-    def _pairs(self, terms: Terms, used: list[_Angle]) -> Iterator[_Pair]:
+    def _pairs(self, terms: Mapping[Exponents, Fraction], used: list[_Angle]) -> Iterator[_Pair]:
         for (i, (s, c, _)), (j, (t, d, _)) in permutations(enumerate(used), 2):
             for m in terms:
                 if m[c] and m[d] and i < j:

@@ -22,10 +22,15 @@ import numpy.typing as npt
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.analysis.deviations import DeviationFlow, coordinate_bounds, deviation_names, displaced
 from multibody_sym.analysis.equilibrium_search import find_equilibria, guesses
-from multibody_sym.analysis.kinks import verify_keeps_mode
 from multibody_sym.analysis.linearize import Linearization, flow_at, linearize, place_of
 from multibody_sym.analysis.positions import Positions
-from multibody_sym.analysis.state_asked_about import errors_at, friction_left_out, no_equilibrium_error, tried_sets_text
+from multibody_sym.analysis.state_asked_about import (
+    errors_at,
+    friction_left_out,
+    no_equilibrium_error,
+    tried_sets_text,
+    verify_keeps_mode,
+)
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers

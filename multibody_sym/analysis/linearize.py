@@ -17,8 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from multibody_sym.analysis.deviations import NO_EIGENVALUES, DeviationFlow, constancy_of
-from multibody_sym.analysis.kinks import verify_keeps_mode, verify_no_limit, verify_one_valued
-from multibody_sym.analysis.state_asked_about import begin_at, errors_at, number_asked
+from multibody_sym.analysis.state_asked_about import (
+    begin_at,
+    errors_at,
+    number_asked,
+    verify_keeps_mode,
+    verify_no_limit,
+    verify_one_valued,
+)
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import blame_numbers, on_numbers
 from multibody_sym.dynamics.start.start import Start, verify_regular_start

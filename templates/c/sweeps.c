@@ -1,4 +1,4 @@
-/* Impulses of many contacts at once, by sweeps over them: multibody_sym/contact_laws/impulse_sweeps.py has the laws, and
+/* Impulses of many contacts at once, by sweeps over them: multibody_sym/contact_laws/impact_sequence.py has the laws, and
    gives the same bits. */
 #include "runtime.h"
 #include "vectors.h"

@@ -9,7 +9,7 @@ import pytest
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.quotient_functions import exact, with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter
-from multibody_sym.algebra.short_forms import ShortForms
+from multibody_sym.algebra.roots import ShortForms
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import Node, symbol

@@ -9,7 +9,7 @@ from mpmath import mp
 from small_motion_problems import PROBLEMS
 
 import multibody_sym as mbs
-from multibody_sym.analysis.modes import amplitude
+from multibody_sym.analysis.modes import modes as amplitude
 from multibody_sym.errors import InputError
 
 TEXTS = {problem.name: problem.text for problem in PROBLEMS}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.contact_laws.impulse_sweeps import ContactRows, sweep
+from multibody_sym.contact_laws.impact_sequence import ContactRows, sweep
 from multibody_sym.contact_laws.problem import FrictionLaw, FrictionRow, LawProblem, Unilateral
 from multibody_sym.contact_laws.search import find
 

@@ -16,7 +16,7 @@ from functools import partial
 from typing import Final, Self
 
 from multibody_sym.algebra.quotients import NoClosedFormError
-from multibody_sym.analysis.modes.amplitude import NoPeriodError
+from multibody_sym.analysis.modes.modes import NoPeriodError
 from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.later_formulas import in_book_form
 from multibody_sym.answers.ask.number_questions import AdvanceQuestion, PeriodQuestion

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from multibody_sym.algebra.short_forms import ShortForms
+from multibody_sym.algebra.roots import ShortForms
 from multibody_sym.answers.ask.best import BestQuestion
 from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
 from multibody_sym.answers.ask.find import FindQuestion

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from multibody_sym.analysis.modes.amplitude import Swing, accuracy, part_of_difference
+from multibody_sym.analysis.modes.modes import Swing, accuracy, part_of_difference
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.mechanics.mechanism import TIME
 from multibody_sym.model.fields import AXES, Names

@@ -20,9 +20,8 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.algebra import long_sums
-from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.long_sums import product_node
+from multibody_sym.algebra.book_form import book_form, product_node
+from multibody_sym.algebra.book_form import text as kept_text
 from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
@@ -579,7 +578,7 @@ def shortest_course(course: Node, letters: Mapping[Node, Letter]) -> Node:
 
 
 def _length(node: Node) -> int:
-    return len(long_sums.text(node))
+    return len(kept_text(node))
 
 
 @dataclass(frozen=True)

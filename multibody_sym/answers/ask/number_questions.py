@@ -12,7 +12,7 @@ import numpy as np
 from multibody_sym.algebra.quotient_functions import sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
-from multibody_sym.analysis.modes.amplitude import NoPeriodError
+from multibody_sym.analysis.modes.modes import NoPeriodError
 from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.energy_integral import ToAndFro

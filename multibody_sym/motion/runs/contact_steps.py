@@ -29,7 +29,7 @@ from typing import Any, Final, NoReturn
 
 import numpy as np
 
-from multibody_sym.contact_laws.impulse_sweeps import RELAXED, ContactRows, sweep
+from multibody_sym.contact_laws.impact_sequence import RELAXED, ContactRows, sweep
 from multibody_sym.dynamics.contact.contact_problem import Scale
 from multibody_sym.errors import InputError
 from multibody_sym.mechanics.energy import split
