@@ -207,7 +207,7 @@ class NoPeriodError(Exception):
 
 
 @dataclass(frozen=True)
-class Measured:
+class MotionNumber:
     """A number of a periodic motion; `means` by which it was found, and to which part of it, `missed`, it is known."""
 
     number: float
@@ -224,7 +224,7 @@ class Measured:
         return Value(self.number, unit=unit, error=self.missed * abs(self.number))
 
 
-def period_of(system: System, coordinate: str) -> Measured:
+def period_of(system: System, coordinate: str) -> MotionNumber:
     """Return the period of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
     return Swing.of(system, coordinate).period
 
@@ -258,12 +258,12 @@ class Swing:
         return cls(system, coordinate, found.unit == "rad")
 
     @cached_property
-    def period(self) -> Measured:
+    def period(self) -> MotionNumber:
         """The period (s). Raises NoPeriodError."""
         return self._by_energy(lambda _energy, _q, u: 1 / u) or self._with_error(lambda swing: swing._seconds)
 
     @cached_property
-    def action(self) -> Measured:
+    def action(self) -> MotionNumber:
         """The integral of p dq over a period, divided by 2 pi, p = M u. Raises NoPeriodError."""
         resolved = mechanism(self.system)
         rows = (resolved.relative or resolved).rows
@@ -284,15 +284,15 @@ class Swing:
             raise NoPeriodError(f"{self.coordinate} does not move")
         return run, self._turns(run)
 
-    def _with_error(self, of: Callable[[Swing], float]) -> Measured:
+    def _with_error(self, of: Callable[[Swing], float]) -> MotionNumber:
         """Return a number of runs with its error, as coarse runs show it."""
         found = of(self)
         try:
             other = of(self._coarse)
         except NoPeriodError:
-            return Measured(found, _BY_RUNS, _SAME)
+            return MotionNumber(found, _BY_RUNS, _SAME)
         missed = part_of_difference(self.system) * abs(other - found) / abs(found)
-        return Measured(found, _BY_RUNS, max(missed, _FINEST))
+        return MotionNumber(found, _BY_RUNS, max(missed, _FINEST))
 
     @cached_property
     def _seconds(self) -> float:
@@ -307,7 +307,7 @@ class Swing:
         along = (run[_MOMENTUM] * run[f"u_{self.coordinate}"])[:-1]
         return float(along.mean()) * self._seconds / (2 * math.pi)
 
-    def _by_energy(self, f: Callable[[Energy, float, float], float]) -> Measured | None:
+    def _by_energy(self, f: Callable[[Energy, float, float], float]) -> MotionNumber | None:
         """Return the integral of f dq over a period by quadrature, None where energy does not tell the speed."""
         run, turns = self._moving
         swings = len(turns) >= _TURNS
@@ -317,7 +317,7 @@ class Swing:
         q = run[self.coordinate]
         swung = (float(q.min()), float(q.max())) if swings else None
         found = energy.over_period(lambda q, u: f(energy, q, u), swung)
-        return None if found is None else Measured(found[0], "by quadrature", max(found[1], _FINEST))
+        return None if found is None else MotionNumber(found[0], "by quadrature", max(found[1], _FINEST))
 
     def _swung(self, run: Trajectory, turns: list[float]) -> float:
         """Return the time from one turn to the next but one."""
