@@ -10,10 +10,25 @@
  * functions of contacts.h. */
 #include "contacts.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 enum { NX = MBS_CONTACTS_NX };
+
+/* A word of the command line as a number; nan for one that is none. */
+static double number(const char *word)
+{
+    char *end;
+    double x = strtod(word, &end);
+    return end != word && *end == '\0' ? x : NAN;
+}
+
+static int refuse(const char *program, const char *wanted, const char *given)
+{
+    fprintf(stderr, "%s, not %s\nusage: %s [end of time in s] [samples]\n", wanted, given, program);
+    return 2;
+}
 
 static void write_row(double t, const double *row)
 {
@@ -36,16 +51,22 @@ int main(int count, char **given)
     enum { ROWS = 256 };
     static mbs_contact_run run;
     static double rows[ROWS * (NX + 1)];
-    double t_end = count > 1 ? atof(given[1]) : MBS_CONTACTS_T_END, *work;
-    long long samples = count > 2 ? atoll(given[2]) : MBS_CONTACTS_SAMPLES, written = 0;
-    if (!(t_end > 0.0) || samples < 2) {
-        fprintf(stderr, "usage: %s [end of time in s] [samples, at least 2]\n", given[0]);
-        return 2;
-    }
+    double t_end = count > 1 ? number(given[1]) : MBS_CONTACTS_T_END, *work;
+    double wanted = count > 2 ? number(given[2]) : MBS_CONTACTS_SAMPLES;
+    if (count > 3)
+        return refuse(given[0], "there are two numbers at most", given[3]);
+    if (!(t_end > 0.0 && isfinite(t_end)))
+        return refuse(given[0], "the end of time is a positive number of seconds", count > 1 ? given[1] : "that of the model");
+    if (!(wanted >= 2.0 && wanted < 1e15 && wanted == floor(wanted)))
+        return refuse(given[0], "the number of samples is a whole one from 2 on", count > 2 ? given[2] : "that of the model");
+    const long long samples = (long long)wanted;
+    long long written = 0;
     mbs_contacts_begin(&run, 0.0, t_end, samples);
     work = calloc((size_t)mbs_contacts_work(&run), sizeof *work);
-    if (!work)
-        return 2;
+    if (!work) {
+        fprintf(stderr, "there is no memory for the run\n");
+        return 1;
+    }
     mbs_contacts_start(&run, mbs_contacts_start_state, work);
     for (int e = 0; e < MBS_CONTACTS_ELEMENTS; ++e)
         fprintf(stderr, "start,0,%s,%s\n", mbs_contacts_names[e], mbs_contacts_word(&run.now.mode, e));

@@ -143,7 +143,13 @@ if (typeof process !== "undefined" && process.argv[1] && import.meta.url.endsWit
     process.argv[1].endsWith("integrate.mjs")) {
     const { readFileSync } = await import("node:fs");
     const names = JSON.parse(readFileSync(new URL("names.json", import.meta.url), "utf8"));
-    const [end = 1.0, rtol = 1e-9] = process.argv.slice(2).map(Number), found = simulate(names, { end, rtol });
+    const given = process.argv.slice(2), [end = 1.0, rtol = 1e-9] = given.map(Number);
+    [end, rtol].forEach((number, k) => {
+        if (number > 0.0 && number < Infinity) return;
+        console.error((k ? "the tolerance is a positive number" : "the end of time is a positive number of seconds") + ", not " + given[k]);
+        process.exit(2);
+    });
+    const found = simulate(names, { end, rtol });
     if (found.ended) console.log("stopped at t = " + found.t.at(-1) + " s, where the state of the start ends: " + found.ended);
     const values = [...found.q.at(-1), ...found.u.at(-1)];
     [...names.coordinates, ...names.speeds].forEach((entry, k) =>

@@ -8,6 +8,7 @@ another model.
 """
 
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -90,5 +91,19 @@ def main(end=1.0, h=1e-3):
         print("largest |phi| =", max([0.0, *map(abs, asked("project_position", end, q, u)[0])]))
 
 
+def positive(words):
+    """The numbers that the words of a command line are, at most an end of time and a step."""
+    for word in words[:2]:
+        try:
+            number = float(word)
+        except ValueError:
+            number = math.nan
+        if not 0.0 < number < math.inf:
+            sys.exit(f"the end of time, and a step, are positive numbers of seconds, not {word}")
+        yield number
+    if len(words) > 2:
+        sys.exit(f"there are two numbers at most, not {words[2]}: the end of time and a step")
+
+
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:]))
+    main(*positive(sys.argv[1:]))

@@ -125,6 +125,11 @@ def test_the_integrator_stops_where_the_state_of_the_start_ends(tmp_path: Path) 
     assert "where that state ends: c stops" in after
     assert float(after.split("stopped at t = ")[1].split()[0]) == pytest.approx(0.4, abs=0.011)
     assert float(after.split("u_x = ")[1].split()[0]) == pytest.approx(5.0, abs=0.06)
+    for given in (["inf"], ["nan"], ["one"], ["1", "0"]):
+        command = [sys.executable, "-I", "-c", BLOCKED + run, *given]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert f"positive numbers of seconds, not {given[-1]}" in done.stderr
 
 
 @pytest.mark.parametrize(

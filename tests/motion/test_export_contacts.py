@@ -53,6 +53,19 @@ def simulated(system: mbs.System, folder: Path, *given: str) -> tuple[list[list[
 
 
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+def test_numbers_that_are_none_are_refused_in_words(folder: Path) -> None:
+    end, samples = "the end of time is a positive number of seconds", "the number of samples is a whole one from 2 on"
+    simulated(mbs.load(EXAMPLES / "textbook" / "mass_on_a_belt.yaml"), folder, "0.1", "3")
+    for given, reason in {
+        "inf": end, "nan": end, "0": end, "-1": end, "1s": end, "1 0": samples, "1 1": samples, "1 2.5": samples,
+        "1 inf": samples, "1 2 3": "there are two numbers at most",
+    }.items():  # fmt: skip
+        run = shell(f"./simulate {given}", folder)
+        assert (run.returncode, run.stdout) == (2, "")
+        assert run.stderr.startswith(f"{reason}, not {given.split()[-1]}\nusage: ./simulate")
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 @pytest.mark.parametrize(
     ("name", "more"),
     [

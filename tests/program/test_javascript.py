@@ -124,6 +124,12 @@ def test_the_integrator_ends_where_the_state_of_the_start_does(tmp_path: Path) -
     values = dict(line.split(" = ") for line in done.stdout.splitlines()[1:])
     assert float(values["x"].split()[0]) == pytest.approx(2.4, abs=1e-8)
     assert float(values["u_x"].split()[0]) == pytest.approx(5.0, abs=1e-8)
+    for given in (["Infinity"], ["nan"], ["1", "0"]):
+        done = subprocess.run(
+            [str(NODE), "integrate.mjs", *given], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+        )
+        assert (done.returncode, done.stdout) == (2, "")
+        assert f"is a positive number{'' if len(given) > 1 else ' of seconds'}, not {given[-1]}" in done.stderr
 
 
 def test_what_it_cannot_solve_is_refused() -> None:
