@@ -355,7 +355,7 @@ def c_texts(fmu: Fmu, fmi: Fmi) -> dict[str, str]:
     """Return the sources and headers by file name."""
     texts = c_source(fmu.programs, parts=_parts(fmu))
     own = {name: template_text(f"c/{name}") for name in ("fmu.h", "fmu.c", f"fmi{fmi}.c")}
-    return {**texts, **own, **fmu.contacts, _MODEL_HEADER: _model_header(fmu)}
+    return {**texts, **own, **fmu.contacts, _MODEL_HEADER: _model_header(fmu, fmi)}
 
 
 def _parts(fmu: Fmu) -> frozenset[str]:
@@ -364,10 +364,10 @@ def _parts(fmu: Fmu) -> frozenset[str]:
     return parts_of(programs, multistep=False) - {"laws"}
 
 
-def _model_header(fmu: Fmu) -> str:
+def _model_header(fmu: Fmu, fmi: Fmi) -> str:
     free = [k for k, w in enumerate(fmu.inputs) if w.free]
     sizes = {
-        "NX": len(fmu.states), "NQ": fmu.coordinates, "NW": len(fmu.inputs), "FREE": len(free),
+        "FMI": fmi, "NX": len(fmu.states), "NQ": fmu.coordinates, "NW": len(fmu.inputs), "FREE": len(free),
         "NO": len(fmu.outputs), "NP": len(fmu.parameters), "NG": len(fmu.terminal), "SWITCHES": len(fmu.margins),
         "NS": len(fmu.program("state_derivative").output("multipliers").values),
         "MOMENTS": len(fmu.moments), "PLAINS": len(fmu.plain), "BALLS": len(fmu.balls),

@@ -1,4 +1,4 @@
-/* A model between the interfaces of FMI and its Programs. */
+/* A model as an FMU: what both versions of FMI have in common. */
 #include "fmu.h"
 
 #include <math.h>
@@ -16,30 +16,47 @@ enum { BEHIND = MBS_CONTACTS_NP };
 enum { BEHIND = MBS_FMU_NP };
 #endif
 
-int mbs_fmu_fail(const mbs_fmu *f, const char *format, ...)
+static void tell(const mbs_fmu *f, int status, const char *category, const char *format, va_list values)
 {
     char text[512];
+    vsnprintf(text, sizeof text, format, values);
+    if (!f->logger || (status == MBS_FMU_OK && !f->logging))
+        return;
+#if MBS_FMU_FMI == 2
+    f->logger(f->environment, f->name, status, category, "%s", text);
+#else
+    f->logger(f->environment, status, category, text);
+#endif
+}
+
+int mbs_fmu_fail(const mbs_fmu *f, const char *format, ...)
+{
     va_list values;
     va_start(values, format);
-    vsnprintf(text, sizeof text, format, values);
+    tell(f, MBS_FMU_ERROR, "logStatusError", format, values);
     va_end(values);
-    f->tell(f, MBS_FMU_ERROR, "logStatusError", text);
     return MBS_FMU_ERROR;
+}
+
+static void tell_event(const mbs_fmu *f, const char *format, ...)
+{
+    va_list values;
+    va_start(values, format);
+    tell(f, MBS_FMU_OK, "logEvents", format, values);
+    va_end(values);
+}
+
+static void tell_stop(mbs_fmu *f, const char *what)
+{
+    tell_event(f, "the motion ends at t = %.9g s: %s", f->now.time, what);
+    f->now.stopped = 1;
 }
 
 /* ---- instances ---- */
 
-mbs_fmu *mbs_fmu_create(const char *name)
-{
-    mbs_fmu *f = calloc(1, sizeof *f);
-    if (f) {
-        snprintf(f->name, sizeof f->name, "%s", name ? name : "");
-        mbs_fmu_reset(f);
-    }
-    return f;
-}
+API(const char *, GetVersion)(void) { return MBS_FMU_FMI == 2 ? "2.0" : "3.0"; }
 
-void mbs_fmu_free(mbs_fmu *f)
+API(void, FreeInstance)(mbs_fmu *f)
 {
     if (f) {
         free(f->work);
@@ -48,13 +65,45 @@ void mbs_fmu_free(mbs_fmu *f)
     free(f);
 }
 
-void mbs_fmu_reset(mbs_fmu *f)
+/* Let all values be those of the export. */
+API(int, Reset)(mbs_fmu *f)
 {
     memset(&f->now, 0, sizeof f->now);
     f->now.tolerance = MBS_FMU_RTOL;
     memcpy(f->now.x, mbs_fmu_start, NX * sizeof(double));
     memcpy(f->now.parameters, mbs_fmu_values, (NP + FREE) * sizeof(double));
     f->known = f->stale = 0;
+    return MBS_FMU_OK;
+}
+
+mbs_fmu *mbs_fmu_create(const char *name, const char *token, void *environment, mbs_fmu_logger logger, int logging)
+{
+    mbs_fmu *f = calloc(1, sizeof *f);
+    if (!f)
+        return NULL;
+    snprintf(f->name, sizeof f->name, "%s", name ? name : "");
+    f->environment = environment;
+    f->logger = logger;
+    f->logging = logging;
+    FMI(Reset)(f);
+    if (token && strcmp(token, MBS_FMU_TOKEN) == 0)
+        return f;
+    mbs_fmu_fail(f, "the %s is not that of this FMU, %s", MBS_FMU_FMI == 2 ? "guid" : "instantiation token", MBS_FMU_TOKEN);
+    FMI(FreeInstance)(f);
+    return NULL;
+}
+
+API(int, SetDebugLogging)(mbs_fmu *f, boolean on, size_t count, const char *const *categories)
+{
+    (void)count, (void)categories;
+    f->logging = on;
+    return MBS_FMU_OK;
+}
+
+API(int, Terminate)(mbs_fmu *f)
+{
+    f->now.phase = MBS_FMU_ENDED;
+    return MBS_FMU_OK;
 }
 
 /* ---- values ---- */
@@ -100,22 +149,6 @@ static void evaluate_with(mbs_fmu *f, const double *parameters, const double *mo
         call_with(f, parameters, modes, MBS_FMU_EVENTS_PROGRAM, &indicators);
     for (int k = 0; k < MBS_FMU_SWITCHES; ++k)
         f->indicators[NG - MBS_FMU_SWITCHES + k] -= margins[k];
-}
-
-static void tell_event(const mbs_fmu *f, const char *format, ...)
-{
-    char text[512];
-    va_list values;
-    va_start(values, format);
-    vsnprintf(text, sizeof text, format, values);
-    va_end(values);
-    f->tell(f, MBS_FMU_OK, "logEvents", text);
-}
-
-static void tell_stop(mbs_fmu *f, const char *what)
-{
-    tell_event(f, "the motion ends at t = %.9g s: %s", f->now.time, what);
-    f->now.stopped = 1;
 }
 
 #if MBS_FMU_CONTACTS
@@ -232,14 +265,14 @@ static int stands(const mbs_fmu *f, unsigned reference)
            (reference >= MBS_FMU_PARAMETERS && reference < MBS_FMU_INDICATORS && !f->stale);
 }
 
-int mbs_fmu_get(mbs_fmu *f, const unsigned *references, size_t count, double *values)
+int mbs_fmu_get(mbs_fmu *f, references at, size_t count, double *values)
 {
     for (size_t k = 0; k < count; ++k) {
-        if (references[k] >= MBS_FMU_END)
-            return mbs_fmu_fail(f, "there is no variable with the value reference %u", references[k]);
-        if (!stands(f, references[k]) && evaluate(f) != MBS_FMU_OK)
+        if (at[k] >= MBS_FMU_END)
+            return mbs_fmu_fail(f, "there is no variable with the value reference %u", at[k]);
+        if (!stands(f, at[k]) && evaluate(f) != MBS_FMU_OK)
             return MBS_FMU_ERROR;
-        values[k] = value_of(f, references[k]);
+        values[k] = value_of(f, at[k]);
     }
     return MBS_FMU_OK;
 }
@@ -269,21 +302,21 @@ static int set_input(mbs_fmu *f, int place, double value)
     return mbs_fmu_fail(f, "value reference %d is not an input of the FMU", MBS_FMU_INPUTS + place);
 }
 
-int mbs_fmu_set(mbs_fmu *f, const unsigned *references, size_t count, const double *values)
+int mbs_fmu_set(mbs_fmu *f, references at, size_t count, const double *values)
 {
     for (size_t k = 0; k < count; ++k) {
-        unsigned at = references[k];
+        unsigned one = at[k];
         int status = MBS_FMU_OK;
         if (!isfinite(values[k]))
-            return mbs_fmu_fail(f, "the value of reference %u is not finite", at);
-        if (at >= MBS_FMU_STATES && at < MBS_FMU_RATES && f->now.phase <= MBS_FMU_BEGINNING)
-            f->now.x[at - MBS_FMU_STATES] = values[k];
-        else if (at >= MBS_FMU_INPUTS && at < MBS_FMU_OUTPUTS)
-            status = set_input(f, (int)at - MBS_FMU_INPUTS, values[k]);
-        else if (at >= MBS_FMU_PARAMETERS && at < MBS_FMU_INDICATORS)
-            status = set_parameter(f, (int)at - MBS_FMU_PARAMETERS, values[k]);
+            return mbs_fmu_fail(f, "the value of reference %u is not finite", one);
+        if (one >= MBS_FMU_STATES && one < MBS_FMU_RATES && f->now.phase <= MBS_FMU_BEGINNING)
+            f->now.x[one - MBS_FMU_STATES] = values[k];
+        else if (one >= MBS_FMU_INPUTS && one < MBS_FMU_OUTPUTS)
+            status = set_input(f, (int)one - MBS_FMU_INPUTS, values[k]);
+        else if (one >= MBS_FMU_PARAMETERS && one < MBS_FMU_INDICATORS)
+            status = set_parameter(f, (int)one - MBS_FMU_PARAMETERS, values[k]);
         else
-            status = mbs_fmu_fail(f, "value reference %u cannot be set now", at);
+            status = mbs_fmu_fail(f, "value reference %u cannot be set now", one);
         f->known = 0;
         if (status != MBS_FMU_OK)
             return status;
@@ -413,17 +446,25 @@ static void note_sides(mbs_fmu *f)
             f->now.sides[k] = side(f->indicators[k]);
 }
 
+API(int, SetTime)(mbs_fmu *f, double time)
+{
+    f->known = f->known && time == f->now.time;
+    f->now.time = time;
+    return MBS_FMU_OK;
+}
+
 int mbs_fmu_begin(mbs_fmu *f, double start, int has_tolerance, double tolerance)
 {
     if (!isfinite(start))
         return mbs_fmu_fail(f, "the start time is not finite");
-    mbs_fmu_set_time(f, start);
+    FMI(SetTime)(f, start);
     if (has_tolerance && tolerance > 0.0)
         f->now.tolerance = fmin(fmax(tolerance, 1e-14), 0.1);
     return MBS_FMU_OK;
 }
 
-int mbs_fmu_end_of_beginning(mbs_fmu *f)
+/* Put the start onto the constraints. */
+API(int, ExitInitializationMode)(mbs_fmu *f)
 {
 #if MBS_FMU_CONTACTS
     const mbs_contact_run *run = run_of(f, f->now.time + 1.0);
@@ -438,46 +479,63 @@ int mbs_fmu_end_of_beginning(mbs_fmu *f)
     return MBS_FMU_OK;
 }
 
-void mbs_fmu_set_time(mbs_fmu *f, double time)
+static int verify_count(const mbs_fmu *f, size_t count, int wanted, const char *what)
 {
-    f->known = f->known && time == f->now.time;
-    f->now.time = time;
+    return count == (size_t)wanted ? MBS_FMU_OK
+                                   : mbs_fmu_fail(f, "there are %d %s, not %lu", wanted, what, (unsigned long)count);
 }
 
-int mbs_fmu_set_states(mbs_fmu *f, const double *x, size_t count)
+API(int, SetContinuousStates)(mbs_fmu *f, const double *x, size_t count)
 {
-    if (count != NX)
-        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
+    if (verify_count(f, count, NX, "states") != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
     memcpy(f->now.x, x, NX * sizeof(double));
     f->known = 0;
     return MBS_FMU_OK;
 }
 
-int mbs_fmu_get_states(const mbs_fmu *f, double *x, size_t count)
+API(int, GetContinuousStates)(mbs_fmu *f, double *x, size_t count)
 {
-    if (count != NX)
-        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
+    if (verify_count(f, count, NX, "states") != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
     memcpy(x, f->now.x, NX * sizeof(double));
     return MBS_FMU_OK;
 }
 
-int mbs_fmu_rates(mbs_fmu *f, double *rates, size_t count)
+API(int, GetNominalsOfContinuousStates)(mbs_fmu *f, double *nominals, size_t count)
 {
-    if (count != NX)
-        return mbs_fmu_fail(f, "there are %d states, not %lu", NX, (unsigned long)count);
-    if (evaluate(f) != MBS_FMU_OK)
+    if (verify_count(f, count, NX, "states") != MBS_FMU_OK)
+        return MBS_FMU_ERROR;
+    for (int k = 0; k < NX; ++k)
+        nominals[k] = 1.0;
+    return MBS_FMU_OK;
+}
+
+API(int, GET_RATES)(mbs_fmu *f, double *rates, size_t count)
+{
+    if (verify_count(f, count, NX, "states") != MBS_FMU_OK || evaluate(f) != MBS_FMU_OK)
         return MBS_FMU_ERROR;
     memcpy(rates, f->rates, NX * sizeof(double));
     return MBS_FMU_OK;
 }
 
-int mbs_fmu_indicators(mbs_fmu *f, double *values, size_t count)
+API(int, GetEventIndicators)(mbs_fmu *f, double *values, size_t count)
 {
-    if (count != NG)
-        return mbs_fmu_fail(f, "there are %d event indicators, not %lu", NG, (unsigned long)count);
-    if (evaluate(f) != MBS_FMU_OK)
+    if (verify_count(f, count, NG, "event indicators") != MBS_FMU_OK || evaluate(f) != MBS_FMU_OK)
         return MBS_FMU_ERROR;
     memcpy(values, f->indicators, NG * sizeof(double));
+    return MBS_FMU_OK;
+}
+
+API(int, EnterEventMode)(mbs_fmu *f)
+{
+    (void)f;
+    return MBS_FMU_OK;
+}
+
+API(int, EnterContinuousTimeMode)(mbs_fmu *f)
+{
+    (void)f;
     return MBS_FMU_OK;
 }
 
@@ -492,8 +550,11 @@ static int stop_met(const mbs_fmu *f)
     return -1;
 }
 
-int mbs_fmu_step_done(mbs_fmu *f, int *event)
+/* After a step of the importing tool: whether states are to be put back onto the constraints, or the motion ends. */
+API(int, CompletedIntegratorStep)(mbs_fmu *f, boolean final, boolean *event, boolean *ends)
 {
+    (void)final;
+    *ends = 0;
     *event = drift(f) > 10.0 * f->now.tolerance;
     if (evaluate(f) != MBS_FMU_OK)
         return MBS_FMU_ERROR;
@@ -661,8 +722,7 @@ int mbs_fmu_step(mbs_fmu *f, double from, double h)
         return MBS_FMU_ERROR;
     if (NX > 0 && from + h > f->now.time)
         return integrate(f, from + h);
-    mbs_fmu_set_time(f, from + h);
-    return MBS_FMU_OK;
+    return FMI(SetTime)(f, from + h);
 }
 
 /* ---- directional derivatives ---- */
@@ -695,8 +755,8 @@ static int column_of(unsigned known)
     return -1;
 }
 
-int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsigned *knowns, size_t columns,
-                   const double *seeds, double *results, int transposed)
+int mbs_fmu_slopes(mbs_fmu *f, references unknowns, size_t rows, references knowns, size_t columns, const double *seeds,
+                   double *results, int transposed)
 {
     double *of_rates = calloc((NX + MBS_FMU_NO + 1) * (size_t)(NX + FREE) + 1, sizeof(double)), row[NX + FREE + 1];
     double *of_outputs = of_rates + NX * (NX + FREE);
@@ -724,62 +784,74 @@ int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsi
     return status;
 }
 #else
-int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsigned *knowns, size_t columns,
-                   const double *seeds, double *results, int transposed)
+int mbs_fmu_slopes(mbs_fmu *f, references unknowns, size_t rows, references knowns, size_t columns, const double *seeds,
+                   double *results, int transposed)
 {
     (void)unknowns, (void)rows, (void)knowns, (void)columns, (void)seeds, (void)results, (void)transposed;
     return mbs_fmu_fail(f, "this FMU has no directional derivatives");
 }
 #endif
 
-/* ---- saved states ---- */
+/* ---- saved states: a token of the model and the point ---- */
 
-size_t mbs_fmu_saved_size(void)
-{
-    return sizeof MBS_FMU_TOKEN + sizeof(mbs_fmu_point);
-}
+enum { SAVED = sizeof MBS_FMU_TOKEN + sizeof(mbs_fmu_point) };
 
-static int room_for_saved(const mbs_fmu *f, void **saved)
+static int room_for_saved(const mbs_fmu *f, char **saved)
 {
     if (!*saved)
-        *saved = malloc(mbs_fmu_saved_size());
+        *saved = malloc(SAVED);
     return *saved ? MBS_FMU_OK : mbs_fmu_fail(f, "there is no memory for a saved state");
 }
 
-int mbs_fmu_save(const mbs_fmu *f, void **saved)
+API(int, FMU_STATE(Get, ))(mbs_fmu *f, char **saved)
 {
     const int status = room_for_saved(f, saved);
     if (status == MBS_FMU_OK) {
         memcpy(*saved, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN);
-        memcpy((char *)*saved + sizeof MBS_FMU_TOKEN, &f->now, sizeof f->now);
+        memcpy(*saved + sizeof MBS_FMU_TOKEN, &f->now, sizeof f->now);
     }
     return status;
 }
 
-int mbs_fmu_serialize(const mbs_fmu *f, const void *saved, void *bytes, size_t size)
+API(int, FMU_STATE(Set, ))(mbs_fmu *f, const char *saved)
 {
-    if (size < mbs_fmu_saved_size())
-        return mbs_fmu_fail(f, "a saved state takes %lu bytes", (unsigned long)mbs_fmu_saved_size());
-    memcpy(bytes, saved, mbs_fmu_saved_size());
+    if (memcmp(saved, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN) != 0)
+        return mbs_fmu_fail(f, "this is not a saved state of this FMU");
+    memcpy(&f->now, saved + sizeof MBS_FMU_TOKEN, sizeof f->now);
+    f->known = 0;
+    f->stale = 1;
     return MBS_FMU_OK;
 }
 
-int mbs_fmu_deserialize(const mbs_fmu *f, const void *bytes, size_t size, void **saved)
+API(int, FMU_STATE(Free, ))(mbs_fmu *f, char **saved)
 {
-    if (size != mbs_fmu_saved_size())
+    (void)f;
+    free(*saved);
+    *saved = NULL;
+    return MBS_FMU_OK;
+}
+
+API(int, FMU_STATE(Serialized, Size))(mbs_fmu *f, const char *saved, size_t *size)
+{
+    (void)f, (void)saved;
+    *size = SAVED;
+    return MBS_FMU_OK;
+}
+
+API(int, FMU_STATE(Serialize, ))(mbs_fmu *f, const char *saved, char *bytes, size_t size)
+{
+    if (size < SAVED)
+        return mbs_fmu_fail(f, "a saved state takes %d bytes", SAVED);
+    memcpy(bytes, saved, SAVED);
+    return MBS_FMU_OK;
+}
+
+API(int, DESERIALIZE)(mbs_fmu *f, const char *bytes, size_t size, char **saved)
+{
+    if (size != SAVED)
         return mbs_fmu_fail(f, "this is not a saved state of this FMU");
     const int status = room_for_saved(f, saved);
     if (status == MBS_FMU_OK)
         memcpy(*saved, bytes, size);
     return status;
-}
-
-int mbs_fmu_restore(mbs_fmu *f, const char *bytes, size_t size)
-{
-    if (size != mbs_fmu_saved_size() || memcmp(bytes, MBS_FMU_TOKEN, sizeof MBS_FMU_TOKEN) != 0)
-        return mbs_fmu_fail(f, "this is not a saved state of this FMU");
-    memcpy(&f->now, bytes + sizeof MBS_FMU_TOKEN, sizeof f->now);
-    f->known = 0;
-    f->stale = 1;
-    return MBS_FMU_OK;
 }

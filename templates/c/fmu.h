@@ -1,7 +1,8 @@
-/* A model between the interfaces of FMI and its Programs: one instance, which keeps all that it knows.
+/* A model as an FMU: one instance, which keeps all that it knows.
 
-   fmu_model.h has the sizes, names and numbers of the model; the package writes it. fmi2.c and fmi3.c are the two
-   interfaces; an FMU has one of them. */
+   fmu_model.h has the sizes, names and numbers of the model, and the version of FMI; the package writes it. fmu.c has the
+   model and the functions of the standard that both versions have, FMI(SetTime) being fmi2SetTime or fmi3SetTime; fmi2.c and
+   fmi3.c have the others, and an FMU has one of them. All functions of type int return a status. */
 #ifndef MBS_FMU_H
 #define MBS_FMU_H
 
@@ -11,7 +12,30 @@
 #include "contacts.h"
 #endif
 
+#include <stdbool.h>
 #include <stddef.h>
+
+#if MBS_FMU_FMI == 2
+#define MBS_FMU_NAME(name) fmi2##name
+#define FMU_STATE(before, after) before##FMUstate##after
+#define DESERIALIZE DeSerializeFMUstate
+#define GET_RATES GetDerivatives
+#ifdef FMI2_FUNCTION_PREFIX
+#define MBS_FMU_PREFIX FMI2_FUNCTION_PREFIX
+#endif
+typedef int boolean;
+typedef void (*mbs_fmu_logger)(void *environment, const char *name, int status, const char *category, const char *text, ...);
+#else
+#define MBS_FMU_NAME(name) fmi3##name
+#define FMU_STATE(before, after) before##FMUState##after
+#define DESERIALIZE DeserializeFMUState
+#define GET_RATES GetContinuousStateDerivatives
+#ifdef FMI3_FUNCTION_PREFIX
+#define MBS_FMU_PREFIX FMI3_FUNCTION_PREFIX
+#endif
+typedef bool boolean;
+typedef void (*mbs_fmu_logger)(void *environment, int status, const char *category, const char *text);
+#endif
 
 #if defined(_WIN32)
 #define MBS_FMU_EXPORTED __declspec(dllexport)
@@ -22,6 +46,17 @@
 #endif
 #define MBS_FMU_JOINED(a, b) a##b
 #define MBS_FMU_JOIN(a, b) MBS_FMU_JOINED(a, b)
+
+/* Linked statically, functions bear the name of the model in front. */
+#ifdef MBS_FMU_PREFIX
+#define FMI(name) MBS_FMU_JOIN(MBS_FMU_PREFIX, MBS_FMU_NAME(name))
+#define API(type, name) type FMI(name)
+#else
+#define FMI(name) MBS_FMU_NAME(name)
+#define API(type, name) MBS_FMU_EXPORTED type FMI(name)
+#endif
+
+typedef const unsigned *references;
 
 /* Value references: time, states (q, u), their rates, inputs, outputs, parameters, event indicators. */
 enum {
@@ -52,7 +87,7 @@ typedef struct {
 #endif
 } mbs_fmu_point;
 
-typedef struct mbs_fmu {
+typedef struct {
     mbs_fmu_point now;
     int known;  /* what follows are the values at `now` */
     int stale;  /* parameters that follow from others are not up to date */
@@ -60,37 +95,22 @@ typedef struct mbs_fmu {
     double multipliers[MBS_FMU_NS + 1], report[3], indicators[MBS_FMU_NG + 1];
     double *work; /* of the integrator; null before the first step */
     void *run;    /* of contacts, null before they begin */
-    void (*tell)(const struct mbs_fmu *fmu, int status, const char *category, const char *text);
-    void *environment, *logger;
+    void *environment;
+    mbs_fmu_logger logger;
     int logging;
     char name[256];
 } mbs_fmu;
 
-/* A new instance; null without memory. Errors are told by `tell`, which has `environment` and `logger` to do so. */
-mbs_fmu *mbs_fmu_create(const char *name);
-void mbs_fmu_free(mbs_fmu *f);
+/* A new instance; null without memory, and for the token of another FMU. */
+mbs_fmu *mbs_fmu_create(const char *name, const char *token, void *environment, mbs_fmu_logger logger, int logging);
 
-/* Let all values be those of the export. */
-void mbs_fmu_reset(mbs_fmu *f);
-
-/* All functions below return a status. */
 int mbs_fmu_fail(const mbs_fmu *f, const char *format, ...);
 
-int mbs_fmu_get(mbs_fmu *f, const unsigned *references, size_t count, double *values);
-int mbs_fmu_set(mbs_fmu *f, const unsigned *references, size_t count, const double *values);
+int mbs_fmu_get(mbs_fmu *f, references at, size_t count, double *values);
+int mbs_fmu_set(mbs_fmu *f, references at, size_t count, const double *values);
 
 int mbs_fmu_begin(mbs_fmu *f, double start, int has_tolerance, double tolerance);
-/* Put the start onto the constraints. */
-int mbs_fmu_end_of_beginning(mbs_fmu *f);
 
-void mbs_fmu_set_time(mbs_fmu *f, double time);
-int mbs_fmu_set_states(mbs_fmu *f, const double *x, size_t count);
-int mbs_fmu_get_states(const mbs_fmu *f, double *x, size_t count);
-int mbs_fmu_rates(mbs_fmu *f, double *rates, size_t count);
-int mbs_fmu_indicators(mbs_fmu *f, double *values, size_t count);
-
-/* After a step of the importing tool: whether states are to be put back onto the constraints. */
-int mbs_fmu_step_done(mbs_fmu *f, int *event);
 /* At an event: put states back, tell whether the motion stops, and the next time of an event (HUGE_VAL: none). */
 int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next);
 
@@ -98,14 +118,7 @@ int mbs_fmu_event(mbs_fmu *f, int *changed, int *stops, double *next);
 int mbs_fmu_step(mbs_fmu *f, double from, double h);
 
 /* results = (d unknowns / d knowns) seeds, or its transpose times seeds of the unknowns. */
-int mbs_fmu_slopes(mbs_fmu *f, const unsigned *unknowns, size_t rows, const unsigned *knowns, size_t columns,
-                   const double *seeds, double *results, int transposed);
-
-/* A saved state is a token of the model and the point. */
-size_t mbs_fmu_saved_size(void);
-int mbs_fmu_save(const mbs_fmu *f, void **saved);
-int mbs_fmu_restore(mbs_fmu *f, const char *bytes, size_t size);
-int mbs_fmu_serialize(const mbs_fmu *f, const void *saved, void *bytes, size_t size);
-int mbs_fmu_deserialize(const mbs_fmu *f, const void *bytes, size_t size, void **saved);
+int mbs_fmu_slopes(mbs_fmu *f, references unknowns, size_t rows, references knowns, size_t columns, const double *seeds,
+                   double *results, int transposed);
 
 #endif
