@@ -43,14 +43,17 @@ API(int, EnterInitializationMode)(mbs_fmu *f, bool has_tolerance, double toleran
 
 /* ---- values ---- */
 
-static int none(const mbs_fmu *f, size_t count)
+static int none(const mbs_fmu *f, size_t count, const char *why)
 {
-    return count == 0 ? MBS_FMU_OK : mbs_fmu_fail(f, "this FMU has no such variables");
+    return count == 0 ? MBS_FMU_OK : mbs_fmu_fail(f, "%s", why);
 }
 
 static int counted(const mbs_fmu *f, size_t variables, size_t values)
 {
-    return variables == values ? MBS_FMU_OK : mbs_fmu_fail(f, "all variables of this FMU are scalars");
+    if (variables == values)
+        return MBS_FMU_OK;
+    return mbs_fmu_fail(f, "there are %lu values for %lu variables, all of which are scalars", (unsigned long)values,
+                        (unsigned long)variables);
 }
 
 API(int, GetFloat64)(mbs_fmu *f, references at, size_t count, double *values, size_t sizes)
@@ -65,16 +68,20 @@ API(int, SetFloat64)(mbs_fmu *f, references at, size_t count, const double *valu
     return status == MBS_FMU_OK ? mbs_fmu_set(f, at, count, values) : status;
 }
 
+#define NUMBERS "all variables of this FMU are of the type Float64"
+#define DEPENDENCIES "dependencies stand in modelDescription.xml, and do not change"
+#define CLOCKS "this FMU has no clocks"
+
 #define NO_VALUES(kind) \
     API(int, Get##kind)(mbs_fmu *f, references at, size_t count, void *values, size_t sizes) \
     { \
         (void)at, (void)values, (void)sizes; \
-        return none(f, count); \
+        return none(f, count, NUMBERS); \
     } \
     API(int, Set##kind)(mbs_fmu *f, references at, size_t count, const void *values, size_t sizes) \
     { \
         (void)at, (void)values, (void)sizes; \
-        return none(f, count); \
+        return none(f, count, NUMBERS); \
     }
 
 NO_VALUES(Float32)
@@ -92,26 +99,26 @@ NO_VALUES(String)
 API(int, GetBinary)(mbs_fmu *f, references at, size_t count, size_t *lengths, const void **values, size_t sizes)
 {
     (void)at, (void)lengths, (void)values, (void)sizes;
-    return none(f, count);
+    return none(f, count, NUMBERS);
 }
 
 API(int, SetBinary)(mbs_fmu *f, references at, size_t count, const size_t *lengths, const void *const *values, size_t sizes)
 {
     (void)at, (void)lengths, (void)values, (void)sizes;
-    return none(f, count);
+    return none(f, count, NUMBERS);
 }
 
 API(int, GetNumberOfVariableDependencies)(mbs_fmu *f, unsigned dependent, size_t *count)
 {
     (void)dependent, (void)count;
-    return none(f, 1);
+    return none(f, 1, DEPENDENCIES);
 }
 
 API(int, GetVariableDependencies)(mbs_fmu *f, unsigned dependent, size_t *of_dependent, unsigned *independents,
                                   size_t *of_independents, int *kinds, size_t count)
 {
     (void)dependent, (void)of_dependent, (void)independents, (void)of_independents, (void)kinds, (void)count;
-    return none(f, 1);
+    return none(f, 1, DEPENDENCIES);
 }
 
 #define DERIVATIVE(name, given, found, transposed) \
@@ -182,7 +189,7 @@ API(int, DoStep)(mbs_fmu *f, double from, double h, bool final, bool *event, boo
 API(int, GetOutputDerivatives)(mbs_fmu *f, references at, size_t count, const int32_t *orders, double *values, size_t sizes)
 {
     (void)at, (void)orders, (void)values, (void)sizes;
-    return none(f, count);
+    return none(f, count, "outputs have no derivatives by time");
 }
 
 /* ---- clocks, of which there are none ---- */
@@ -191,13 +198,13 @@ API(int, GetOutputDerivatives)(mbs_fmu *f, references at, size_t count, const in
     API(int, name)(mbs_fmu *f, references at, size_t count, type a) \
     { \
         (void)at, (void)a; \
-        return none(f, count); \
+        return none(f, count, CLOCKS); \
     }
 #define NO_CLOCKS_2(name, first, second) \
     API(int, name)(mbs_fmu *f, references at, size_t count, first a, second b) \
     { \
         (void)at, (void)a, (void)b; \
-        return none(f, count); \
+        return none(f, count, CLOCKS); \
     }
 
 NO_CLOCKS_1(GetClock, bool *)
@@ -213,11 +220,11 @@ NO_CLOCKS_2(SetShiftFraction, const uint64_t *, const uint64_t *)
 API(int, GetIntervalFraction)(mbs_fmu *f, references at, size_t count, uint64_t *counters, uint64_t *resolutions, int *kinds)
 {
     (void)at, (void)counters, (void)resolutions, (void)kinds;
-    return none(f, count);
+    return none(f, count, CLOCKS);
 }
 
 API(int, ActivateModelPartition)(mbs_fmu *f, unsigned clock, double time)
 {
     (void)clock, (void)time;
-    return none(f, 1);
+    return none(f, 1, CLOCKS);
 }

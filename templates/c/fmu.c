@@ -88,7 +88,8 @@ mbs_fmu *mbs_fmu_create(const char *name, const char *token, void *environment, 
     FMI(Reset)(f);
     if (token && strcmp(token, MBS_FMU_TOKEN) == 0)
         return f;
-    mbs_fmu_fail(f, "the %s is not that of this FMU, %s", MBS_FMU_FMI == 2 ? "guid" : "instantiation token", MBS_FMU_TOKEN);
+    mbs_fmu_fail(f, "the %s is %s, and that of this FMU is %s", MBS_FMU_FMI == 2 ? "guid" : "instantiation token",
+                 token ? token : "missing", MBS_FMU_TOKEN);
     FMI(FreeInstance)(f);
     return NULL;
 }
@@ -258,6 +259,19 @@ static double value_of(const mbs_fmu *f, unsigned reference)
     return f->indicators[reference - MBS_FMU_INDICATORS];
 }
 
+/* Whether a value reference is that of a variable: some parameters are none. */
+static int exists(unsigned reference)
+{
+    const int parameter = reference >= MBS_FMU_PARAMETERS && reference < MBS_FMU_INDICATORS;
+    return reference < MBS_FMU_END &&
+           !(parameter && mbs_fmu_parameter_kinds[reference - MBS_FMU_PARAMETERS] == MBS_FMU_HIDDEN);
+}
+
+static int fail_unknown(const mbs_fmu *f, unsigned reference)
+{
+    return mbs_fmu_fail(f, "there is no variable with the value reference %u", reference);
+}
+
 /* Values of states, and of independent parameters, can be read where the model cannot be evaluated. */
 static int stands(const mbs_fmu *f, unsigned reference)
 {
@@ -268,8 +282,8 @@ static int stands(const mbs_fmu *f, unsigned reference)
 int mbs_fmu_get(mbs_fmu *f, references at, size_t count, double *values)
 {
     for (size_t k = 0; k < count; ++k) {
-        if (at[k] >= MBS_FMU_END)
-            return mbs_fmu_fail(f, "there is no variable with the value reference %u", at[k]);
+        if (!exists(at[k]))
+            return fail_unknown(f, at[k]);
         if (!stands(f, at[k]) && evaluate(f) != MBS_FMU_OK)
             return MBS_FMU_ERROR;
         values[k] = value_of(f, at[k]);
@@ -299,7 +313,7 @@ static int set_input(mbs_fmu *f, int place, double value)
             f->now.parameters[NP + k] = value;
             return MBS_FMU_OK;
         }
-    return mbs_fmu_fail(f, "value reference %d is not an input of the FMU", MBS_FMU_INPUTS + place);
+    return mbs_fmu_fail(f, "the input with the value reference %d is computed in the FMU", MBS_FMU_INPUTS + place);
 }
 
 int mbs_fmu_set(mbs_fmu *f, references at, size_t count, const double *values)
@@ -307,16 +321,21 @@ int mbs_fmu_set(mbs_fmu *f, references at, size_t count, const double *values)
     for (size_t k = 0; k < count; ++k) {
         unsigned one = at[k];
         int status = MBS_FMU_OK;
+        if (!exists(one))
+            return fail_unknown(f, one);
         if (!isfinite(values[k]))
-            return mbs_fmu_fail(f, "the value of reference %u is not finite", one);
+            return mbs_fmu_fail(f, "the value for the reference %u is not finite", one);
         if (one >= MBS_FMU_STATES && one < MBS_FMU_RATES && f->now.phase <= MBS_FMU_BEGINNING)
             f->now.x[one - MBS_FMU_STATES] = values[k];
+        else if (one >= MBS_FMU_STATES && one < MBS_FMU_RATES)
+            status = mbs_fmu_fail(f, "%s is set before the end of the initialization, or with all states",
+                                  mbs_fmu_states[one - MBS_FMU_STATES]);
         else if (one >= MBS_FMU_INPUTS && one < MBS_FMU_OUTPUTS)
             status = set_input(f, (int)one - MBS_FMU_INPUTS, values[k]);
         else if (one >= MBS_FMU_PARAMETERS && one < MBS_FMU_INDICATORS)
             status = set_parameter(f, (int)one - MBS_FMU_PARAMETERS, values[k]);
         else
-            status = mbs_fmu_fail(f, "value reference %u cannot be set now", one);
+            status = mbs_fmu_fail(f, "the variable with the value reference %u follows from others and cannot be set", one);
         f->known = 0;
         if (status != MBS_FMU_OK)
             return status;
@@ -740,7 +759,7 @@ static int slope_row(const mbs_fmu *f, unsigned unknown, const double *of_rates,
     else if (unknown >= MBS_FMU_OUTPUTS && unknown < MBS_FMU_PARAMETERS)
         memcpy(row, of_outputs + (unknown - MBS_FMU_OUTPUTS) * WIDTH, WIDTH * sizeof(double));
     else
-        return mbs_fmu_fail(f, "value reference %u has no directional derivative", unknown);
+        return mbs_fmu_fail(f, "the variable with the value reference %u has no directional derivative", unknown);
     return MBS_FMU_OK;
 }
 
@@ -759,7 +778,7 @@ int mbs_fmu_slopes(mbs_fmu *f, references unknowns, size_t rows, references know
                    double *results, int transposed)
 {
     double *of_rates = calloc((NX + MBS_FMU_NO + 1) * (size_t)(NX + FREE) + 1, sizeof(double)), row[NX + FREE + 1];
-    double *of_outputs = of_rates + NX * (NX + FREE);
+    double *of_outputs = of_rates ? of_rates + NX * (NX + FREE) : NULL;
     int status = of_rates ? MBS_FMU_OK : mbs_fmu_fail(f, "there is no memory for derivatives");
     if (of_rates) {
         call(f, MBS_FMU_RATE_SLOPES_PROGRAM, &of_rates);
@@ -773,7 +792,7 @@ int mbs_fmu_slopes(mbs_fmu *f, references unknowns, size_t rows, references know
         for (size_t j = 0; j < columns && status == MBS_FMU_OK; ++j) {
             int place = column_of(knowns[j]);
             if (place < 0)
-                status = mbs_fmu_fail(f, "there is no derivative by value reference %u", knowns[j]);
+                status = mbs_fmu_fail(f, "there is no derivative by the variable with the value reference %u", knowns[j]);
             else if (transposed)
                 results[j] += row[place] * seeds[i];
             else
@@ -841,7 +860,7 @@ API(int, FMU_STATE(Serialized, Size))(mbs_fmu *f, const char *saved, size_t *siz
 API(int, FMU_STATE(Serialize, ))(mbs_fmu *f, const char *saved, char *bytes, size_t size)
 {
     if (size < SAVED)
-        return mbs_fmu_fail(f, "a saved state takes %d bytes", SAVED);
+        return mbs_fmu_fail(f, "a saved state takes %d bytes, not %lu", SAVED, (unsigned long)size);
     memcpy(bytes, saved, SAVED);
     return MBS_FMU_OK;
 }
@@ -849,7 +868,7 @@ API(int, FMU_STATE(Serialize, ))(mbs_fmu *f, const char *saved, char *bytes, siz
 API(int, DESERIALIZE)(mbs_fmu *f, const char *bytes, size_t size, char **saved)
 {
     if (size != SAVED)
-        return mbs_fmu_fail(f, "this is not a saved state of this FMU");
+        return mbs_fmu_fail(f, "a saved state of this FMU has %d bytes, not %lu", SAVED, (unsigned long)size);
     const int status = room_for_saved(f, saved);
     if (status == MBS_FMU_OK)
         memcpy(*saved, bytes, size);

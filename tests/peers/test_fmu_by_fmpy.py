@@ -78,15 +78,20 @@ def test_runs_are_ours_and_stop_where_ours_do(fmi: int, kind: str) -> None:
         assert every["time"][-1] == pytest.approx(own.t[-1], abs=1e-6)
 
 
-def instance(fmi: int, name: str) -> Any:
+def instance(fmi: int, told: list[str]) -> Any:
+    """Return an instance of the cart's FMU, which tells what is wrong into a list."""
     description = fmpy.read_model_description(fmu(fmi))
-    found = fmpy.instantiate_fmu(fmpy.extract(fmu(fmi)), description, "ModelExchange")
+
+    def note(*of: Any) -> None:
+        told.append(of[-1].decode())
+
+    found = fmpy.instantiate_fmu(fmpy.extract(fmu(fmi)), description, "ModelExchange", logger=note)
     found.places = {variable.name: variable.valueReference for variable in description.modelVariables}
     return found
 
 
-def started(fmi: int, **values: float) -> Any:
-    found = instance(fmi, "cart")
+def started(fmi: int, told: list[str] | None = None, **values: float) -> Any:
+    found = instance(fmi, [] if told is None else told)
     if fmi == 2:
         found.setupExperiment(startTime=0.0)
     found.enterInitializationMode()
@@ -134,6 +139,30 @@ def test_instances_are_their_own_and_states_come_back(fmi: int) -> None:
         (one.setReal if fmi == 2 else one.setFloat64)([one.places["M"]], [-1.0])
     one.freeInstance()
     other.freeInstance()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_what_is_wrong_is_told_in_words(fmi: int) -> None:
+    """Names or value references, the counts that were given, and what can be done."""
+    told = list[str]()
+    found = started(fmi, told, x=0.1)
+    getting, setting = (found.getReal, found.setReal) if fmi == 2 else (found.getFloat64, found.setFloat64)
+    hum, push = found.places["hum"], found.places["push"]
+    calls = {
+        "there is no variable with the value reference 999": lambda: setting([999], [1.0]),
+        "there is no variable with the value reference 998": lambda: getting([998]),
+        "x is set before the end of the initialization, or with all states": lambda: setting([1], [0.0]),
+        "the variable with the value reference 0 follows from others and cannot be set": lambda: setting([0], [1.0]),
+        f"the input with the value reference {hum} is computed in the FMU": lambda: setting([hum], [1.0]),
+        f"the value for the reference {push} is not finite": lambda: setting([push], [np.inf]),
+        "there are 5 states, not 3": lambda: found.setContinuousStates((np.ctypeslib.ctypes.c_double * 3)(), 3),
+    }
+    for message, call in calls.items():
+        told.clear()
+        with pytest.raises(Exception, match="failed with status 3"):
+            call()
+        assert told == [message]
+    found.freeInstance()
 
 
 def test_a_closed_loop_stays_closed() -> None:
