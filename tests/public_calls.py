@@ -358,7 +358,7 @@ def _results(system: mbs.System) -> list[Call]:
     study = mbs.sweep(system, {"m": [1, 2]}, t_end=0.02, samples=2, backend="python")
     prepared = mbs.prepare(system, t_end=0.02, samples=2, backend="python")
     again = {"parameters": {"m": 2}, "initial": {"theta": 0.1}, "inputs": {"F": 0}, "t_end": 0.01, "on_progress": None}
-    figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report_findings")
+    figure, report = mbs.draw(system), _without_compiler(mbs.report, "multibody_sym.documents.report_content")
     live = _without_compiler(mbs.live, "multibody_sym.documents.animation.live")
     return [
         *made,

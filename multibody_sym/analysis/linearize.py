@@ -636,7 +636,7 @@ class FrequencyResponse:
 
         Raises InputError for what is no path, OutputError where matplotlib is missing or the file cannot be written.
         """
-        from multibody_sym.pictures.page.raster import write_figure
+        from multibody_sym.pictures.page.files import write_figure
         from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, figure_of
 
         pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]

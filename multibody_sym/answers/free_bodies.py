@@ -43,7 +43,7 @@ from multibody_sym.model.bodies import GROUND, mass_of
 from multibody_sym.model.joints import Joint
 from multibody_sym.model.parameters import in_letters
 from multibody_sym.model.system import System
-from multibody_sym.pictures.marks.cones import FrictionCone
+from multibody_sym.pictures.marks.forces import FrictionCone
 from multibody_sym.pictures.scene.forces import letter_of
 from multibody_sym.pictures.scene.items import Anchor, ArrowItem, Placed, PlacedStrand, vector
 from multibody_sym.pictures.scene.scene import Scene

@@ -127,7 +127,7 @@ def _with_wanted(
 def _phase_portrait(asked: System, of: str) -> Figure:
     """Return the phase portrait of a coordinate, or the polhodes of a body."""
     from multibody_sym.analysis.phase_plane import PhasePlane
-    from multibody_sym.documents.polhodes import polhodes_of
+    from multibody_sym.documents.diagrams import polhodes_of
 
     with numbers_of(asked), within("phase"):
         if text("phase", of) in asked.bodies:
@@ -137,8 +137,7 @@ def _phase_portrait(asked: System, of: str) -> Figure:
 
 def _with_diagrams(figure: Figure, asked: System) -> Figure:
     """Return a figure with the plans of its velocities and accelerations below, and with N, V and M along its beams."""
-    from multibody_sym.documents.motion_diagrams import motion_diagrams
-    from multibody_sym.documents.section_diagrams import section_diagrams
+    from multibody_sym.documents.diagrams import motion_diagrams, section_diagrams
 
     plans = motion_diagrams(asked)
     return Figure(below_figure(figure.picture, [*plans, *section_diagrams(asked, needed=not plans)]))

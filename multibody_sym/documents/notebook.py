@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 
 from multibody_sym.derivation.notation import dotted, latex_name
 from multibody_sym.errors import MultibodyError
-from multibody_sym.pictures.page.vector_files import svg
+from multibody_sym.pictures.page.files import svg
 from multibody_sym.text.values import SI, Value
 
 _ROUNDING: Final = 1e-12

@@ -6,8 +6,7 @@
     page               strokes and letters on a page, room for labels, and the files that they become
     plots              panels of curves
     diagrams           N, V and M along beams: signed areas to scale
-    phase_portrait     curves of constant energy over a coordinate, fixed points
-    polhodes           Poinsot's ellipsoid of a body that turns freely
+    phase_portrait     curves of constant energy over a coordinate; Poinsot's ellipsoid of a body that turns freely
     notebook_figure    figures of matplotlib in notebooks
 
 In: a Mechanism with the places of its bodies. Out: SVG, TikZ, PNG, PDF. Knows no runs and no derivation.

@@ -13,13 +13,20 @@ import numpy as np
 
 from multibody_sym.errors import ArgumentError, InputError, Where, short_repr
 from multibody_sym.model.argument_checks import door
-from multibody_sym.pictures.marks.cones import FrictionCone, cone_marks
-from multibody_sym.pictures.marks.forces import arrow_marks, arrows_beside, free_axes, strand_marks
+from multibody_sym.pictures.marks.forces import (
+    FrictionCone,
+    arrow_marks,
+    arrows_beside,
+    cone_marks,
+    free_axes,
+    strand_marks,
+)
 from multibody_sym.pictures.marks.labels import Names, angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.marks.sliders import rail_marks, stop_marks
 from multibody_sym.pictures.marks.symbols import SYMBOLS
+from multibody_sym.pictures.page.files import svg
 from multibody_sym.pictures.page.layout import Runs, laid_out, legend_lines
 from multibody_sym.pictures.page.picture import (
     AngleArc,
@@ -36,7 +43,6 @@ from multibody_sym.pictures.page.picture import (
     letters,
     view_of,
 )
-from multibody_sym.pictures.page.vector_files import svg
 from multibody_sym.pictures.scene.items import (
     ArrowItem,
     Axes,
@@ -384,7 +390,7 @@ class Figure:
     @property
     def tex(self) -> str:
         """The figure as a LaTeX document with TikZ, which pdflatex makes a page of the figure's size of."""
-        from multibody_sym.pictures.page.vector_files import tikz
+        from multibody_sym.pictures.page.files import tikz
 
         return tikz(self.picture)
 
@@ -420,7 +426,7 @@ class Figure:
             return self.svg.encode()
         if ending == ".tex":
             return self.tex.encode()
-        from multibody_sym.pictures.page.raster import raster
+        from multibody_sym.pictures.page.files import raster
 
         return raster(self.picture, ending.removeprefix("."))
 

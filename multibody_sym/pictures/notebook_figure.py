@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from multibody_sym.pictures.page.raster import figure_content
+from multibody_sym.pictures.page.files import figure_content
 
 
 class ShownFigure(Figure):

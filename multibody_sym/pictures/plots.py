@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from multibody_sym.pictures.page.files import plain_style
 from multibody_sym.pictures.page.picture import letters
-from multibody_sym.pictures.page.raster import plain_style
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 

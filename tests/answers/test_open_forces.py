@@ -10,7 +10,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.answers.free_bodies import CutFree, at_end
-from multibody_sym.documents.report_findings import free_bodies
+from multibody_sym.documents.report_content import free_bodies
 from multibody_sym.pictures.draw import Figure
 from multibody_sym.pictures.page.picture import Arrow, TextMark
 from multibody_sym.pictures.scene.scene import scene_of

@@ -9,7 +9,7 @@ import pytest
 
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
-from multibody_sym.documents.exercise import other_numbers
+from multibody_sym.documents.report import other_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

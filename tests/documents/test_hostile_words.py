@@ -19,7 +19,7 @@ import multibody_sym as mbs
 from multibody_sym.derivation.notation import breakable, dotted, escaped, latex_name
 from multibody_sym.documents.formulas import latex_document, latex_in_mathml, mathml_name
 from multibody_sym.documents.report import Report
-from multibody_sym.documents.report_findings import Missing, findings
+from multibody_sym.documents.report_content import Missing, findings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "drawing"))
 from hostile_labels import LABELS

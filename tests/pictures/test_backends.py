@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hostile_labels import LABELS
 
+from multibody_sym.pictures.page.files import DOTS, escaped_tex, raster, tikz
 from multibody_sym.pictures.page.layout import laid_out
 from multibody_sym.pictures.page.picture import (
     Arc,
@@ -26,8 +27,6 @@ from multibody_sym.pictures.page.picture import (
     letters,
     words,
 )
-from multibody_sym.pictures.page.raster import DOTS, raster
-from multibody_sym.pictures.page.vector_files import escaped_tex, tikz
 from multibody_sym.text.printer import GREEK
 
 PEN = Pen(0.8, "#102030", (3.0, 2.0))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from geometry import faults, shown, texts
 
+from multibody_sym.pictures.page.files import svg
 from multibody_sym.pictures.page.layout import crossings, laid_out
 from multibody_sym.pictures.page.picture import (
     AngleArc,
@@ -22,7 +23,6 @@ from multibody_sym.pictures.page.picture import (
     letters,
     words,
 )
-from multibody_sym.pictures.page.vector_files import svg
 
 PEN = Pen(0.9)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hostile_labels import LABELS
 
+from multibody_sym.pictures.page.files import number, svg
 from multibody_sym.pictures.page.picture import Arc, Pen, Picture, Stroke, TextMark, letters, words
-from multibody_sym.pictures.page.vector_files import number, svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 PEN = Pen(0.8, "#102030", (3.0, 2.0))

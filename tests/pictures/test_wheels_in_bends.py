@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.pictures.marks.place_symbols import WHEEL
+from multibody_sym.pictures.marks.sheet import WHEEL
 from multibody_sym.pictures.page.picture import Arc, Stroke
 
 THREE = """

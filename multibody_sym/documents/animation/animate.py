@@ -15,12 +15,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.documents.animation.films import PAPER, SQUARE, film
 from multibody_sym.documents.animation.frames import (
     MOST,
+    PAPER,
+    SQUARE,
     WINDOW,
     Frames,
     alike,
+    film,
     frames_of,
     side_by_side,
     strand_points,
@@ -35,6 +37,7 @@ from multibody_sym.pictures.marks.forces import strand_marks
 from multibody_sym.pictures.marks.labels import label_marks, name_runs
 from multibody_sym.pictures.marks.ropes import drawn_pieces
 from multibody_sym.pictures.marks.sheet import Sheet, points_drawn
+from multibody_sym.pictures.page.files import escaped_xml, number, svg_elements
 from multibody_sym.pictures.page.layout import ANGLES, FOREIGN, FURTHER, LEADER, STEPS
 from multibody_sym.pictures.page.picture import (
     ROD,
@@ -53,7 +56,6 @@ from multibody_sym.pictures.page.picture import (
     letters,
     simple,
 )
-from multibody_sym.pictures.page.vector_files import escaped_xml, number, svg_elements
 from multibody_sym.pictures.plots import COLOURS, Plot
 from multibody_sym.pictures.scene.items import (
     Anchor,

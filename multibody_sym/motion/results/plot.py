@@ -49,7 +49,7 @@ def plot(
     Raises InputError for what is no unit and no name of a run, OutputError where matplotlib is missing or the file
     cannot be written.
     """
-    from multibody_sym.pictures.page.raster import write_figure
+    from multibody_sym.pictures.page.files import write_figure
     from multibody_sym.pictures.plots import figure_of
 
     named, chosen = _by_name(runs), chosen_units(units)

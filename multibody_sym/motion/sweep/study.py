@@ -47,7 +47,7 @@ from multibody_sym.motion.sweep.rows import (
     results,
     unnamed_journal,
 )
-from multibody_sym.pictures.page.raster import plain_style
+from multibody_sym.pictures.page.files import plain_style
 from multibody_sym.pictures.plots import Panel, Plot, PlottedCurve, literal
 from multibody_sym.pictures.plots import figure_of as plotted
 from multibody_sym.program.backend import Native
@@ -435,7 +435,7 @@ class Study(ByName):
         It has a panel for each unit, SI but for those that `units` chooses, such as `mm,deg`.
         Raises InputError, and OutputError where matplotlib is missing or the file cannot be written.
         """
-        from multibody_sym.pictures.page.raster import write_figure
+        from multibody_sym.pictures.page.files import write_figure
 
         listed = [name.strip() for name in show.split(",")] if isinstance(show, str) else show
         asked = None if show is None else names("show", listed)

@@ -1,19 +1,18 @@
-"""How forces look: strands (an entry in STRANDS each), and arrows at points, around them and beside the figure."""
+"""How forces look: strands (an entry in STRANDS each), arrows at points and beside the figure, cones of friction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from itertools import pairwise
+from math import atan
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import MASS
-from multibody_sym.pictures.marks.ropes import drawn_pieces, rope_marks
+from multibody_sym.pictures.marks.ropes import drawn_pieces, rope_marks, support
 from multibody_sym.pictures.marks.shapes import capsule, outline_of
-from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.marks.supports import support
+from multibody_sym.pictures.marks.sheet import MASS, Sheet, left, unit2
 from multibody_sym.pictures.page.layout import crossing_count, distances, segments_of
 from multibody_sym.pictures.page.picture import (
     AXIS,
@@ -52,6 +51,7 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.items import (
     BLOCKS,
+    Anchor,
     ArrowItem,
     Axes,
     Disc,
@@ -59,6 +59,7 @@ from multibody_sym.pictures.scene.items import (
     PlacedStrand,
     Sphere,
     Symbol,
+    Vector,
     across,
     unit,
 )
@@ -652,3 +653,36 @@ def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
     rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
     found: Floats = at + _ABOUT * np.array(rim)
     return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Cones of friction: within them lies the force of a contact that sticks.
+
+
+_LENGTH, _RADIUS = 58.0, 24.0
+"""Points of its sides, and of the arc between them."""
+_FLAT: Final = 0.1
+"""A normal that is shorter on the page looks at the reader, and its cone is left out."""
+
+
+@dataclass(frozen=True)
+class FrictionCone:
+    """The cone of a contact at a place of a body, about the `normal` (body axes) into it, of half angle atan(mu)."""
+
+    name: str
+    at: Anchor
+    normal: Vector
+    coefficient: float
+
+
+def cone_marks(sheet: Sheet, cones: Sequence[FrictionCone]) -> Iterator[Mark]:
+    """Yield the two sides of each cone, and an arc between them."""
+    for cone in cones:
+        at, way = sheet.at(cone.at.body, cone.at.point), sheet.way(cone.at.body, cone.normal)
+        if np.linalg.norm(way) < _FLAT or not sheet.flat:
+            continue
+        middle, half = float(np.arctan2(way[1], way[0])), atan(cone.coefficient)
+        for angle in (middle - half, middle + half):
+            side = at + _LENGTH * np.array([np.cos(angle), np.sin(angle)])
+            yield Stroke(np.array([at, side]), HIDDEN, role="friction cone", name=cone.name)
+        yield Arc(at, _RADIUS, THIN, middle - half, middle + half, role="friction cone", name=cone.name)

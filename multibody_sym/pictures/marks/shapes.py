@@ -7,9 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import WHEEL
-from multibody_sym.pictures.marks.sheet import Sheet, left, points_drawn, unit2
-from multibody_sym.pictures.marks.supports import wheels_on
+from multibody_sym.pictures.marks.ropes import wheels_on
+from multibody_sym.pictures.marks.sheet import WHEEL, Sheet, left, points_drawn, unit2
 from multibody_sym.pictures.page.picture import (
     AXIS,
     BODY,

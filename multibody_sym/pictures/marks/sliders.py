@@ -7,10 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.place_symbols import BOB, CART_WHEEL, MASS, STEEPEST, WAGON, WHEEL
+from multibody_sym.pictures.marks.ropes import stand, support_side, wheels_on
 from multibody_sym.pictures.marks.shapes import SLOPE, barrel, capsule, face_ends, outline_of
-from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.marks.supports import stand, support_side, wheels_on
+from multibody_sym.pictures.marks.sheet import BOB, CART_WHEEL, MASS, STEEPEST, WAGON, WHEEL, Sheet, left, unit2
 from multibody_sym.pictures.page.picture import (
     BLACK,
     BLOCK,

@@ -28,7 +28,6 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.forces import Damper, Friction, Motor, Potential, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Fixed, Prismatic, Screw
-from multibody_sym.pictures.scene.flows import is_upright, leads_on, ride_of, rocket, rubbing_length
 from multibody_sym.pictures.scene.forces import anchor_behind
 from multibody_sym.pictures.scene.items import (
     ZERO,
@@ -58,7 +57,17 @@ from multibody_sym.pictures.scene.letters import (
     mass_letters,
     steady_speed,
 )
-from multibody_sym.pictures.scene.moments import at_its_centre, on_an_arm, rod_beyond, top
+from multibody_sym.pictures.scene.masses import (
+    at_its_centre,
+    is_upright,
+    leads_on,
+    on_an_arm,
+    ride_of,
+    rocket,
+    rod_beyond,
+    rubbing_length,
+    top,
+)
 from multibody_sym.pictures.scene.stage import (
     FrameOnBody,
     PlacedSystem,

@@ -19,7 +19,6 @@ from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Damper, Friction, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
 from multibody_sym.model.parameters import in_letters
-from multibody_sym.pictures.scene.flows import is_upright, ride_of, rubbing_length
 from multibody_sym.pictures.scene.items import (
     Anchor,
     AngleMark,
@@ -54,6 +53,7 @@ from multibody_sym.pictures.scene.letters import (
     start_letter,
     turned_by,
 )
+from multibody_sym.pictures.scene.masses import is_upright, ride_of, rubbing_length
 from multibody_sym.pictures.scene.stage import FrameOnBody, PlacedSystem, curve_points, is_bead_on_ring, same
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats

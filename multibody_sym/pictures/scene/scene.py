@@ -27,7 +27,6 @@ from multibody_sym.pictures.scene.bodies import (
     marker_items,
     pulley_items,
 )
-from multibody_sym.pictures.scene.flows import flow_items
 from multibody_sym.pictures.scene.forces import (
     ArrowLaw,
     Runs,
@@ -36,6 +35,7 @@ from multibody_sym.pictures.scene.forces import (
     drum_radii,
     placed_rope,
     ropes_of,
+    speed_items,
     strands,
 )
 from multibody_sym.pictures.scene.items import (
@@ -60,9 +60,19 @@ from multibody_sym.pictures.scene.letters import (
     is_static,
     letters,
 )
-from multibody_sym.pictures.scene.speeds import speed_items
-from multibody_sym.pictures.scene.stage import PlacedSystem, drawn_start, natural_view, places, poses_of, surface_items
-from multibody_sym.pictures.scene.touched import edge_items, riser_items, struck_items, support_items
+from multibody_sym.pictures.scene.masses import flow_items
+from multibody_sym.pictures.scene.stage import (
+    PlacedSystem,
+    drawn_start,
+    edge_items,
+    natural_view,
+    places,
+    poses_of,
+    riser_items,
+    struck_items,
+    support_items,
+    surface_items,
+)
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
