@@ -128,7 +128,7 @@ if TYPE_CHECKING:
     from multibody_sym.model.settings import Settings as Settings
     from multibody_sym.model.settings import SmoothFriction as SmoothFriction
     from multibody_sym.model.settings import Stabilisation as Stabilisation
-    from multibody_sym.model.stages import Stage as Stage
+    from multibody_sym.model.state_words import Stage as Stage
     from multibody_sym.model.steps import Curve as Curve
     from multibody_sym.model.system import System as System
     from multibody_sym.model.system import parameters as parameters
@@ -226,7 +226,7 @@ _NAMES = {
     "model.parameters": "Grid Parameter StateVariable Table",
     "model.schema": "schema",
     "model.settings": "Ask Baumgarte Settings SmoothFriction Stabilisation",
-    "model.stages": "Stage",
+    "model.state_words": "Stage",
     "model.steps": "Curve",
     "model.system": "System parameters t variable",
     "model.urdf": "UrdfNotice load_urdf",

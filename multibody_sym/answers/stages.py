@@ -20,9 +20,7 @@ from multibody_sym.answers.records import Definition, Sentence, Solution, StageF
 from multibody_sym.derivation.notation import Label, latex_name
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import ExpressionError, ModelError, at
-from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.mechanics.spanning_tree import free_name
-from multibody_sym.mechanics.stages import (
+from multibody_sym.mechanics.changes import (
     at_end,
     end_questions,
     going_on,
@@ -31,6 +29,8 @@ from multibody_sym.mechanics.stages import (
     integrals_later,
     stage_systems,
 )
+from multibody_sym.mechanics.resolve import mechanism
+from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.mechanics.vocabulary import Dimensions
 from multibody_sym.model.fields import Names

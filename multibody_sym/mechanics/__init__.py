@@ -5,8 +5,7 @@
     row_records                its rows: constraints, surfaces in contact
     law_elements               its contacts, slack ropes, stops and friction; limits of each in a mode
     model_files                files read, with the place of every mistake, and written back
-    changes                    parameters, start values and inputs that a call overrides
-    stages                     the system of each stage of a motion
+    changes                    parameters, start values and inputs that a call overrides; the system of each stage
     resolve                    a Mechanism from a System
     references, vocabulary     names of bodies, points and joints; names and quantities in expressions
     spanning_tree, absolute    joints that carry bodies and joints that are cut; absolute coordinates

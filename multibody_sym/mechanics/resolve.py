@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.errors import ModelError, at
+from multibody_sym.mechanics.changes import end_questions, in_stage, stage_systems
 from multibody_sym.mechanics.declared_rows import (
     cut_joints,
     declared_rows,
@@ -44,7 +45,6 @@ from multibody_sym.mechanics.spanning_tree import (
     speed_names,
     used_joints,
 )
-from multibody_sym.mechanics.stages import end_questions, in_stage, stage_systems
 from multibody_sym.mechanics.vocabulary import (
     Dimensions,
     meanings,

@@ -10,8 +10,7 @@
     joints, steps           joints, their limits and start values; the elementary motions that they consist of
     constraints, forces     rods, ropes, gears, rolling, prescribed motion; springs, dampers, motors, gravitation
     contacts_and_impacts    contacts and `impact:`; refused coefficients that are written as numbers
-    stages                  `then:` sections
-    state_words             words and verbs of contact states ("sticks", "slide+"), moments and `stop` conditions
+    state_words             words and verbs of contact states ("sticks", "slide+"), moments, `stop`; `then:` sections
     settings                `ask` and `simulation:`; default method
     run_options             options that functions and the command line share, with their `--help`
     schema                  the JSON Schema, for editors

@@ -38,8 +38,7 @@ from multibody_sym.model.forces import FORCES
 from multibody_sym.model.joints import JOINTS, Joint
 from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, StateVariable, Table
 from multibody_sym.model.settings import Ask, AskField, Settings
-from multibody_sym.model.stages import Stage
-from multibody_sym.model.state_words import StateCondition, StopCondition
+from multibody_sym.model.state_words import Stage, StateCondition, StopCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate

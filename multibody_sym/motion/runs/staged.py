@@ -18,10 +18,10 @@ from multibody_sym.dynamics.left_over import Redundancy
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import InputError
-from multibody_sym.mechanics.stages import at_end, end_questions, going_on, in_stage, stage_systems
+from multibody_sym.mechanics.changes import at_end, end_questions, going_on, in_stage, stage_systems
 from multibody_sym.model.argument_checks import door
 from multibody_sym.model.fields import Names
-from multibody_sym.model.stages import Stage
+from multibody_sym.model.state_words import Stage
 from multibody_sym.model.system import System
 from multibody_sym.motion.results.integrals import FineLeg, Miss
 from multibody_sym.motion.results.samples import STAGE, FrictionWork, Samples, SingleRun
