@@ -24,7 +24,7 @@ from multibody_sym.model.state_words import MOMENTS, StateCondition, time_of
 from multibody_sym.model.system import System, expressions, t, verify_system, with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import substitute
 from multibody_sym.scalars.node import ZERO, Node, add, subtract, symbol
 from multibody_sym.text.parser import of_run, parse_scalar
 from multibody_sym.text.printer import text
@@ -370,5 +370,4 @@ def in_own_time(questions: Mapping[str, Ask], begins: Node) -> Names:
 
 def _later(node: Node, begins: Node) -> Node:
     """Return an expression of the declared time as one of the time since a later one."""
-    later: Node = evaluate([node], lambda leaf: add(t, begins) if leaf == t else leaf)[0]
-    return later
+    return substitute(node, {t: add(t, begins)})

@@ -52,7 +52,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import cos, evaluate, evaluate_float, sin, sqrt
+from multibody_sym.scalars.functions import cos, evaluate_float, sin, sqrt, substitute
 from multibody_sym.scalars.node import ONE, ZERO, Node, negate, nodes_among
 from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
 from multibody_sym.scalars.vectors import negate as opposite
@@ -648,7 +648,7 @@ def _level(centre: Marker, profile: Node, axis: Point, *, flat: bool) -> Level:
     away = sqrt(dot((*across, ZERO), (*across, ZERO)) if len(across) == 2 else square - height**2)
     if flat:
         away = dot(cross(axis, _Z), LOCAL)
-    function: Node = height - evaluate([profile], lambda leaf: away if leaf is FROM_AXIS else leaf)[0]
+    function: Node = height - substitute(profile, {FROM_AXIS: away})
     gx, gy, gz = (derivative(function, x) for x in LOCAL)
     x, y, z = LOCAL
     second = [derivative(g, leaf) for g, leaf in ((gx, x), (gy, y), (gz, z), (gx, y), (gx, z), (gy, z))]

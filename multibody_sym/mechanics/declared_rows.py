@@ -45,8 +45,8 @@ from multibody_sym.model.parameters import Constant, Tabled
 from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, symbol
+from multibody_sym.scalars.functions import substitute
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate, symbol
 
 
 def declared_rows(references: References) -> tuple[list[Row], list[LawElement]]:
@@ -131,7 +131,7 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
 @_declared.register
 def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
-        psi = evaluate([element.zero], lambda leaf: references.measured.get(leaf, leaf))[0]
+        psi = substitute(element.zero, references.measured)
         speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
         if not speeds:
             message = "no speed stands in it; a constraint of positions is {type: expression, zero: ...}"
@@ -339,7 +339,7 @@ def _without_names(known: Mapping[Node, Node]) -> dict[Node, Node]:
 
 def _put_in(meant: Mapping[Node, Node]) -> Callable[[Node], Node]:
     """Return the function that puts expressions in the place of names."""
-    return lambda node: as_node(evaluate([node], lambda leaf: meant.get(leaf, leaf))[0])
+    return lambda node: substitute(node, meant)
 
 
 def expression_of(name: str, given: Node | Tabled | Constant) -> Node:

@@ -60,7 +60,7 @@ from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import antiderivative, derivative, gradient, tangents
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import absolute, evaluate, is_zero, sqrt
+from multibody_sym.scalars.functions import absolute, evaluate, is_zero, sqrt, substitute
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
@@ -211,7 +211,7 @@ def _integrals(value: Point, s: Node, factor: Node) -> Point:
                 raise ModelError(
                     "no rule finds the integral of this over s; give a polynomial in s, or sines of s", number="M118"
                 )
-        found.append(whole - evaluate([whole], lambda leaf: ZERO if leaf is s else leaf)[0])
+        found.append(whole - substitute(whole, {s: ZERO}))
     return found[0], found[1], found[2]
 
 

@@ -49,7 +49,7 @@ from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import substitute
 from multibody_sym.scalars.node import ZERO, Node, as_node, nodes_among, slot
 from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, negate, subtract
 
@@ -297,9 +297,7 @@ def impact_mechanism(
 
 
 def _at_instant(node: Node) -> Node:
-    if TIME not in leaves([node], "slot"):
-        return node
-    return as_node(evaluate([node], lambda leaf: INSTANT if leaf is TIME else leaf)[0])
+    return substitute(node, {TIME: INSTANT}) if TIME in leaves([node], "slot") else node
 
 
 def jumping_motions(mechanism: Mechanism, drives: Mapping[str, Node]) -> Mechanism:

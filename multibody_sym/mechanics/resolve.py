@@ -63,7 +63,7 @@ from multibody_sym.model.state_words import StateCondition
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import substitute
 from multibody_sym.scalars.node import ZERO, Node, as_node, named_nodes, negate, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import fading_functions, switching_function, switching_functions
 from multibody_sym.text.parser import of_run
@@ -176,7 +176,7 @@ def _first_of_stages(system: System) -> Mechanism:
     found, earlier = list[Mechanism](), dict[Node, Node]()
     for number, part in enumerate(stage_systems(system), 1):
         with in_stage(system, number):
-            own = {name: with_expressions(x, lambda node: _with_answers(node, earlier)) for name, x in part.ask.items()}
+            own = {name: with_expressions(x, lambda node: substitute(node, earlier)) for name, x in part.ask.items()}
             ends = end_questions(system, number) if number <= len(system.then) else {}
             found.append(mechanism(replace(part, ask=Names({**own, **ends}))))
         earlier.update(dict.fromkeys(map(symbol, part.ask), as_node(1)))
@@ -190,10 +190,6 @@ def _first_of_stages(system: System) -> Mechanism:
                         f"no coordinate or speed is called {name!r}", number="M117", word=name, known=names
                     )
     return found[0]
-
-
-def _with_answers(node: Node, known: Mapping[Node, Node]) -> Node:
-    return as_node(evaluate([node], lambda leaf: known.get(leaf, leaf))[0])
 
 
 def _with_withheld(resolved: Mechanism, system: System) -> Mechanism:
@@ -239,10 +235,14 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         bodies=_in_slots(told, bodies),
         markers=references.markers(),
         coordinates=tuple(
-            replace(c, initial=_in(slots, c.initial), rate=None if c.rate is None else resolved.states[c.name].rate)
+            replace(
+                c,
+                initial=substitute(c.initial, slots),
+                rate=None if c.rate is None else resolved.states[c.name].rate,
+            )
             for c in coordinates
         ),
-        speeds=tuple(replace(s, initial=_in(slots, s.initial)) for s in speeds),
+        speeds=tuple(replace(s, initial=substitute(s.initial, slots)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
         inputs={name: expression_of(name, x) for name, x in resolved.inputs.items()},
         outputs={**{name.data: node for name, node in told.items()}, **others},
@@ -303,7 +303,7 @@ def _references(
     first = 0 if ground_moves(system.bodies) else -1  # a moving ground is the first body of the tree
     numbers = {name: number for number, name in enumerate([GROUND, *carried], first)}
     entries = (
-        ParameterEntry(name, _in(slots, parameter.value), parameter.positive, dimension=parameter.dimension)
+        ParameterEntry(name, substitute(parameter.value, slots), parameter.positive, dimension=parameter.dimension)
         for name, parameter in system.parameters.items()
     )
     return References(
@@ -350,13 +350,7 @@ def _state_stops(system: System, elements: Sequence[LawElement]) -> dict[str, St
 
 
 def _in_slots(slots: Mapping[Node, Node], part: Any) -> Any:
-    return with_expressions(part, lambda node: _in(slots, node)) if slots else part
-
-
-def _in(slots: Mapping[Node, Node], node: Node) -> Node:
-    if not node.args:
-        return slots.get(node, node)
-    return as_node(evaluate([node], lambda leaf: slots.get(leaf, leaf))[0])
+    return with_expressions(part, lambda node: substitute(node, slots)) if slots else part
 
 
 def _declared_laws(resolved: System, slots: Mapping[Node, Node]) -> list[Node]:

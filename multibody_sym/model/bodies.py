@@ -28,10 +28,10 @@ from multibody_sym.model.fields import (
     scalar,
     verify_keys,
 )
-from multibody_sym.model.steps import Curve, CurveField, exchange
+from multibody_sym.model.steps import Curve, CurveField
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import sqrt
+from multibody_sym.scalars.functions import sqrt, substitute
 from multibody_sym.scalars.node import ONE, ZERO, Node, quantity, symbol
 from multibody_sym.scalars.vectors import product, rotation_about
 from multibody_sym.text.printer import text
@@ -53,10 +53,10 @@ class ProfileField:
     unit: str = "m"
 
     def accept(self, value: Any) -> Node:
-        return exchange(scalar(value, self.unit), _S, FROM_AXIS)
+        return substitute(scalar(value, self.unit), {_S: FROM_AXIS})
 
     def tree(self, value: Node) -> str:
-        return text(exchange(value, FROM_AXIS, _S))
+        return text(substitute(value, {FROM_AXIS: _S}))
 
 
 @dataclass(frozen=True)

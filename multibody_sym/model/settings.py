@@ -32,7 +32,7 @@ from multibody_sym.model.fields import (
 from multibody_sym.model.state_words import Moment, MomentField, TimeOrMoment, state_condition, time_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import substitute
 from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.scalars.sign_changes import is_condition
 from multibody_sym.text.parser import KINEMATIC, parse_scalar
@@ -222,8 +222,7 @@ def _read_side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | Non
         side = f"{side[: call.start()]}{standing}{side[end + 1 :]}"
         place = call.start()
     written, dimension = parse_scalar(side.strip())
-    node: Node = evaluate([written], lambda leaf: names.get(leaf, leaf))[0]
-    return node, str(dimension) if dimension is not None and any(dimension) else None
+    return substitute(written, names), str(dimension) if dimension is not None and any(dimension) else None
 
 
 @dataclass(frozen=True, kw_only=True)

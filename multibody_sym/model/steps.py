@@ -19,7 +19,7 @@ from multibody_sym.model.fields import AXES, Choice, Element, Point, Record, Sca
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import tangents
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import atan2, evaluate, sqrt
+from multibody_sym.scalars.functions import atan2, sqrt, substitute
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, quantity, slot, symbol
 from multibody_sym.scalars.sign_changes import switching_functions
 from multibody_sym.scalars.vectors import Vec
@@ -371,7 +371,7 @@ class Curve(Element):
         super().__post_init__()
         leaf = self.leaf
         for name, node in self._given.items():
-            object.__setattr__(self, name, exchange(node, symbol(leaf.data[1][0]), leaf))
+            object.__setattr__(self, name, substitute(node, {symbol(leaf.data[1][0]): leaf}))
         self.__dict__.pop("_given", None)
 
     def verify(self) -> None:
@@ -420,11 +420,6 @@ class Curve(Element):
         return x, y, z
 
 
-def exchange(node: Node, old: Node, new: Node) -> Node:
-    """Return an expression with the leaf `new` in the place of `old`."""
-    return as_node(evaluate([node], lambda leaf: new if leaf is old else leaf)[0])
-
-
 @dataclass(frozen=True)
 class CurveField:
     """A curve; a file holds its parameter by name."""
@@ -434,7 +429,7 @@ class CurveField:
 
     def tree(self, value: Curve) -> dict[str, Any]:
         leaf = value.leaf
-        found = {name: text(exchange(node, leaf, symbol(leaf.data[1][0]))) for name, node in value._given.items()}
+        found = {name: text(substitute(node, {leaf: symbol(leaf.data[1][0])})) for name, node in value._given.items()}
         words = {"parameter": value.parameter, "unit": value.unit}
         return found | {name: word for name, word in words.items() if word is not None}
 
@@ -516,8 +511,7 @@ class Follow(OneCoordinate):
 
     def at(self, s: Node) -> At:
         """Return the place and its derivative at the parameter's value s."""
-        nodes = (*self.place, *self.rates.s)
-        x, y, z, *way = (as_node(node) for node in evaluate(nodes, lambda leaf: s if leaf is self.leaf else leaf))
+        x, y, z, *way = (substitute(node, {self.leaf: s}) for node in (*self.place, *self.rates.s))
         return At((x, y, z), (way[0], way[1], way[2]))
 
     @cached_property

@@ -41,7 +41,7 @@ from multibody_sym.model.settings import Ask, AskField, Settings
 from multibody_sym.model.state_words import Stage, StateCondition, StopCondition
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import substitute
 from multibody_sym.scalars.node import ZERO, Node, symbol, symbol_with
 
 _MAPS: Final = (
@@ -195,10 +195,7 @@ def states_gravity(system: System) -> bool:
 
 
 def _without_declarations(node: Node) -> Node:
-    if not leaves([node], "declared"):
-        return node
-    plain: Node = evaluate([node], lambda leaf: symbol(leaf.data[0]) if leaf.op == "declared" else leaf)[0]
-    return plain
+    return substitute(node, {leaf: symbol(leaf.data[0]) for leaf in leaves([node], "declared")})
 
 
 _PLAIN: Final = (str, int, float, type(None))

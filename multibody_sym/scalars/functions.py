@@ -260,6 +260,11 @@ def evaluate(nodes: Iterable[Node], leaf: Mapping[Node, Any] | Callable[[Node], 
     return [values[n] for n in roots]
 
 
+def substitute(node: Node, meant: Mapping[Node, Node]) -> Node:
+    """Return an expression with others in the place of leaves."""
+    return as_node(evaluate([node], lambda leaf: meant.get(leaf, leaf))[0]) if node.args else meant.get(node, node)
+
+
 class _Looked(dict[Node, float]):
     """A mapping that asks a function for what it does not hold."""
 
