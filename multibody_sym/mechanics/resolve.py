@@ -227,6 +227,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
     verify_forces(system, with_forces, [row.name for row in rows if row.name.rpartition(".")[0] in tree.cut])
     adding = {name: node for name, node in resolved.outputs.items() if of_run(node)}
     others = {name: node for name, node in resolved.outputs.items() if name not in adding}
+    rates = {name: state.rate for name, state in resolved.states.items()}
     laws = _declared_laws(resolved, slots)
     tables = [expression_of(name, x) for name, x in resolved.inputs.items() if isinstance(x, Tabled)]
     return Mechanism(
@@ -235,12 +236,7 @@ def _resolve(system: System, freed: Freed | None = None) -> Mechanism:
         bodies=_in_slots(told, bodies),
         markers=references.markers(),
         coordinates=tuple(
-            replace(
-                c,
-                initial=substitute(c.initial, slots),
-                rate=None if c.rate is None else resolved.states[c.name].rate,
-            )
-            for c in coordinates
+            replace(c, initial=substitute(c.initial, slots), rate=rates.get(c.name)) for c in coordinates
         ),
         speeds=tuple(replace(s, initial=substitute(s.initial, slots)) for s in speeds),
         parameters=references.parameters.with_rows(len(rows)),
