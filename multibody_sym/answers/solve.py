@@ -9,9 +9,16 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from multibody_sym.algebra.roots import values_with_shared_roots
-from multibody_sym.answers.instant.instant import SolvedInstant, solved_start
+from multibody_sym.answers.instant.instant import (
+    SolvedInstant,
+    is_lettered,
+    place_of,
+    reactions_of,
+    solved_start,
+    unique_sums,
+    with_letters,
+)
 from multibody_sym.answers.instant.letters import acceleration_names
-from multibody_sym.answers.instant.reactions import is_lettered, place_of, reactions_of, unique_sums, with_letters
 from multibody_sym.answers.instant.states import beyond_limits, left_out, state_found, validity
 from multibody_sym.answers.records import OtherState, RowKind, Solution
 from multibody_sym.dynamics.programs.quantities import StateQuantities

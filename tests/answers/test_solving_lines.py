@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
-from multibody_sym.answers.ask.solving import solving_lines
+from multibody_sym.answers.ask.working import solving_lines
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import symbol

@@ -10,9 +10,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from multibody_sym.algebra.roots import ShortForms
-from multibody_sym.answers.ask.best import BestQuestion
-from multibody_sym.answers.ask.expansions import LimitQuestion, SeriesQuestion
-from multibody_sym.answers.ask.find import FindQuestion
+from multibody_sym.answers.ask.find import BestQuestion, FindQuestion
 from multibody_sym.answers.ask.formula_questions import FORMULA_QUESTIONS
 from multibody_sym.answers.ask.kinematics import KINEMATIC_QUESTIONS
 from multibody_sym.answers.ask.linear_systems import modes_named
@@ -23,8 +21,7 @@ from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQues
 from multibody_sym.answers.ask.sections import GreatestSectionQuestion, SectionQuestion
 from multibody_sym.answers.ask.varied import NAMED_QUESTIONS
 from multibody_sym.answers.ask.working import WorkedAnswer, Working
-from multibody_sym.answers.instant.instant import SolvedInstant, solved_start, with_outputs_put_in
-from multibody_sym.answers.instant.reactions import is_lettered
+from multibody_sym.answers.instant.instant import SolvedInstant, is_lettered, solved_start, with_outputs_put_in
 from multibody_sym.dynamics.start.number_checks import verify_asked
 from multibody_sym.errors import ModelError, NoSolutionError, at
 from multibody_sym.mechanics.vocabulary import in_order, named_by
@@ -44,8 +41,6 @@ QUESTIONS: Final[tuple[type[Question], ...]] = (
     *FORMULA_QUESTIONS,
     FindQuestion,
     BestQuestion,
-    LimitQuestion,
-    SeriesQuestion,
     SectionQuestion,
     GreatestSectionQuestion,
     *KINEMATIC_QUESTIONS,

@@ -1,26 +1,24 @@
-"""`ask: {find: mu, so: N == 1}`: a value of a parameter, coordinate or speed for which an equation holds.
+"""`ask: {find: mu, so: N == 1}`, `{find: beta, least: T}`: for which value an equation holds, an answer is least.
 
-A formula where there is one: the root of the formulas of the answers that the equation names. Else runs find it.
+A formula where there is one: the root of the formulas of the answers that are named, or of their derivative. Else runs
+find it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import chain
+from math import inf, isfinite, sqrt
 from typing import Final, Self
 
-from multibody_sym.answers.ask.extremes import (
-    TOLERATED,
-    UNKNOWN,
-    Zero,
-    reach,
-    vanishes_about,
-    zeros,
-)
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import Field, NoClosedFormError
+from multibody_sym.algebra.roots import angles_of_one_wave
+from multibody_sym.answers.ask.extremes import TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
-from multibody_sym.answers.ask.solving import solving_lines
 from multibody_sym.answers.ask.varied import (
     VARIED,
     OutOfTimeError,
@@ -28,14 +26,16 @@ from multibody_sym.answers.ask.varied import (
     VariedAnswer,
     number_question,
     root_near,
+    roots_near,
     value_of,
 )
-from multibody_sym.answers.ask.working import Working, equation
+from multibody_sym.answers.ask.working import Working, equation, solving_lines, written
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import put_in
 from multibody_sym.answers.instant.states import conditions_of_mode
-from multibody_sym.answers.records import Line, Sentence
-from multibody_sym.errors import MultibodyError, at
+from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.derivation.symbolic_start import WORK
+from multibody_sym.errors import ExpressionError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.mechanics.vocabulary import Dimensions
@@ -44,12 +44,14 @@ from multibody_sym.model.parameters import Parameter
 from multibody_sym.model.settings import Ask, Equation
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.arrays import EPSILON, UNDEFINED
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node, real, subtract, symbol
+from multibody_sym.text.printer import text
 from multibody_sym.text.units import given_in
-from multibody_sym.text.values import Value
+from multibody_sym.text.values import Quantity, Value
 
 _FOUND_VALUES_NOTHING: Final = 1e-9
 """The part of the answers that an equation names below which its sides are the same."""
@@ -345,3 +347,341 @@ def _with_sign(node: Node) -> Node:
         left, right = node.args
         return BUILD[node.op](_with_sign(left), _with_sign(right) if node.op == "mul" else right)
     return node
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {find: beta, least: T, between: [0, 80 deg]}`: the value for which an expression of answers is least, greatest.
+
+
+_PARTS: Final = 24
+"""Parts of a range at whose ends runs are compared."""
+_FINE_PARTS: Final = 240
+"""The same of formulas."""
+_LIKELY: Final = 3
+"""So many of the best places of a scan are looked at closely."""
+_FIRST: Final = 0.05
+_GROWTH: Final = 1.6
+_WIDENED: Final = 14
+"""Steps on the way from the declared value without bounds."""
+_ROUNDED: Final = 1e-14
+"""The part of the largest value that is rounding about zero."""
+_CLOSE: Final = 1e-9
+"""The part of a bracket to which runs find a place."""
+_END: Final = 1e-6
+"""The part of a range beside its end in which the extreme is taken to be at the end."""
+_FLAT: Final = 1e-9
+"""The part of the largest value by which values differ that are all the same."""
+_BESIDE: Final = 1e-3
+"""How far, as a part of the range, the growth of runs is looked at."""
+
+
+@dataclass(frozen=True)
+class BestQuestion(SingleQuestion):
+    """The value of a parameter or start value for which an expression is least, or greatest; `written` as it is."""
+
+    name: str
+    expression: Node
+    is_greatest: bool
+    between: tuple[Node, ...] | None
+    written: Ask
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        expression = ask.least if ask.greatest is None else ask.greatest
+        if ask.find is None or expression is None:
+            return None
+        return cls(ask.find, expression, ask.greatest is not None, ask.between, ask)
+
+    @property
+    def which(self) -> str:
+        """The word for the extreme."""
+        return "greatest" if self.is_greatest else "least"
+
+    def words(self) -> str:
+        return f"{self.name} for which {text(self.expression)} is {self.which}"
+
+    def unit(self, motion: AskedMotion) -> str:
+        return motion.unit_of(symbol(self.name))
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        known = motion.answers_named(self.written)
+        if any(x.value is None for x in known.values()):
+            working.notes.append("it hangs on an answer that has no value")
+            return Value(None)
+        search = _Search(self, VariedAnswer(motion, self.name, self.expression, known, {}))
+        try:
+            best = search.found()
+        except OutOfTimeError as late:
+            working.notes.append(f"no {self.which} {text(self.expression)} was found {late}")
+            return Value(None)
+        if isinstance(best, str):
+            working.notes.append(best)
+            return Value(None)
+        working.notes.extend(search.notes(best))
+        working.steps.append(lambda: search.lines(best))
+        return best.place
+
+
+@dataclass(frozen=True)
+class _Best:
+    """A `place` of the extreme, its `value` there, and `others`: the values at ends of the range, by these.
+
+    `node`: the formula of the value at any place, None where runs were compared; `slope`: its derivative.
+    """
+
+    place: Value
+    value: Value
+    others: Mapping[float, float]
+    is_end: bool
+    node: Node | None = None
+    slope: Node | None = None
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The search for the extreme of what varies."""
+
+    question: BestQuestion
+    varied: VariedAnswer
+
+    @cached_property
+    def bounds(self) -> tuple[float, float] | None:
+        return self.varied.bounds(self.question.between)
+
+    def found(self) -> _Best | str:
+        """Return the extreme, or why there is none. Raises OutOfTimeError."""
+        node = self.varied.formula
+        best = None if node is None else self._by_formula(node)
+        return best or self._by_runs()
+
+    # --- places -----------------------------------------------------------------------------------------------------
+
+    def _cost(self, function: Callable[[float], float]) -> Callable[[float], float]:
+        """Return a function that is least where the expression is as asked; infinite where that has no value."""
+        sign = -1.0 if self.question.is_greatest else 1.0
+
+        def cost(x: float) -> float:
+            value = sign * function(x)
+            return value if isfinite(value) else inf
+
+        return cost
+
+    def _place(self, function: Callable[[float], float], parts: int) -> tuple[float, float, float] | None:
+        """Return the place of the extreme, and the ends of the bracket about it; None where there is none."""
+        if self.bounds is None:
+            bracket = self._downhill(self._cost(Patience(function)))
+            return None if bracket is None else (_lowest(self._cost(function), *bracket), *bracket)
+        low, high = self.bounds
+        cost = self._cost(function)
+        points = [low + (high - low) * k / parts for k in range(parts + 1)]
+        costs = [inf, *map(cost, points), inf]
+        near = [k for k in range(parts + 1) if costs[k + 1] <= min(costs[k], costs[k + 2]) and costs[k + 1] < inf]
+        found: list[tuple[float, float, float]] = []
+        for k in sorted(near, key=lambda k: costs[k + 1])[:_LIKELY]:
+            sides = points[max(k - 1, 0)], points[min(k + 1, parts)]
+            found += [(x, *sides) for x in (points[k], _lowest(cost, *sides))]
+        return min(found, key=lambda each: cost(each[0]), default=None)
+
+    def _downhill(self, cost: Callable[[float], float]) -> tuple[float, float] | None:
+        """Return a bracket of the least cost on the way from the declared value to where costs are less."""
+        middle, (least, most) = self.varied.sample, self.varied.limits
+        step = _FIRST * (abs(middle) or 1.0)
+        low, high = max(middle - step, least), min(middle + step, most)
+        if cost(middle) <= min(cost(low), cost(high)):
+            return (low, high) if cost(middle) < inf else None
+        side = 1.0 if cost(high) < cost(low) else -1.0
+        before, at = middle, high if side > 0.0 else low
+        for _ in range(_WIDENED):
+            step *= _GROWTH
+            ahead = min(max(at + side * step, least), most)
+            if cost(ahead) >= cost(at):
+                return min(before, ahead), max(before, ahead)
+            before, at = at, ahead
+        return None
+
+    def _ends(self, at: float, function: Callable[[float], float]) -> tuple[dict[float, float], bool]:
+        """Return the values at the ends of the range, and whether the extreme is one of them."""
+        if self.bounds is None:
+            return {}, False
+        width = self.bounds[1] - self.bounds[0]
+        is_end = any(abs(at - end) <= _END * width for end in self.bounds)
+        return {end: function(end) for end in self.bounds}, is_end
+
+    # --- by formulas ------------------------------------------------------------------------------------------------
+
+    def _by_formula(self, node: Node) -> _Best | None:
+        """Return the extreme of a formula, None where it has none that runs confirm."""
+        varied, unknown = self.varied, symbol(self.question.name)
+        function = partial(varied.of_formula, node)
+        found = self._place(function, _FINE_PARTS)
+        if found is None:
+            return None
+        others, is_end = self._ends(found[0], function)
+        scale = max(abs(x) for x in map(function, (found[0], *others)) if isfinite(x))
+        missed = {x: abs(varied.confirmed(x) - function(x)) for x in (found[0], *others)}
+        if not missed[found[0]] <= _HOLDS * scale or any(x > _HOLDS * scale for x in missed.values()):
+            return None
+        if is_end:
+            end = min(others, key=lambda x: abs(x - found[0]))
+            given = next(x for x in self.question.between or () if varied.solved.number(x) == end)
+            place = Value(end, given, self.question.unit(varied.motion))
+            return _Best(place, self._value(node, [given], end)[1], others, is_end, node)
+        try:
+            slope = derivative(node, unknown)
+        except (ExpressionError, *UNDEFINED):
+            return None
+        at = polished(partial(varied.of_formula, slope), *found)
+        expression, value = self._value(node, self._roots(slope, at), at)
+        number = evaluate_float([expression], varied.solved.sample)[0] if expression is not None else at
+        error = 0.0 if expression is not None else sqrt(EPSILON) * abs(at)
+        place = Value(number, expression, self.question.unit(varied.motion), error=error)
+        return _Best(place, value, others, is_end, node, slope)
+
+    def _roots(self, slope: Node, at: float) -> list[Node]:
+        """Return expressions of the place at which a derivative vanishes."""
+        solved, unknown = self.varied.solved, symbol(self.question.name)
+        waves: list[Node] = []
+        try:
+            waves = [x for x in angles_of_one_wave(slope, unknown) if abs(self._number(x) - at) <= _END * abs(at)]
+        except (ExpressionError, *UNDEFINED) as reason:
+            solved.reasons.setdefault(str(reason))
+        return waves or list(roots_near(slope, unknown, at, solved))
+
+    def _number(self, expression: Node) -> float:
+        return evaluate_float([expression], self.varied.solved.sample)[0]
+
+    def _value(self, node: Node, places: list[Node], at: float) -> tuple[Node | None, Value]:
+        """Return the place with which a formula is shortest, and its value there; numbers where there is none."""
+        solved = self.varied.solved
+        number = self.varied.of_formula(node, at)
+        forms: list[tuple[Node, Node]] = []
+        for place in places:
+            field = Field(WORK)
+            letters = {x: field.letter(x, letter) for x, letter in solved.symbolic.letters.items()}
+            try:
+                form = written(exact(field, [put_in(node, {symbol(self.question.name): place})], letters)[0])
+                if abs(self._number(form) - number) <= _FLAT * abs(number):
+                    forms.append((place, form))
+            except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+                solved.reasons.setdefault(str(reason))
+        if not forms:
+            return (places[0] if places else None), Value(number, unit=self.varied.unit)
+        place, form = min(forms, key=lambda pair: len(text(pair[0])) + len(text(pair[1])))
+        return place, Value(number, form, self.varied.unit)
+
+    # --- by runs ----------------------------------------------------------------------------------------------------
+
+    def _by_runs(self) -> _Best | str:
+        varied, asked = self.varied, text(self.question.expression)
+        found = self._place(varied.value, _PARTS)
+        if found is None:
+            where = f"on the way from {varied.sample:.6g}; say where: between: [.., ..]"
+            if self.bounds is not None:
+                where = "between {:.6g} and {:.6g}".format(*self.bounds)
+            return f"no {self.question.which} {asked} was found {where}{varied.failing}"
+        at, low, high = found
+        sizes = [abs(varied.value(x)) for x in (at, low, high)]
+        others, is_end = self._ends(at, varied.value)
+        if all(abs(varied.value(x) - varied.value(at)) <= _FLAT * max(sizes) for x in (low, high, *others)):
+            return f"{asked} is the same for all {self.question.name} that were tried"
+        noise = varied.noise(at)
+        noise = noise if isfinite(noise) else _HOLDS * abs(varied.value(at))
+        error = 0.0 if is_end else self._error(at, high - low, noise)
+        place = Value(at, unit=self.question.unit(varied.motion), error=error)
+        return _Best(place, Value(varied.value(at), unit=self.varied.unit, error=noise), others, is_end)
+
+    def _error(self, at: float, width: float, noise: float) -> float:
+        """Return how far the place may be off where values are by `noise`: they grow as a parabola beside it."""
+        way = max(_BESIDE * width, _CLOSE * abs(at))
+        grown = max(abs(self.varied.value(at + side * way) - self.varied.value(at)) for side in (1.0, -1.0))
+        unsure = max(noise, EPSILON * abs(self.varied.value(at)))
+        return way * sqrt(unsure / grown) if grown > unsure else way
+
+    # --- notes and steps --------------------------------------------------------------------------------------------
+
+    def notes(self, best: _Best) -> list[str]:
+        """Return the value at the extreme, and what is to be said of the place."""
+        found = [f"{text(self.question.expression)} = {best.value} there"]
+        if best.is_end:
+            found.append(f"it is an end of the range, beyond which {text(self.question.expression)} was not looked at")
+        found += [f"by comparing runs, since {why}" for why in [self._why_runs()] if best.node is None]
+        if best.node is not None and best.place.expression is None:
+            found.append(f"by numbers, since no root of its derivative by {self.question.name} is known in letters")
+        if self.bounds is None:
+            way = f"the first on the way from {self.varied.sample:.6g}"
+            found.append(f"{way}, others were not looked for (between: ..)")
+        return found
+
+    def _why_runs(self) -> str:
+        """Return why no formula has the extreme."""
+        without = [name for name, x in self.varied.known.items() if x.expression is None]
+        asked = text(self.question.expression)
+        if without:
+            return f"{' and '.join(without)} {'has' if len(without) == 1 else 'have'} no formula"
+        if self.varied.formula is None:
+            return f"the formula of {asked} does not name {self.question.name}"
+        return f"the formula of {asked} holds at {self.varied.sample:.6g}, and not at all places that were compared"
+
+    def lines(self, best: _Best) -> Iterator[Line]:
+        """Yield the formula, its derivative set to zero, the second derivative, and the values at the ends."""
+        asked, name = self.question.expression, self.question.name
+        if best.node is not None and best.node != asked:
+            yield equation(asked, best.node, "with the formulas put in")
+        if best.node is None:
+            yield Sentence((f"found by comparing runs, since {self._why_runs()}",))
+        if best.slope is not None:
+            slope = min(best.slope, *self._forms(best.slope), key=lambda node: len(text(node)))
+            yield equation(slope, ZERO, f"the derivative by {name} vanishes")
+            if best.place.expression is not None:
+                solved = self.varied.solved
+                known = solved.symbolic.letters, solved.sample
+                yield from solving_lines(slope, symbol(name), best.place.expression, *known)
+                yield equation(symbol(name), best.place.expression, "so")
+            yield from self._curvature(best.slope, best.place)
+        sizes = [abs(x) for x in (*best.others.values(), best.value.value or 0.0) if isfinite(x)]
+        for end, value in best.others.items():
+            compared = "" if best.is_end else f", which is {'less' if self.question.is_greatest else 'greater'}"
+            at_end = Quantity(end, best.place.unit)
+            if isfinite(value):
+                found = Quantity(value if abs(value) > _ROUNDED * max(sizes) else 0.0, self.varied.unit)
+                yield Sentence((f"at {name} = ", at_end, ": ", asked, " = ", found, compared))
+        number = None if best.value.value is None else Quantity(best.value.value, best.value.unit)
+        sides = (asked,) if best.value.expression is None else (asked, best.value.expression)
+        yield Formula(sides, before=("the value there",), value=number)
+
+    def _curvature(self, slope: Node, place: Value) -> Iterator[Line]:
+        assert place.value is not None
+        unknown = symbol(self.question.name)
+        value = self.varied.of_formula(derivative(slope, unknown), place.value)
+        if value != 0.0 and isfinite(value):
+            kind, sign = ("a greatest", "< 0") if value < 0.0 else ("a least", "> 0")
+            yield Sentence((f"the second derivative there is {value:.6g} {sign}: {kind} value",))
+
+    def _forms(self, slope: Node) -> Iterator[Node]:
+        letters = self.varied.solved.symbolic.letters
+        field = Field(WORK)
+        try:
+            yield written(exact(field, [slope], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
+        except (NoClosedFormError, ExpressionError, *UNDEFINED):
+            return
+
+
+def _lowest(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a cost is least in a bracket."""
+    from scipy.optimize import minimize_scalar  # scipy takes longer to import than most answers take
+
+    width = high - low
+    if not width > 0.0:
+        return low
+    found = float(minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": _CLOSE * width}).x)
+    return min(chain((found,), (low, high)), key=cost)
+
+
+def polished(slope: Callable[[float], float], at: float, low: float, high: float) -> float:
+    """Return the root of a derivative beside the place that was found, to rounding."""
+    from scipy.optimize import brentq  # scipy takes longer to import than most answers take
+
+    a, b = slope(low), slope(high)
+    if not a * b < 0.0:
+        return at
+    return float(brentq(slope, low, high, xtol=EPSILON * max(abs(low), abs(high)), rtol=4.0 * EPSILON))

@@ -1,34 +1,43 @@
-"""`ask: {formula: x}`, `{formula: N, of: theta}`: a formula of the time, of a coordinate or of a speed; no number."""
+"""Questions whose answer is a formula: of the time, of a coordinate or of a speed; limits and series of formulas."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import partial
+from dataclasses import replace
+from functools import cached_property, partial
 from itertools import islice
-from typing import Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
+import sympy
 
-from multibody_sym.algebra.quotients import NoClosedFormError, why_none
+from multibody_sym.algebra.quotient_functions import exact
+from multibody_sym.algebra.quotients import Field, NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import FITS, least_conditions
-from multibody_sym.answers.ask.energy_integral import courses_by_place, courses_by_speed, freedom_of
+from multibody_sym.answers.ask.energy_integral import ToAndFro, courses_by_place, courses_by_speed, freedom_of
+from multibody_sym.answers.ask.extremes import zeros
 from multibody_sym.answers.ask.from_runs import ASKED, Simulated
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_letters
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Anywhere, anywhere
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
-from multibody_sym.answers.ask.working import Lines, Working, written
+from multibody_sym.answers.ask.varied import VariedAnswer, value_of
+from multibody_sym.answers.ask.working import Lines, Working, equation, written
+from multibody_sym.answers.instant.letters import TIME
 from multibody_sym.answers.records import Line, Sentence
+from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
-from multibody_sym.model.settings import Ask
+from multibody_sym.model.settings import Ask, Tendency
 from multibody_sym.model.state_words import VERBS, WAYS
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, negate, subtract, symbol
+from multibody_sym.scalars.node import ZERO, Node, negate, number, subtract, symbol
+from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -240,4 +249,453 @@ class _Shown:
         return bool(np.abs(np.array(told) - shown).max() <= FITS * max(1e-300, float(np.abs(shown).max())))
 
 
-FORMULA_QUESTIONS: Final[tuple[type[SingleQuestion], ...]] = (FormulaQuestion, FormulaOfQuestion)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# `ask: {a0: {limit: a, let: {M: oo}}}`: limits and series of formulas that other questions give.
+#
+# Sympy finds them, and the formula's own numbers with many digits, close by, confirm them.
+
+
+_MOST: Final = 400
+"""Operations of a formula whose limits and derivatives are looked for."""
+_DIGITS: Final = 60
+_BESIDE: Final = 1e-3
+"""How far from the place of an expansion, relative to the declared value, the model must have the formula."""
+_HOLDS: Final = 1e-6
+"""How near the model must come to it there."""
+_FAR: Final = sympy.Integer(10) ** 16
+"""How many times the declared value stands for infinity, or its reciprocal beside a finite place, in a test."""
+_REACHED: Final = 1e-5
+"""How near a formula must come to its limit there."""
+_STEP: Final = sympy.Rational(1, 10**4)
+"""The larger step at which a series is tested, relative to the declared value; half of it is the smaller one."""
+_SWING: Final = 0.5
+"""The larger amplitude at which the series of a period is tested, relative to the declared one."""
+_ROUNDED: Final = 1e-9
+_HOW_PERIODS: Final = "the period is the integral of 2 dq/q' between the turning points, expanded in their distance"
+_X: Final = sympy.Symbol("what varies", real=True)
+_STEPPED: Final = sympy.Symbol("from the place", real=True)
+_NO_VALUES: Final = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
+_INFINITIES: Final = {"oo": sympy.oo, "-oo": -sympy.oo}
+
+
+class NoExpansionError(Exception):
+    """A limit or series is not known; the text says why."""
+
+
+@dataclass(frozen=True)
+class _FormulaQuestion(SingleQuestion):
+    """What a formula becomes as `name`, a parameter or start value, comes to a place; `written` as it is."""
+
+    name: str
+    expression: Node
+    written: Ask
+
+    def unit(self, motion: AskedMotion) -> str:
+        return self.varied(motion).unit
+
+    def varied(self, motion: AskedMotion) -> VariedAnswer:
+        """Return the expression as a function of what varies."""
+        return VariedAnswer(motion, self.name, self.expression, motion.answers_named(self.written), {})
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        varied = self.varied(motion)
+        node = varied.closed
+        if node is None:
+            working.notes.append(f"{text(self.expression)} has no formula")
+            return Value(None, unit=varied.unit)
+        try:
+            formula = _Formula(varied, node)
+            near = formula.at_place(self.beside(varied))
+            working.notes.extend(near.notes)
+            found = self.expanded(near, working)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no expansion of {text(self.expression)} is known")
+            return Value(None, unit=varied.unit)
+        working.steps.insert(0, lambda: [equation(self.expression, near.node, "with the formulas put in")])
+        return found
+
+    @abstractmethod
+    def beside(self, varied: VariedAnswer) -> float:
+        """Return a value of what varies near its place."""
+
+    @abstractmethod
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        """Return the limit or series of a formula. Raises NoExpansionError."""
+
+
+class _Formula:
+    """A formula (`node`) of what varies, which the model has near the place where it is expanded."""
+
+    def __init__(self, varied: VariedAnswer, node: Node, notes: tuple[str, ...] = ()) -> None:
+        self.varied, self.node, self.notes = varied, node, notes
+        letters = varied.solved.symbolic.letters
+        signs = {x: {"positive": True} if letter.positive else {"real": True} for x, letter in letters.items()}
+        self._leaves = {x: sympy.Symbol(str(x.data), **sign) for x, sign in signs.items()}
+        self._leaves[symbol(varied.name)] = _X
+        self.sympy: Any = to_sympy(node, self._leaves)
+        if sympy.count_ops(self.sympy) > _MOST:
+            raise NoExpansionError(f"the formula of {text(varied.expression)} is too long")
+
+    def at_place(self, beside: float) -> _Formula:
+        """Return the formula that the model has near the place: another one where it is in another state there."""
+        varied = self.varied
+        here, there = varied.of_formula(self.node, beside), varied.value(beside)
+        if not abs(there - here) > _HOLDS * max(abs(there), abs(here)):
+            unsure = "" if there == there else f"at {varied.name} = {beside:.6g} no run confirms the formula"
+            return _Formula(varied, self.node, (unsure,) if unsure else ())
+        again = varied.solved_at(beside).expression
+        if again is None:
+            raise NoExpansionError(f"{text(varied.expression)} has another value at {varied.name} = {beside:.6g}")
+        return _Formula(varied, again, (f"the formula is that of the state at {varied.name} = {beside:.6g}",))
+
+    @cached_property
+    def sample(self) -> dict[Any, Any]:
+        """The declared values of letters, exact."""
+        known = self.varied.solved.sample
+        return {s: sympy.Rational(known[x]) for x, s in self._leaves.items() if x in known}
+
+    @property
+    def scale(self) -> Any:
+        """The size of the declared value of what varies, 1 where it is zero."""
+        return abs(sympy.Rational(self.varied.sample)) or sympy.S.One
+
+    def name_place(self, node: Node) -> Any:
+        """Return the symbol of a coordinate, as one more letter."""
+        return self._leaves.setdefault(node, sympy.Symbol(f"place {node.data}", real=True))
+
+    def in_sympy(self, node: Node) -> Any:
+        """Return an expression of letters."""
+        return to_sympy(node, self._leaves)
+
+    def evaluated(self, expression: Any, at: Any) -> Any:
+        """Return an expression at a value of what varies, with many digits."""
+        return expression.subs(_X, at).subs(self.sample).evalf(_DIGITS)
+
+    def in_book_form(self, expression: Any) -> Node:
+        """Return an expression of sympy as a book writes it."""
+        letters, field = self.varied.solved.symbolic.letters, Field(WORK)
+        node = from_sympy(expression, {s: x for x, s in self._leaves.items()})
+        return written(exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
+
+    def signs(self, expression: Any) -> Iterator[str]:
+        """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""
+        roots = [x.base for x in expression.atoms(sympy.Pow) if x.exp.is_Rational and x.exp.q == 2]
+        squares = [x.args[0] ** 2 for x in expression.atoms(sympy.Abs)]
+        for root in sorted((*roots, *squares), key=str):
+            for factor, power in (x.as_base_exp() for x in sympy.Mul.make_args(sympy.factor(root))):
+                if power.is_even and not factor.is_positive:
+                    way = 1 if self.evaluated(factor, self.scale) > 0 else -1
+                    yield f"while {text(self.in_book_form(way * factor))} > 0"
+
+    def value(self, node: Node) -> Value:
+        """Return an expression with its value at the declared letters."""
+        return Value(self.varied.of_formula(node, self.varied.sample), node, self.varied.unit)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LimitQuestion(_FormulaQuestion):
+    """The value to which a formula tends."""
+
+    to: Tendency
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        return None if ask.limit is None or ask.let is None else cls(ask.let.name, ask.limit, ask, ask.let)
+
+    def words(self) -> str:
+        return f"the limit of {text(self.expression)} as {self.to}"
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        if self.name != TIME.data:
+            return super().answer(motion, working)
+        unit = motion.unit_of(self.expression)
+        try:
+            if self.to.bound != "oo":
+                raise NoExpansionError("the time tends to oo; a value at a time is {value: .., after: 2 s}")
+            return replace(self._at_last(motion, working), unit=unit)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no limit of {text(self.expression)} is known")
+            return Value(None, unit=unit)
+
+    def _at_last(self, motion: AskedMotion, working: Working) -> Value:
+        """Return the value to which a speed tends whose rate u' = f(u) depends on itself alone: a root of f.
+
+        Raises NoExpansionError.
+        """
+        solved, there = motion.solved, motion.courses.shown.there
+        speeds = [symbol(x.name) for x in solved.mechanism.speeds]
+        if there is None:
+            raise NoExpansionError("the equations of motion have no closed form")
+        if self.expression not in speeds:
+            raise NoExpansionError(f"limits in time are those of speeds, and {text(self.expression)} is none")
+        k, variables = speeds.index(self.expression), there.variables - {self.expression}
+        rate = there.forms.udot[k]
+        if rate.symbols & variables:
+            raise NoExpansionError(f"the rate of {text(self.expression)} depends on more than itself")
+        node, run = written(rate), motion.simulated.whole
+        first, last = (float(run[str(self.expression.data)][j]) for j in (0, -1))
+
+        def value(u: float) -> float:
+            return value_of({**solved.sample, self.expression: u}, node)
+
+        ahead = zeros(value, last, None, cheap=True)
+        sides = [x.at for x in ahead if (x.at - last) * (last - first) >= 0.0 or abs(x.at - last) <= _HOLDS * abs(last)]
+        if run.changes or not sides:
+            raise NoExpansionError(f"{text(self.expression)} tends to no value that the run shows")
+        final = min(sides, key=lambda x: abs(x - last))
+        for root in roots(in_letters(there, node, {self.expression: final}), self.expression):
+            found = value_of(solved.sample, root)
+            if abs(found - final) <= _HOLDS * abs(final):
+                working.steps.append(lambda: [equation(node, ZERO, "at last the speed is constant")])
+                return Value(found, root)
+        raise NoExpansionError(f"the root of the rate of {text(self.expression)} has no formula")
+
+    def beside(self, varied: VariedAnswer) -> float:
+        scale = abs(varied.sample) or 1.0
+        if self.to.to is None:
+            return scale / _BESIDE * (1.0 if self.to.bound == "oo" else -1.0)
+        end = varied.solved.number(self.to.to)
+        return end + _BESIDE * scale * (-1.0 if end > varied.sample else 1.0)
+
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        places = list(self._sides(formula))
+        found = [self._at(formula.sympy, end, side) for end, side, _ in places]
+        name = text(self.expression)
+        if len({*found}) > 1:
+            raise NoExpansionError(f"{name} tends to {found[0]} from above and to {found[1]} from below")
+        limit = found[0]
+        if limit.has(sympy.oo, -sympy.oo, sympy.zoo):
+            raise NoExpansionError(f"{name} grows beyond all bounds as {self.to}")
+        if limit.has(sympy.AccumBounds, sympy.Limit, sympy.nan):
+            raise NoExpansionError(f"{name} has no limit as {self.to}")
+        for _, _, near in places:
+            left = formula.evaluated(formula.sympy - limit, near)
+            size = max(abs(formula.evaluated(limit, near)), abs(formula.evaluated(formula.sympy, formula.scale)))
+            if not abs(left) <= _REACHED * size:
+                raise NoExpansionError(f"numbers do not confirm the limit of {name} as {self.to}")
+        working.notes.extend(formula.signs(limit))
+        return formula.value(formula.in_book_form(limit))
+
+    def _at(self, expression: Any, end: Any, side: str) -> Any:
+        """Return the value at the place where there is one, which the numbers beside it confirm, else the limit."""
+        value = expression.subs(_X, end)
+        try:
+            return sympy.limit(expression, _X, end, side) if value.has(*_NO_VALUES) else value
+        except sympy.PolynomialError:
+            raise NoExpansionError(f"no limit of {text(self.expression)} is known as {self.to}") from None
+
+    def _sides(self, formula: _Formula) -> Iterator[tuple[Any, str, Any]]:
+        """Yield the place, a side of it, and a value close by on that side."""
+        if self.to.to is None:
+            yield _INFINITIES[self.to.bound or "oo"], "-", formula.scale * _FAR * (1 if self.to.bound == "oo" else -1)
+            return
+        end, little = formula.in_sympy(self.to.to), formula.scale / _FAR
+        at, (least, most) = formula.varied.solved.number(self.to.to), formula.varied.limits
+        for side, way in (("+", 1), ("-", -1)):
+            if (at < most) if way > 0 else (at > least):
+                yield end, side, end + way * little
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SeriesQuestion(_FormulaQuestion):
+    """The expansion of a formula about a place, through a power."""
+
+    about: Node
+    through: int
+
+    @classmethod
+    def parse(cls, ask: Ask) -> Self | None:
+        if ask.series is None or ask.in_ is None or ask.through is None:
+            return None
+        return cls(ask.in_, ask.series, ask, number(0) if ask.about is None else ask.about, ask.through)
+
+    def words(self) -> str:
+        return f"{text(self.expression)} in powers of {text(self._step)} through {self.through}"
+
+    @property
+    def _step(self) -> Node:
+        return symbol(self.name) - self.about
+
+    def answer(self, motion: AskedMotion, working: Working) -> Value:
+        varied = self.varied(motion)
+        asked = motion.solved.system.ask.get(str(self.expression.data)) if self.expression.op == "symbol" else None
+        if varied.closed is not None or asked is None or asked.period_of is None:
+            return super().answer(motion, working)
+        try:
+            return self._of_period(varied, asked.period_of, working)
+        except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
+            working.notes.append(str(reason) or f"no series of {text(self.expression)} is known")
+            return Value(None, unit=varied.unit)
+
+    def _of_period(self, varied: VariedAnswer, coordinate: str, working: Working) -> Value:
+        """Return the series of a period whose formula is no elementary function, by the energy of its one freedom."""
+        swing = ToAndFro.of(varied.solved, coordinate)
+        if swing is None:
+            raise NoExpansionError(f"{coordinate} is no one freedom with known equations")
+        freedom, letters = swing.freedom, _Formula(varied, symbol(self.name))
+        place = letters.name_place(freedom.variable)
+        state = {x: freedom.at_start(x) for x in (freedom.variable, freedom.speed)}
+        start = [letters.in_sympy(symbol(self.name) if x.data == self.name else y) for x, y in state.items()]
+        mass, potential = (letters.in_sympy(x) for x in (freedom.mass, freedom.whole_potential))
+        about = letters.in_sympy(self.about)
+        terms = period_terms(_Well(mass, potential, place), (start[0], start[1]), about, self.through)
+        powers = {sympy.Integer(n): sympy.simplify(x) for n, x in enumerate(terms)}
+        found = letters.value(self._form(letters, powers))
+        assert found.expression is not None
+        self._verify_period(varied, found.expression)
+        exact = varied.value(varied.sample)
+        off = Value(abs((found.value or 0.0) - exact), unit=varied.unit, error=0.0)
+        working.notes.append(f"at {self.name} = {varied.sample:.6g} it differs from {text(self.expression)} by {off}")
+        working.steps.extend((lambda: freedom.lines([]), lambda: [Sentence((_HOW_PERIODS,))]))
+        return found
+
+    def _verify_period(self, varied: VariedAnswer, formula: Node) -> None:
+        """Raise NoExpansionError where the remainder does not fade as the power after the last one."""
+        about, step = varied.solved.number(self.about), _SWING * (abs(varied.sample) or 1.0)
+        places = about + step, about + step / 2
+        left = [abs(varied.of_formula(formula, x) - varied.value(x)) for x in places]
+        exact = varied.value(places[0])
+        if not (left[1] <= left[0] * 0.75 / 2**self.through or left[0] <= _ROUNDED * exact):
+            raise NoExpansionError(f"numbers do not confirm the series of {text(self.expression)}")
+
+    def beside(self, varied: VariedAnswer) -> float:
+        return varied.solved.number(self.about) + _BESIDE * (abs(varied.sample) or 1.0)
+
+    def expanded(self, formula: _Formula, working: Working) -> Value:
+        powers = self._powers(formula)
+        whole = sum((factor * _STEPPED**power for power, factor in powers.items()), sympy.S.Zero)
+        about = formula.in_sympy(self.about)
+        self._verify(formula, whole.subs(_STEPPED, _X - about), about)
+        found = formula.value(self._form(formula, powers))
+        exact = formula.varied.value(formula.varied.sample)
+        if found.value is not None and exact == exact:
+            at = f"{self.name} = {formula.varied.sample:.6g}"
+            off = Value(abs(found.value - exact), unit=formula.varied.unit, error=0.0)
+            working.notes.append(f"at {at} it differs from {text(self.expression)} by {off}")
+        working.steps.append(lambda: [Sentence((f"derivatives by {self.name} at the place give the coefficients",))])
+        return found
+
+    def _powers(self, formula: _Formula) -> dict[Any, Any]:
+        """Return the factors of powers of the step."""
+        rest = formula.sympy.subs(_X, formula.in_sympy(self.about) + _STEPPED)
+        found, derived = {}, rest
+        for k in range(self.through + 1):
+            factor = derived.subs(_STEPPED, 0) / sympy.factorial(k)
+            if factor.has(*_NO_VALUES):
+                return self._by_series(rest)
+            found[sympy.Integer(k)] = factor
+            derived = derived.diff(_STEPPED)
+        return found
+
+    def _by_series(self, rest: Any) -> dict[Any, Any]:
+        """Return the same where derivatives have no value: of reciprocals, roots and quotients of zeros."""
+        expanded = sympy.expand(sympy.series(rest, _STEPPED, 0, self.through + 1).removeO())
+        found: dict[Any, Any] = {}
+        for term in sympy.Add.make_args(expanded):
+            factor, power = term.as_coeff_exponent(_STEPPED)
+            if factor.has(_STEPPED):
+                raise NoExpansionError(f"{text(self.expression)} has no series of powers of {text(self._step)}")
+            found[power] = found.get(power, sympy.S.Zero) + factor
+        return {power: found[power] for power in sorted(found) if power <= self.through}
+
+    def _verify(self, formula: _Formula, series: Any, about: Any) -> None:
+        """Raise NoExpansionError where the remainder does not fade as the power after the last one."""
+        step = formula.scale * _STEP
+        left = [abs(formula.evaluated(formula.sympy - series, about + x)) for x in (step, step / 2)]
+        size = abs(formula.evaluated(formula.sympy, about + step))
+        if left[1] > left[0] * sympy.Rational(3, 4) / 2**self.through and left[0] > size * sympy.Float(10) ** -40:
+            raise NoExpansionError(f"numbers do not confirm the series of {text(self.expression)}")
+
+    def _form(self, formula: _Formula, powers: dict[Any, Any]) -> Node:
+        """Return the series, its first coefficient in front of all where that is shorter."""
+        step = self._step
+        forms = {power: formula.in_book_form(factor) for power, factor in powers.items()}
+        forms = {power: form for power, form in forms.items() if form != number(0)}
+        if not forms:
+            return number(0)
+        apart = _sum((form, step, power) for power, form in forms.items())
+        first = next(iter(forms))
+        ratios = [(formula.in_book_form(powers[p] / powers[first]), step, p - first) for p in forms]
+        together = _sum([(forms[first], step, first)]) * _sum(ratios)
+        return min(apart, together, key=lambda node: len(text(node)))
+
+
+class _Well(NamedTuple):
+    """M and V of T = M(q) q'^2/2, V(q) of one freedom, over sympy, by its coordinate q."""
+
+    mass: Any
+    potential: Any
+    q: Any
+
+
+def period_terms(well: _Well, start: tuple[Any, Any], about: Any, through: int) -> list[Any]:
+    """Return the factors of powers of X - about in the period of a motion from the state `start`, of X.
+
+    With x = q - c from the equilibrium c, V - V(c) = v x^2 W(x) and h = E - V(c), the period is the sum over k of
+
+        2 pi sqrt(m/(2 v)) binom(2 k, k)/4^k [x^(2 k)] (sqrt(M(x)/m) W(x)^(-k - 1/2)) (h/v)^k
+
+    (the series of q in s, v s^2 = V - V(c), by Lagrange's inversion). Raises NoExpansionError.
+    """
+    q0, u0 = start
+    c = q0.subs(_X, about)
+
+    def expanded(function: Any, by: Any, place: Any, count: int) -> list[Any]:
+        return [sympy.simplify(function.diff(by, n).subs(by, place) / sympy.factorial(n)) for n in range(count)]
+
+    v = expanded(well.potential, well.q, c, through + 3)
+    m = expanded(well.mass, well.q, c, through + 1)
+    if v[1] != 0 or sympy.simplify(u0.subs(_X, about)) != 0 or v[2] == 0:
+        raise NoExpansionError("the place of the series is no equilibrium that oscillates")
+    energy = well.mass.subs(well.q, q0) * u0**2 / 2 + well.potential.subs(well.q, q0) - v[0]
+    height = [x / v[2] for x in expanded(energy, _X, about, through + 1)]
+    valley, inertia = [x / v[2] for x in v[2:]], [x / m[0] for x in m]
+    terms, heights = [sympy.S.Zero] * (through + 1), [sympy.S.One] + [sympy.S.Zero] * through
+    for k in range(through // 2 + 1):
+        shape = _product(_power(inertia, sympy.Rational(1, 2)), _power(valley, -sympy.Rational(2 * k + 1, 2)))
+        factor = sympy.binomial(2 * k, k) * shape[2 * k] / sympy.Integer(4) ** k
+        terms = [x + factor * y for x, y in zip(terms, heights, strict=True)]
+        heights = _product(heights, height)
+    first = 2 * sympy.pi * sympy.sqrt(m[0] / (2 * v[2]))
+    return [first * x for x in terms]
+
+
+def _product(a: list[Any], b: list[Any]) -> list[Any]:
+    """Return the product of two power series, as far as the shorter is known."""
+    return [sum((a[j] * b[n - j] for j in range(n + 1)), sympy.S.Zero) for n in range(min(len(a), len(b)))]
+
+
+def _power(a: list[Any], exponent: Any) -> list[Any]:
+    """Return the power of a series that begins with 1."""
+    found = [sympy.S.One]
+    for n in range(1, len(a)):
+        found.append(sum((exponent * j - n + j) * a[j] * found[n - j] for j in range(1, n + 1)) / n)
+    return found
+
+
+def _sum(terms: Any) -> Node:
+    """Return the sum of factors times powers of steps."""
+    found: Node | None = None
+    for factor, step, power in terms:
+        exponent = from_sympy(power)
+        powers = number(1) if power == 0 else step if power == 1 else step**exponent
+        term = powers if factor == number(1) and power != 0 else factor if power == 0 else factor * powers
+        found = term if found is None else found + term
+    assert found is not None
+    return found
+
+
+FORMULA_QUESTIONS: Final[tuple[type[SingleQuestion], ...]] = (
+    FormulaQuestion,
+    FormulaOfQuestion,
+    LimitQuestion,
+    SeriesQuestion,
+)

@@ -18,9 +18,8 @@ from multibody_sym.algebra.quotient_functions import with_whole_angles
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.ask.working import Working, equation
-from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_letters
 from multibody_sym.answers.instant.letters import acceleration_names
-from multibody_sym.answers.instant.reactions import with_letters
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import ClosedForms
 from multibody_sym.dynamics.programs.quantities import StateQuantities, point_named

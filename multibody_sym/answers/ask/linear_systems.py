@@ -31,8 +31,7 @@ from multibody_sym.analysis.modes.small_motion import SmallMotion, is_linear, ti
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
-from multibody_sym.answers.ask.solving import solving_lines
-from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, integral_line, written
+from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, integral_line, solving_lines, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, at_start
 from multibody_sym.answers.records import Formula, Line, Sentence

@@ -1,7 +1,8 @@
-"""Questions with one number: a time, a speed, a path, a value, a period."""
+"""Questions with one number: a time, a speed, a path, a value, a period; steps of forces in structures at rest."""
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial, reduce
@@ -9,15 +10,14 @@ from typing import Final, Self
 
 import numpy as np
 
-from multibody_sym.algebra.quotient_functions import sign
+from multibody_sym.algebra.quotient_functions import exact_solve, sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.modes import NoPeriodError
-from multibody_sym.answers.ask.bounces import BouncingFormulas
 from multibody_sym.answers.ask.courses import FITS
 from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.kinematics import kinematic_lines
-from multibody_sym.answers.ask.later_formulas import MotionFormulas, component_along
+from multibody_sym.answers.ask.later_formulas import BouncingFormulas, MotionFormulas, component_along
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Granted, anywhere
 from multibody_sym.answers.ask.question import (
@@ -30,13 +30,12 @@ from multibody_sym.answers.ask.question import (
     RunNumbers,
     UniformQuestion,
 )
-from multibody_sym.answers.ask.statics import open_force_lines, virtual_work_lines
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.ask.working import OMEGA, Working, acceleration, direction_text, equation, time_text, written
-from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_letters
 from multibody_sym.answers.instant.letters import TIME, put_in
-from multibody_sym.answers.instant.reactions import with_letters
-from multibody_sym.answers.records import Line, Sentence
+from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.derivation.symbolic_start import linear_equations
 from multibody_sym.errors import ExpressionError, at
 from multibody_sym.mechanics.gears import undetermined_reactions
 from multibody_sym.model.fields import AXES, Point
@@ -44,9 +43,10 @@ from multibody_sym.model.settings import Ask
 from multibody_sym.model.state_words import Moment, moment_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
-from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, divide, multiply, quantity, subtract, symbol
+from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, as_node, divide, multiply, quantity, subtract, symbol
+from multibody_sym.scalars.rank import CLOSED, rank
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -491,6 +491,63 @@ class AdvanceQuestion(NumberQuestion):
             told = replace(found, unit=self.unit(motion))
             working.steps.append(lambda: numbers.lines(told, PeriodQuestion(self.of).number(numbers).value or 0.0))
         return replace(motion.with_formula(found, formula), unit=self.unit(motion))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Steps of a force in a structure at rest: virtual work of what one support left free, and why a force is open.
+
+
+_MOST_FREEDOMS: Final = 6
+_OF_ROWS: Final = ("multiplier", "tension")
+
+
+def open_force_lines(solved: SolvedInstant) -> Iterator[Line]:
+    """Yield why a force is not unique."""
+    count = len(solved.others)
+    forces = f"{count} force{'s' if count > 1 else ''}"
+    if any(element.frictions for element in solved.mechanism.one_way):
+        yield Sentence((f"not unique: equilibrium leaves {forces} open, as contacts that stick share what they bear",))
+        return
+    yield Sentence((f"not unique: equilibrium leaves {forces} open (statically indeterminate to the degree {count})",))
+    yield Sentence(("the deformation decides, which rigid bodies do not have",))
+
+
+def virtual_work_lines(solved: SolvedInstant, asked: Node) -> Iterator[Line]:
+    """Yield the force of a constraint by virtual work: without it a structure of several bodies has one freedom.
+
+    Nothing where several forces are asked for, or constraints depend on each other. Raises NoClosedFormError.
+    """
+    named = [x for x in leaves([asked], "quantity") if x.data[0] in _OF_ROWS]
+    rows = [k for k, row in enumerate(solved.mechanism.rows) if len(named) == 1 and row.name == named[0].data[1][0]]
+    speeds = solved.mechanism.speeds
+    size = len(speeds)
+    if not rows or len(solved.mechanism.rows) != size or not 1 < size <= _MOST_FREEDOMS or solved.forms is None:
+        return
+    matrix, right = linear_equations(solved.nodes.motion)
+    jacobian = [solved.forms.of(map(as_node, row[:size])) for row in matrix[size:]]
+    forces = solved.forms.of(map(as_node, right[:size]))
+    held = [row for k, row in enumerate(jacobian) if k != rows[0]]
+    free = next(k for k in range(size) if _is_regular([[*row[:k], *row[k + 1 :]] for row in held]))
+    others = [k for k in range(size) if k != free]
+    moved = exact_solve([[row[k] for k in others] for row in held], [-row[free] for row in held])
+    ratios = {free: solved.forms.field.constant(1), **dict(zip(others, moved, strict=True))}
+    yield Sentence((f"virtual work: without {named[0].data[1][0]} one freedom is left",))
+    names = [symbol(f"delta_{_moved(solved, k)}") for k in range(size)]
+    for k in others:
+        yield equation(names[k], multiply(written(ratios[k]), names[free]))
+    work, arm = (reduce(operator.add, (x[k] * ratios[k] for k in range(size))) for x in (forces, jacobian[rows[0]]))
+    total = add(written(work), multiply(written(arm), quantity(*named[0].data)))
+    yield Formula((symbol("delta_W"), multiply(total, names[free]), ZERO))
+
+
+def _is_regular(rows: list[list[Quotient]]) -> bool:
+    return rank(np.array([[float(x.sample) for x in row] for row in rows]), CLOSED) == len(rows)
+
+
+def _moved(solved: SolvedInstant, place: int) -> str:
+    """Return the name of the coordinate of which a speed is the rate, else the speed's."""
+    rates = {u: q for body in solved.mechanism.bodies for q, u in body.rate_pairs}
+    return solved.mechanism.coordinates[rates[place]].name if place in rates else solved.mechanism.speeds[place].name
 
 
 NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (

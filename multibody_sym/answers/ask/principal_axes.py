@@ -19,8 +19,7 @@ import numpy as np
 
 from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.ask.working import Working, equation
-from multibody_sym.answers.instant.instant import SolvedInstant
-from multibody_sym.answers.instant.reactions import with_letters
+from multibody_sym.answers.instant.instant import SolvedInstant, with_letters
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.dynamics.programs.quantities import StateQuantities, body_momenta, centre_of_mass
 from multibody_sym.mechanics.motion import Motion

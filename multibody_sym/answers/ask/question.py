@@ -17,10 +17,9 @@ import numpy as np
 
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.analysis.modes.forced import ForcedMotion
-from multibody_sym.answers.ask.bounces import Bounces
 from multibody_sym.answers.ask.energy_integral import courses_by_place, courses_by_speed
 from multibody_sym.answers.ask.from_runs import Simulated
-from multibody_sym.answers.ask.later_formulas import MotionFormulas
+from multibody_sym.answers.ask.later_formulas import Bounces, MotionFormulas
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
 from multibody_sym.answers.ask.named_answers import anywhere
 from multibody_sym.answers.ask.uniform_motion import UniformMotion, uniform_motion

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 
 from multibody_sym.algebra.quotients import PRECISE, Letter
-from multibody_sym.answers.ask.best import polished
+from multibody_sym.answers.ask.find import polished
 from multibody_sym.answers.ask.question import AskedMotion, Question, SingleQuestion
 from multibody_sym.answers.ask.varied import roots_near
 from multibody_sym.answers.ask.working import Working, equation

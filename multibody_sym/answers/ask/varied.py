@@ -10,13 +10,13 @@ from typing import Final
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
-from multibody_sym.answers.ask.action import ActionQuestion
 from multibody_sym.answers.ask.extremes import ANYWHERE, UNKNOWN, ExtremeQuestion
 from multibody_sym.answers.ask.forced_questions import FORCED_QUESTIONS
 from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.linear_systems import AskedModes
 from multibody_sym.answers.ask.named_answers import with_answers
 from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
+from multibody_sym.answers.ask.phase_space import ActionQuestion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
 from multibody_sym.answers.instant.letters import put_in

@@ -14,8 +14,7 @@ from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.inequalities import Condition, in_circle, reduced, under_roots, within
 from multibody_sym.algebra.quotient_functions import decided_sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
-from multibody_sym.answers.instant.reactions import unit_of
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, unit_of
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces, ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of

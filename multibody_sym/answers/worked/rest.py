@@ -11,8 +11,7 @@ from multibody_sym.analysis.rest.ends import ExactEnd
 from multibody_sym.analysis.rest.range_of_rest import rest_bound, rest_position, unit_of, varied_parameter
 from multibody_sym.analysis.rest.ranges import search_of
 from multibody_sym.analysis.rest.statics import RestEnd, RestLimit
-from multibody_sym.answers.ask.solving import solving_lines
-from multibody_sym.answers.ask.working import written
+from multibody_sym.answers.ask.working import solving_lines, written
 from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
 from multibody_sym.answers.worked.actions import gripping_ratio
 from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, wording

@@ -16,18 +16,10 @@ from multibody_sym.answers.ask.working import AT_START, BY_RUN, WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
-from multibody_sym.answers.records import (
-    Definition,
-    Formula,
-    Line,
-    Sentence,
-    Solution,
-    Worked,
-    WorkedStep,
-)
+from multibody_sym.answers.records import Definition, Formula, Line, Sentence, Solution, Worked, WorkedStep
 from multibody_sym.answers.worked.actions import gripping_ratio
 from multibody_sym.answers.worked.alternatives import rejected_alternatives
-from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, safely, wording
+from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, members, safely, wording
 from multibody_sym.answers.worked.equations import (
     EliminationStep,
     Equations,
@@ -36,18 +28,9 @@ from multibody_sym.answers.worked.equations import (
     NumberedEquation,
     in_sympy,
 )
-from multibody_sym.answers.worked.members import members
 from multibody_sym.answers.worked.questions import with_questions
 from multibody_sym.derivation.free_bodies import MOMENT
-from multibody_sym.derivation.notation import (
-    NAME,
-    Label,
-    Notation,
-    Symbols,
-    latex_name,
-    notation_of,
-    symbols_of,
-)
+from multibody_sym.derivation.notation import NAME, Label, Notation, Symbols, latex_name, notation_of, symbols_of
 from multibody_sym.derivation.symbolic_start import SymbolicState, any_state
 from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
