@@ -49,6 +49,12 @@ _HIGHER: Final = 2.0
 """How far above its energy, by the depth of its well, the window of a length reaches."""
 _WIDEST: Final = 5.0
 """How far from the start, by the width of the swing, it reaches at most."""
+_NEXT: Final = 8.0
+"""How far from the start, by its size, the next saddle is looked for, over which another well lies."""
+_OVER: Final = 0.5
+"""How far above such a saddle, by its height above the well, the window reaches."""
+_RESTS: Final = 3.0
+"""So many steps wide is a swing of a start at rest at most."""
 _WITHIN: Final = (0.3, 0.6, 0.85)
 """Parts of the way from a centre to the nearest barrier at which closed curves turn."""
 _ABOVE: Final = (0.25, 0.7, 1.3)
@@ -56,6 +62,8 @@ _ABOVE: Final = (0.25, 0.7, 1.3)
 _APART: Final = 0.06
 """The part of the deepest well by which energies of curves differ at least."""
 _SAME: Final = 1e-6
+_ROUNDING: Final = 1e-12
+"""The part of an energy that it has from rounding."""
 _LATER: Final = 1.2345
 """A time (s) at which energies must be what they are at the start."""
 _ON_CURVE: Final = 61
@@ -159,15 +167,36 @@ class PhasePlane:
         if low is None or high is None:  # it goes away
             return low or self.q0 - _FAR * size, high or self.q0 + _FAR * size
         width = high - low
-        if not width > _STEP * size:
+        saddles = [self._next_saddle(side, _NEXT * size, _STEP * size) for side in (-1.0, 1.0)]
+        if width <= _RESTS * _STEP * size and saddles == [None, None]:
             return self.q0 - size, self.q0 + size
         deepest = min(self.potential(q) for q in np.linspace(low, high, _LOOKS).tolist())
-        above = self.energy + _HIGHER * (self.energy - deepest)
-        ends = [self._beyond(side, above, _WIDEST * width, _STEP * width) for side in (-1.0, 1.0)]
-        return (
-            low - _BESIDE * width if ends[0] is None else ends[0],
-            high + _BESIDE * width if ends[1] is None else ends[1],
-        )
+        above, reach = self.energy + _HIGHER * (self.energy - deepest), _WIDEST * width
+        for saddle in saddles:
+            if saddle is not None:
+                top = self.potential(saddle)
+                above = max(above, top + _OVER * (top - deepest))
+                reach = max(reach, _FAR * abs(saddle - self.q0))
+        shown = []
+        for side, end, saddle in zip((-1.0, 1.0), (low, high), saddles, strict=True):
+            beyond = self._beyond(side, above, reach, _STEP * width)
+            last = end if saddle is None else saddle
+            shown.append(last + side * _BESIDE * max(width, abs(last - self.q0)) if beyond is None else beyond)
+        return shown[0], shown[1]
+
+    def _next_saddle(self, side: float, farthest: float, step: float) -> float | None:
+        """Return where V is highest before it falls, above the energy of the start, on a side of this; else None."""
+        least = self.energy + _ROUNDING * (1.0 + abs(self.energy))
+        place, highest = self.q0, self.q0
+        while abs(place - self.q0) < farthest:
+            place += side * step
+            step *= 1.02
+            top, here = self.potential(highest), self.potential(place)
+            if top < here < math.inf:
+                highest = place
+            elif top > least and top - here > _SAME * (top - self.energy):
+                return highest
+        return None
 
     def _beyond(self, side: float, energy: float, farthest: float, step: float) -> float | None:
         """Return where V comes to an energy on a side of the start, None where it does not within a distance."""

@@ -136,6 +136,19 @@ def test_the_phase_plane_of_a_double_well_has_its_fixed_points_and_separatrix() 
     assert start.points[:, 0].min() == pytest.approx(math.sqrt(4 - 1.8**2), rel=1e-9)
 
 
+@pytest.mark.parametrize("start", [1.42, math.sqrt(2), 1.6, -1.3])
+def test_a_phase_portrait_shows_the_well_behind_the_next_saddle(start: float) -> None:
+    """A motion that stays in one well of H = p^2/2 - x^2 + x^4/4 has the other one beside it, with its curves."""
+    plane = PhasePlane.of(mbs.loads(_WELL.replace("x0: 1.8", f"x0: {start!r}")), "x").portrait()
+    root = math.sqrt(2)
+    assert [x.kind for x in plane.fixed_points] == ["centre", "saddle", "centre"]
+    assert [x.q for x in plane.fixed_points] == pytest.approx([-root, 0.0, root], abs=1e-9)
+    for side in (-1.0, 1.0):
+        assert any(x.kind == "orbit" and x.closed and np.all(side * x.points[:, 0] > 0.0) for x in plane.curves)
+    begins = [x for x in plane.curves if x.kind == "start"]
+    assert all(np.all(start * x.points[:, 0] > 0.0) for x in begins)
+
+
 def test_a_bead_on_a_hoop_that_turns_fast_has_centres_beside_the_bottom() -> None:
     """cos(theta) = g/(R w^2), by Jacobi's integral; a slow hoop has one at the bottom."""
     model = mbs.load(_EXAMPLES / "bead_on_hoop.yaml")
