@@ -317,11 +317,17 @@ class Polhodes:
         named = ", ".join(f"{x:.4g}" for x in self.moments)
         told = [f"Poinsot's ellipsoid of {self.body} in principal axes, moments {named} kg m^2, with its polhodes."]
         if self.is_symmetric:
-            told.append("Two moments are equal: polhodes are circles about the third axis.")
+            gaps = np.diff(self.moments)
+            if gaps.max() <= _EQUAL * self.moments[2]:
+                told.append("All moments are equal: every polhode is a point.")
+            else:
+                axis_of_circles = 3 if gaps[0] < gaps[1] else 1
+                told.append(f"Two moments are equal: polhodes are circles about axis {axis_of_circles}.")
         else:
             told.append("Turning about axes 1 and 3 is stable, about axis 2 unstable.")
         axis = self.surrounded
-        own = "turns steadily or comes to axis 2" if axis is None else f"surrounds axis {axis + 1}"
+        own = "turns steadily" + (" or comes to axis 2" if not self.is_symmetric else "")
+        own = own if axis is None else f"surrounds axis {axis + 1}"
         return " ".join([*told, f"The declared motion {own}."])
 
     # --- on the page ----------------------------------------------------------------------------------------------

@@ -263,3 +263,24 @@ def test_polhodes_keep_energy_and_angular_momentum() -> None:
     assert "axis 2 unstable" in mbs.draw(mbs.load(_EXAMPLES / "tennis_racket.yaml"), phase="racket").description
     with pytest.raises(MultibodyError, match="does not turn"):
         mbs.draw(mbs.loads(_PENDULUM), phase="bob")
+
+
+@pytest.mark.parametrize(
+    ("moments", "told"),
+    [
+        ("Ixx: 2, Iyy: 2, Izz: 3", "circles about axis 3. The declared motion surrounds axis 3"),
+        ("Ixx: 1, Iyy: 3, Izz: 3", "circles about axis 1. The declared motion surrounds axis 1"),
+        ("Ixx: 2, Iyy: 2, Izz: 2", "every polhode is a point. The declared motion turns steadily."),
+    ],
+)
+def test_polhodes_of_two_equal_moments_are_circles_about_the_other_axis(moments: str, told: str) -> None:
+    """Axes are numbered by their moments: about the axis of the other one omega keeps its component."""
+    model = mbs.loads(
+        f"{_HEAD}name: b\ngravity: [0, 0, 0]\nbodies: {{b: {{mass: 1, inertia: {{{moments}}}}}}}\n"
+        "joints: {j: {type: free, parent: ground, child: b, initial: {u: [0, 0, 0, 1, 2, 3]}}}\n"
+    )
+    shown = polhodes_of(model, "b")
+    assert told in shown.description
+    for kind, way in shown.curves():
+        axis = 2 if "axis 3" in told else 0
+        np.testing.assert_allclose(way[:, axis], way[0, axis], rtol=1e-9, err_msg=kind)
