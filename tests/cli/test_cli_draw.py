@@ -22,6 +22,15 @@ def test_draw_writes_the_figure_beside_the_user(
     assert "Joints: " in told
 
 
+def test_a_phase_portrait_stands_beside_the_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["draw", PENDULUM]) == 0
+    figure = (tmp_path / "pendulum.svg").read_bytes()
+    assert main(["draw", PENDULUM, "--phase", "theta"]) == 0
+    assert (tmp_path / "pendulum.svg").read_bytes() == figure
+    assert "Phase portrait of theta" in (tmp_path / "pendulum_phase_theta.svg").read_text()
+
+
 @pytest.mark.parametrize("word", ["draw", "show"])
 def test_its_object_tells_what_was_written(word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     target = str(tmp_path / "p.tex")

@@ -17,7 +17,7 @@ ALIASES: Final = ("show",)
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
-    output = "the figure: .svg, .png, .pdf or .tex; default: FILE.svg in this folder"
+    output = "the figure: .svg, .png, .pdf or .tex; default: FILE.svg in this folder, FILE_phase_NAME.svg with --phase"
     parser.add_argument("-o", "--output", metavar="OUT", help=output)
     time = "simulate to this time, such as 0.5 or '1 s'; default: the start"
     parser.add_argument("--at", metavar="T", default="0", help=time)
@@ -47,7 +47,9 @@ def run(options: argparse.Namespace) -> Reply:
     from multibody_sym.documents.draw import draw
     from multibody_sym.pictures.draw import ending_of
 
-    target = options.output or os.path.splitext(os.path.basename(options.file))[0] + ".svg"
+    stem = os.path.splitext(os.path.basename(options.file))[0]
+    beside = "" if options.phase is None else f"_phase_{options.phase}"  # not over the figure of the mechanism
+    target = options.output or f"{stem}{beside}.svg"
     ending_of(target)
     verify_apart(options.file, target)
     with model(options) as system:
