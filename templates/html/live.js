@@ -6,6 +6,7 @@ const CURVE = 3000; // points of a curve at most
 const FRAME = 1 / 60; // s
 const BUSY = 12; // ms in which a frame is computed
 const BOW = 21; // points of a rope on a wheel
+const TURN = 0.5; // rad by which an angle changes at most in a step towards the pointer
 const TINY = 1e-6; // by which coordinates are varied where a body is dragged, of 1 rad or m
 
 // The places of bodies and strands as the stages read them, an instant a row; the last row is now.
@@ -80,6 +81,27 @@ function livePicture(data) {
   }
 }
 
+// Return coordinates at which a point is nearer to a goal on the page: by the least change, angles by at most TURN; null for none.
+function towards(q, seen, goal, turns) {
+  const at = seen(q), miss = [goal[0] - at[0], goal[1] - at[1]];
+  const columns = q.map((x, k) => {
+    const next = seen(q.map((old, i) => (i === k ? x + TINY : old)));
+    return [(next[0] - at[0]) / TINY, (next[1] - at[1]) / TINY];
+  });
+  const sum = (i, j) => columns.reduce((total, column) => total + column[i] * column[j], 0);
+  let [a, b, c] = [sum(0, 0), sum(0, 1), sum(1, 1)];
+  const soft = 1e-3 * (a + c) + 1e-12;
+  [a, c] = [a + soft, c + soft];
+  const det = a * c - b * b, y = [(c * miss[0] - b * miss[1]) / det, (a * miss[1] - b * miss[0]) / det];
+  const change = columns.map((column) => column[0] * y[0] + column[1] * y[1]);
+  const widest = Math.max(TURN, ...change.filter((_, k) => turns[k]).map(Math.abs));
+  for (let part = TURN / widest, tries = 0; tries < 8; part /= 2, tries++) {
+    const next = q.map((x, k) => x + part * change[k]), there = seen(next);
+    if (Math.hypot(goal[0] - there[0], goal[1] - there[1]) < Math.hypot(...miss)) return next;
+  }
+  return null;
+}
+
 // A curve, or several over the same values, with ticks at the ends of both ranges.
 function liveCurve(canvas) {
   const number = (x) => String(Number(x.toPrecision(3)));
@@ -129,6 +151,18 @@ function live(root, makeStage) {
   const declared = (kind, key) => names[kind].map((entry) => entry[key]);
   const INKS = ["#0b5cad", "#c2410c", "currentColor"];
   let parameters = declared("parameters", "value"), moves = null, playing = false, before = 0, record = [], held = parameters;
+
+  // Parameters that depend on others follow them.
+  function followed(values) {
+    const next = PROGRAMS.follow(0, [], [], values, [], [])[0];
+    return values.map((old, k) => (data.followers.includes(k) ? next[data.followers.indexOf(k)] : old));
+  }
+  // A declared stop ends the motion, also one that begins where its condition holds.
+  if (names.mode_ends.length) {
+    const events = PROGRAMS.events;
+    PROGRAMS.events = (...given) => [events(...given)[0].slice(0, names.mode_ends.length)];
+  }
+  const holding = () => (names.mode_ends.length ? names.mode_ends.find((_, k) => moves.value("events")[0][k] > 0) : undefined);
 
   // Begin a motion at a time and a state, which is put onto the constraints; without one the last one goes on.
   function begin(t, q, u) {
@@ -205,7 +239,7 @@ function live(root, makeStage) {
   }
   const around = (x) => (x > 0 ? [0.05 * x, 3 * x] : x < 0 ? [3 * x, 0.05 * x] : [-1, 1]);
   const ofParameters = data.shown.map((k) => setting(root.querySelector(".parameters"), names.parameters[k], around(names.parameters[k].value), (x) => {
-    parameters = parameters.map((old, i) => (i === k ? x : old));
+    parameters = followed(parameters.map((old, i) => (i === k ? x : old)));
     changed(moves.q, moves.u);
   }));
   root.querySelector(".parameters").hidden = !data.shown.length;
@@ -243,6 +277,12 @@ function live(root, makeStage) {
   }
   // Go on by some seconds; what takes longer than a frame has is left out.
   function go(seconds) {
+    const stop = holding();
+    if (stop !== undefined) {
+      play(false);
+      said.textContent = "The condition of " + stop + " holds here: the motion ends.";
+      return draw();
+    }
     try {
       moves.advance(moves.t + seconds, Date.now() + BUSY);
       if (![...moves.q, ...moves.u].every(Number.isFinite)) throw new Error("not finite");
@@ -297,6 +337,7 @@ function live(root, makeStage) {
       if (words.has("p." + name) && Number.isFinite(value)) parameters[k] = value;
     });
     const [q, u] = [numbers("q"), numbers("u")], fits = q.length === names.coordinates.length && u.length === names.speeds.length;
+    parameters = followed(parameters);
     if (words.has("q") && fits && [...q, ...u].every(Number.isFinite)) return begin(Math.max(0, Number(words.get("t")) || 0), q, u);
     return begin(0, declared("coordinates", "initial"), declared("speeds", "initial"));
   }
@@ -333,18 +374,10 @@ function live(root, makeStage) {
     frame.addEventListener("lostpointercapture", release, { once: true });
   }
   function reach(seen, goal) {
+    const turns = names.coordinates.map(({ unit }) => unit === "rad");
     for (let round = 0; round < 4; round++) {
-      const q = moves.q, at = seen(q), miss = [goal[0] - at[0], goal[1] - at[1]];
-      const columns = q.map((x, k) => {
-        const next = seen(q.map((old, i) => (i === k ? x + TINY : old)));
-        return [(next[0] - at[0]) / TINY, (next[1] - at[1]) / TINY];
-      });
-      const sum = (i, j) => columns.reduce((total, column) => total + column[i] * column[j], 0);
-      let [a, b, c] = [sum(0, 0), sum(0, 1), sum(1, 1)];
-      const soft = 1e-3 * (a + c) + 1e-12;
-      [a, c] = [a + soft, c + soft];
-      const det = a * c - b * b, y = [(c * miss[0] - b * miss[1]) / det, (a * miss[1] - b * miss[0]) / det];
-      if (!begin(moves.t, q.map((x, k) => x + columns[k][0] * y[0] + columns[k][1] * y[1]), moves.u.map(() => 0))) return;
+      const next = towards(moves.q, seen, goal, turns);
+      if (!next || !begin(moves.t, next, moves.u.map(() => 0))) return;
     }
   }
 

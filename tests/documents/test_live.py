@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,18 +51,84 @@ def test_bodies_and_ropes_are_where_an_animation_has_them(name: str) -> None:
             assert np.allclose(apart(points[first : first + count]), laid, rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.skipif(NODE is None, reason="no node")
-def test_the_page_computes_the_motion_of_a_run(tmp_path: Path) -> None:
-    html = mbs.live(example("four_bar")).html
-    script = re.search(r"<script>\n(const \{ PROGRAMS, motion \} = .*?\n\}\)\(\);)\n", html, re.DOTALL)
+def printed(folder: Path, html: str, words: str) -> Any:
+    """Return what a script prints as JSON that follows the model and the data of a page, in node."""
+    script = re.search(r"<script>\n(const \{ PROGRAMS, motion \} = .*?\n\}\)\(\);)\n(.*?)\nlive\(", html, re.DOTALL)
     data = re.search(r'class="live-data">(.*?)</script>', html, re.DOTALL)
     assert script is not None
     assert data is not None
-    ending = "const moves = motion(names); moves.advance(2.0); console.log(JSON.stringify([...moves.q, ...moves.u]));"
-    (tmp_path / "page.js").write_text(f"{script[1]}\nconst names = ({data[1]}).model;\n{ending}", encoding="utf-8")
-    done = subprocess.run([str(NODE), tmp_path / "page.js"], capture_output=True, text=True, timeout=60, check=True)
+    known = f"{script[1]}\n{script[2]}\nconst data = {data[1]}, names = data.model;"
+    said = f"{known}\nconsole.log(JSON.stringify({words}));"
+    (folder / "page.js").write_text(said, encoding="utf-8")
+    done = subprocess.run([str(NODE), folder / "page.js"], capture_output=True, text=True, timeout=60, check=True)
+    return json.loads(done.stdout)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node")
+def test_the_page_computes_the_motion_of_a_run(tmp_path: Path) -> None:
+    ending = "(() => { const moves = motion(names); moves.advance(2.0); return [...moves.q, ...moves.u]; })()"
+    found = printed(tmp_path, mbs.live(example("four_bar")).html, ending)
     run = mbs.simulate(example("four_bar"), t_end=2.0, samples=2)
-    assert np.allclose(json.loads(done.stdout), [*run.q[-1], *run.u[-1]], rtol=1e-7, atol=1e-7)
+    assert np.allclose(found, [*run.q[-1], *run.u[-1]], rtol=1e-7, atol=1e-7)
+
+
+ROD = """multibody_sym: 1
+name: rod
+gravity: [0, -g, 0]
+parameters: {m: 1 kg, J: m*r^2, r: l/sqrt(12), l: 1 m, g: 9.81, k: 2*J}
+bodies: {rod: {mass: m, com: [0, -l/2, 0], inertia: {Izz: J}}}
+joints: {hinge: {type: revolute, parent: ground, child: rod, axis: z, q: theta, initial: {q: 1}}}
+outputs: {swing: k*theta}
+stop: {low: theta < 0.2}
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no node")
+def test_a_declared_stop_ends_the_motion_of_a_page(tmp_path: Path) -> None:
+    ending = "(() => { const moves = motion(names); moves.advance(5.0); return [moves.ended, moves.t, ...moves.q]; })()"
+    ended, *found = printed(tmp_path, mbs.live(mbs.loads(ROD)).html, ending)
+    run = mbs.simulate(mbs.loads(ROD), t_end=5.0, rtol=1e-10)
+    assert ended == "low"
+    assert np.allclose(found, [run.t[-1], 0.2], rtol=1e-6)
+
+
+@pytest.mark.skipif(NODE is None, reason="no node")
+def test_parameters_that_depend_on_a_moved_one_follow_it(tmp_path: Path) -> None:
+    """J = m l^2/12 by r, which is declared behind it; such parameters have no sliders."""
+    html = mbs.live(mbs.loads(ROD)).html
+    values = "names.parameters.map(({ name, value }) => name === 'l' ? 3 : value)"
+    follow = f"PROGRAMS.follow(0, [], [], {values}, [], [])[0]"
+    found = printed(tmp_path, html, f"[data.followers.map((k) => names.parameters[k].name), {follow}, data.shown]")
+    assert dict(zip(found[0], found[1], strict=True)) == pytest.approx({"J": 0.75, "r": 3 / math.sqrt(12), "k": 1.5})
+    names = [x.name for x in mbs.mechanism(mbs.loads(ROD)).parameters]
+    assert {names[k] for k in found[2]} == {"m", "l", "g"}
+    assert "The picture keeps the sizes of the declared l." in html
+    assert "The picture keeps" not in mbs.live(mbs.loads(ROD.replace("-l/2", "-0.5"))).html
+
+
+@pytest.mark.skipif(NODE is None, reason="no node")
+def test_a_drag_out_of_reach_winds_no_angle(tmp_path: Path) -> None:
+    """Two bars of length 1 towards a far point: they stretch, and no angle turns by more than half a turn."""
+    seen = "(q) => [Math.sin(q[0]) + Math.sin(q[0] + q[1]), -Math.cos(q[0]) - Math.cos(q[0] + q[1])]"
+    words = f"""[[5, 1], [-4, 3], [0.1, 6], [0.3, -0.2]].map((goal) => {{
+        let q = [0.4, 0.3];
+        for (let k = 0; k < 200; k++) q = towards(q, {seen}, goal, [true, true]) || q;
+        return q;
+    }})"""
+    found = np.array(printed(tmp_path, mbs.live(mbs.loads(ROD)).html, words))
+    assert np.abs(found).max() < np.pi + 0.1
+    tips = np.column_stack([np.sin(found[:, 0]) + np.sin(found.sum(1)), -np.cos(found[:, 0]) - np.cos(found.sum(1))])
+    goals = np.array([[5, 1], [-4, 3], [0.1, 6]], dtype=float)
+    assert np.allclose(tips[:3], 2 * goals / np.linalg.norm(goals, axis=1)[:, None], atol=0.05)
+    assert np.allclose(tips[3], [0.3, -0.2], atol=1e-3)
+
+
+def test_number_fields_have_room_for_six_digits_with_sign_and_exponent() -> None:
+    """-1.23456e-10 has 12 characters, of half an em each at most 7.5 rem with the padding."""
+    html = mbs.live(mbs.loads(ROD)).html
+    columns = re.search(r"\.setting \{[^}]*grid-template-columns: minmax\([^)]*\) 1fr ([0-9.]+)rem", html)
+    assert columns is not None
+    assert float(columns[1]) >= 12 * 0.56 + 1.0
 
 
 HELD = "multibody_sym: 1\nname: held\nbodies: {b: {mass: 1}}\njoints: {j: {type: weld, parent: ground, child: b}}\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any, Final, Unpack
@@ -28,6 +28,7 @@ from multibody_sym.mechanics.changes import with_overrides
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
 from multibody_sym.mechanics.motion import Motion, arrays, motion_of, slot_state
 from multibody_sym.model.argument_checks import door
+from multibody_sym.model.fields import fields_tree
 from multibody_sym.model.run_options import ModelOptions, spelled_out
 from multibody_sym.model.system import System
 from multibody_sym.motion.prepare.export import ExportedModel
@@ -39,11 +40,14 @@ from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.page.picture import Projection, letters
 from multibody_sym.pictures.scene.forces import carriers, rope_points, ropes_of
 from multibody_sym.pictures.scene.items import Anchor, PlacedStrand
+from multibody_sym.pictures.scene.letters import names_in
 from multibody_sym.program.program import Program, elements_read
 from multibody_sym.program.target_layout import fill_template, template_text
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.node import as_node
+from multibody_sym.scalars.elementary import leaves
+from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.node import Node, as_node, slot
 from multibody_sym.scalars.vectors import Vec, add, apply
 from multibody_sym.text.files import path_name, write_whole
 
@@ -136,13 +140,19 @@ def _page(system: System, model: ExportedModel, frames: Frames, projection: Proj
     data = {key: value for key, value in moved.items() if key not in _WRITTEN}
     kind = "plane" if projection.flat else "space"
     program, counts = picture_program(frames, model.mechanism, flat=projection.flat)
-    texts = model.with_others({"picture": program}).texts("javascript")
+    follow, followers = follow_program(model.mechanism)
+    texts = model.with_others({"picture": program, "follow": follow}).texts("javascript")
     table = model.table
+    shown = [k for k in _read(table["parameters"], [*model.programs.values(), program, follow]) if k not in followers]
     data |= {
         "counts": counts,
-        "model": {key: table[key] for key in ("coordinates", "speeds", "parameters")},
+        "model": {
+            **{key: table[key] for key in ("coordinates", "speeds", "parameters")},
+            "mode_ends": [*model.mechanism.stops],
+        },
         "positive": [k for k, entry in enumerate(model.mechanism.parameters) if entry.positive],
-        "shown": _read(table["parameters"], [*model.programs.values(), program]),
+        "shown": shown,
+        "followers": followers,
         "outputs": [
             {"name": name, "unit": unit} for name, unit in zip(table["outputs"], table["units"]["outputs"], strict=True)
         ],
@@ -156,6 +166,7 @@ def _page(system: System, model: ExportedModel, frames: Frames, projection: Proj
         speeds="".join(f'<option value="{x:g}"{" selected" if x == 1.0 else ""}>{x:g} x</option>' for x in _SPEEDS),
         equations=_equations(system),
         hint="Drag a body to where the motion shall begin." if projection.flat else "Drag to turn the view.",
+        kept=_kept_sizes(system, [table["parameters"][k]["name"] for k in shown]),
         data=json_in_page(data),
         library="" if projection.flat else f"<script>{three()}</script>",
         scripts="".join(template_text(f"html/{name}.js") for name in (*_SCRIPTS, kind, "live")),
@@ -192,6 +203,31 @@ def _read(parameters: Sequence[Mapping[str, Any]], programs: Sequence[Program]) 
     read = {slot.data for program in programs for each in elements_read(program).values() for x in each for slot in x}
     own = (INDEPENDENT, ALPHA, BETA)
     return [k for k, x in enumerate(parameters) if ("parameters", k) in read and x["name"] not in own]
+
+
+def follow_program(mechanism: Mechanism) -> tuple[Program, list[int]]:
+    """Return -> values (n,): the parameters that depend on others, and their numbers."""
+    numbers = {slot("parameters", k): k for k in range(len(mechanism.parameters))}
+    values = {x: mechanism.parameters[k].value for x, k in numbers.items()}
+    depend = {x: v for x, v in values.items() if v is not None and not numbers.keys().isdisjoint(leaves([v], "slot"))}
+
+    def free(leaf: Node) -> Node:
+        return evaluate([depend[leaf]], free)[0] if leaf in depend else leaf
+
+    made = Trace("follow", arrays(mechanism)).finish({"values": ((len(depend),), [free(x) for x in depend])})
+    return made, [numbers[x] for x in depend]
+
+
+def _kept_sizes(system: System, parameters: Collection[str]) -> str:
+    """Return a sentence on the parameters by which bodies are drawn as they are declared, nothing without such."""
+    names = set[str]()
+    for body in fields_tree(system).get("bodies", {}).values():
+        names |= {*names_in({key: part for key, part in body.items() if key not in ("mass", "inertia")})}
+    for _ in system.parameters:  # and those on which these depend
+        declared = (x.value for name, x in system.parameters.items() if name in names)
+        names |= {leaf.data for leaf in leaves(declared, "symbol")}
+    sizes = [name for name in parameters if name in names]
+    return f"The picture keeps the sizes of the declared {escape(', '.join(sizes))}." if sizes else ""
 
 
 def _runs(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -148,17 +148,18 @@ def is_letter(system: System, name: str) -> bool:
 
 def asked_names(system: System) -> frozenset[str]:
     """Return the names that the questions of a model contain: of parameters, coordinates and elements."""
-    return frozenset(_names_in(fields_tree(system).get("ask", {})))
+    return frozenset(names_in(fields_tree(system).get("ask", {})))
 
 
-def _names_in(tree: Any) -> Iterator[str]:
+def names_in(tree: Any) -> Iterator[str]:
+    """Yield the words of a tree of fields, keys included."""
     if isinstance(tree, str):
         yield from _IDENTIFIER.findall(tree)
     for key, value in tree.items() if isinstance(tree, Mapping) else ():
         yield key
-        yield from _names_in(value)
+        yield from names_in(value)
     for value in tree if isinstance(tree, (list, tuple)) else ():
-        yield from _names_in(value)
+        yield from names_in(value)
 
 
 def givens(stage: PlacedSystem, book: Mapping[str, str]) -> tuple[Given, ...]:
