@@ -12,10 +12,9 @@ from functools import reduce
 from math import prod
 from typing import Final
 
-from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import exact, sign, sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import book_node, exact, sign, sqrt
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factors_of
-from multibody_sym.algebra.roots import Roots
+from multibody_sym.algebra.roots import Roots, shift_powers
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD
@@ -148,15 +147,15 @@ class _Integration:
         below = self.field.whole(a.below)
         if any(m[k] for m in self.field.in_ring(a.below)):
             raise NoClosedFormError(_UNKNOWN)
-        return [x / below for x in coefficients(self.field.whole(a.above), k)]
+        return [x / below for x in self.field.coefficients(a.above, k)]
 
     # --- rational functions ---------------------------------------------------------------------------------------
 
     def rational(self, a: Quotient, k: int, start: Quotient, logarithm: Node | None = None) -> Antiderivative:
         """Return the integral of a rational function by a letter, which begins at `start`; `logarithm`: its own."""
         z = self.gen(k)
-        below = coefficients(self.field.whole(a.below), k)
-        whole, rest = divide_polynomials(coefficients(self.field.whole(a.above), k), below)
+        below = self.field.coefficients(a.below, k)
+        whole, rest = divide_polynomials(self.field.coefficients(a.above, k), below)
         total = sum((x * z.power(n + 1) / (n + 1) for n, x in enumerate(whole)), self.field.constant(0))
         found = Antiderivative(book_node(total))
         if not rest:
@@ -203,7 +202,7 @@ class _Integration:
     def factors(self, a: Quotient, k: int) -> Iterator[tuple[Powers, int]]:
         """Yield the factors of a divisor that name a letter, as polynomials of it."""
         for p, times in factors_of(self.field.in_ring(a.below))[1]:
-            powers = coefficients(self.field.whole(self.field.in_ring(p)), k)
+            powers = self.field.coefficients(p, k)
             if len(powers) > 1:
                 yield powers, times
 
@@ -324,8 +323,7 @@ class _Integration:
         e, f = self.linear(base)
         if not self.free(exponent):
             raise NoClosedFormError(_UNKNOWN)
-        polynomials = self.field.whole(a.above), self.field.whole(a.below)
-        above, below = (shift_powers(coefficients(p, self.place), -(e / f)) for p in polynomials)
+        above, below = (shift_powers(self.field.coefficients(p, self.place), -(e / f)) for p in (a.above, a.below))
         times = next(n for n, x in enumerate(below) if not x.is_zero)
         if any(not x.is_zero for x in below[times + 1 :]):
             raise NoClosedFormError(_UNKNOWN)
@@ -550,12 +548,12 @@ def powers_of(a: Quotient, by: Node, highest: int) -> Powers | None:
 def powers_of_step(a: Quotient, k: int, n: int, highest: int) -> Powers | None:
     """Return the coefficients of z^0, z^n, .. of a letter in a quotient; None where it has other powers."""
     field = a.field
-    below = coefficients(field.whole(a.below), k)
+    below = field.coefficients(a.below, k)
     least = len(below) - 1
     if any(not x.is_zero for x in below[:-1]):
         return None
     found = [field.constant(0)] * (highest + 1)
-    for power, x in enumerate(coefficients(field.whole(a.above), k)):
+    for power, x in enumerate(field.coefficients(a.above, k)):
         if x.is_zero:
             continue
         degree, rest = divmod(power - least, n)
@@ -563,15 +561,6 @@ def powers_of_step(a: Quotient, k: int, n: int, highest: int) -> Powers | None:
             return None
         found[degree] = x / below[-1]
     return found
-
-
-def coefficients(a: Quotient, k: int) -> Powers:
-    """Return the coefficients of the powers 0, 1, .. of the letter at a place in a polynomial."""
-    field = a.field
-    parts: dict[int, dict[tuple[int, ...], int]] = {}
-    for m, c in field.in_ring(a.above).items():
-        parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
-    return [field.whole(field.ring.from_dict(parts.get(n, {}))) for n in range(max(parts, default=0) + 1)]
 
 
 def divide_polynomials(above: Powers, below: Powers) -> tuple[Powers, Powers]:
@@ -585,16 +574,3 @@ def divide_polynomials(above: Powers, below: Powers) -> tuple[Powers, Powers]:
     while rest and rest[-1].is_zero:
         rest.pop()
     return whole, rest
-
-
-def shift_powers(powers: Powers, by: Quotient) -> Powers:
-    """Return the coefficients in y = x - by (Horner's scheme)."""
-    found = list(powers)
-    for start in range(len(found) - 1):
-        for k in range(len(found) - 2, start - 1, -1):
-            found[k] = found[k] + by * found[k + 1]
-    return found
-
-
-def book_node(a: Quotient) -> Node:
-    return book_form(with_whole_angles(a))

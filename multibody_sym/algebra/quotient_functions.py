@@ -249,6 +249,11 @@ def with_whole_angles(a: Quotient) -> Quotient:
     return a
 
 
+def book_node(a: Quotient) -> Node:
+    """Return a quotient in the shortest of its forms, with whole angles. Raises NoClosedFormError as book_form does."""
+    return book_form(with_whole_angles(a))
+
+
 def _with_whole_powers(a: Quotient) -> Quotient:
     """Return a quotient with x in place of (x^(1/3))^3."""
     field = a.field

@@ -188,7 +188,7 @@ class _Image:
         if self.least[k] == self.most[k] or other.least[k] == other.most[k]:
             return True
         a, b = self._in_letter(k), other._in_letter(k)
-        return bool(a[-1] or b[-1]) and _are_prime(a, b)
+        return bool(a[-1] or b[-1]) and _count_shared(a, b) == 1
 
     def _in_letter(self, k: int) -> list[int]:
         """Return the coefficients in letter k, without the powers of it that divide all, the lowest first."""
@@ -203,14 +203,17 @@ def _number_for(k: int) -> int:
     return (k + 1) * _MULTIPLIER % _PRIME
 
 
-def _are_prime(a: list[int], b: list[int]) -> bool:
-    """Return whether polynomials in one letter modulo the prime share no root, by Euclid's algorithm."""
+def _count_shared(a: list[int], b: list[int]) -> int:
+    """Return how many coefficients the common divisor of polynomials modulo the prime has, by Euclid's algorithm.
+
+    The coefficients of the lowest powers come first.
+    """
     while True:
         for p in (a, b):
             while p and not p[-1]:
                 p.pop()
         if not a or not b:
-            return len(a) + len(b) == 1
+            return len(a) + len(b)
         if len(a) < len(b):
             a, b = b, a
         factor, shift = a[-1] * pow(b[-1], -1, _PRIME), len(a) - len(b)
@@ -285,19 +288,12 @@ def shared_degree(above: Poly, below: Poly, s: int, c: int, n: int) -> int:
     For nearly all values it is that of their greatest common divisor, else it is larger.
     """
     first, second = (_coefficients_of_t(p, s, c, n) for p in (above, below))
-    missing = 2 * n + 1 - max(len(first), len(second))
-    while second:  # Euclid's algorithm
-        inverse = pow(second[0], -1, _PRIME)
-        while len(first) >= len(second):
-            factor = first[0] * inverse % _PRIME
-            rest = [(x - factor * y) % _PRIME for x, y in zip(first[1:], second[1:], strict=False)]
-            first = _without_leading_zeros([*rest, *first[len(second) :]])
-        first, second = second, first
-    return len(first) - 1 + missing
+    highest = max((k for powers in (first, second) for k, x in enumerate(powers) if x), default=-1)
+    return _count_shared(first, second) - 1 + 2 * n - highest
 
 
 def _coefficients_of_t(p: Poly, s: int, c: int, n: int) -> list[int]:
-    """Return the coefficients of p (1 + t^2)^n modulo a prime, the highest first, with numbers for other letters."""
+    """Return the coefficients of p (1 + t^2)^n modulo a prime, the lowest first, with numbers for other letters."""
     total = [0] * (2 * n + 1)
     for m, coefficient in p.items():
         factor = int(coefficient) % _PRIME
@@ -306,12 +302,7 @@ def _coefficients_of_t(p: Poly, s: int, c: int, n: int) -> list[int]:
                 factor = factor * pow(48_271 * k + 16_807, e, _PRIME) % _PRIME
         for k, x in enumerate(_row(m[c], m[s], n)):
             total[k] += factor * x
-    return _without_leading_zeros([x % _PRIME for x in reversed(total)])
-
-
-def _without_leading_zeros(row: list[int]) -> list[int]:
-    first = next((k for k, x in enumerate(row) if x), len(row))
-    return row[first:]
+    return [x % _PRIME for x in total]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -488,6 +479,13 @@ class Field:
         """Return a polynomial as one in all present letters."""
         missing = self.ring.ngens - p.ring.ngens
         return self.ring.from_dict({m + (0,) * missing: c for m, c in p.items()}) if missing else p
+
+    def coefficients(self, p: Poly, k: int) -> list[Quotient]:
+        """Return the coefficients of the powers 0, 1, .. of the letter at a place in a polynomial."""
+        parts: dict[int, dict[Exponents, Any]] = {}
+        for m, c in self.in_ring(p).items():
+            parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
+        return [self.whole(self.ring.from_dict(parts.get(e, {}))) for e in range(max(parts, default=0) + 1)]
 
     # --- arithmetic -----------------------------------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ from sympy.simplify.fu import TR8
 
 from multibody_sym.algebra.book_form import book_form, exact_root, product_node, with_doubles
 from multibody_sym.algebra.inequalities import surely_positive
-from multibody_sym.algebra.quotient_functions import exact, odd_root, sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import book_node, exact, odd_root, sqrt
 from multibody_sym.algebra.quotients import (
     PRECISE,
     Field,
@@ -87,7 +87,7 @@ def linear_parts(equation: Quotient, unknown: Node) -> Iterator[tuple[Quotient, 
     for factor, _ in factors_of(field.in_ring(equation.above))[1] if k is not None else ():
         p = field.in_ring(factor)
         if k is not None and max(m[k] for m in p) == 1 and solver.vanishes(p):
-            constant, slope = solver.coefficients(p, k)
+            constant, slope = field.coefficients(p, k)
             yield slope, constant
 
 
@@ -162,7 +162,7 @@ class Roots:
         elif len(places) == 1:
             letter = self.field.letters[places[0]]
             assert letter.node is not None
-            for value in self.polynomial_roots(self.coefficients(p, places[0])):
+            for value in self.polynomial_roots(self.field.coefficients(p, places[0])):
                 yield from self.inverted(letter.node, value)
         elif len(places) == 2:
             pair = self.sine_and_cosine(places)
@@ -183,16 +183,6 @@ class Roots:
         other = field.ring.from_dict({(*m[:k], 0, *m[k + 1 :]): c for m, c in p.items() if m[k]})
         field.spend(len(plain) ** 2 + len(other) ** 2)
         return field.reduced(plain**2 - other**2 * field.in_ring(field.letters[k].square))
-
-    def coefficients(self, p: Poly, k: int) -> list[Quotient]:
-        """Return the coefficients of the powers 0, 1, .. of a letter."""
-        parts: dict[int, dict[tuple[int, ...], int]] = {}
-        for m, c in p.items():
-            parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
-        return [self.whole(parts.get(e, {})) for e in range(max(parts) + 1)]
-
-    def whole(self, terms: dict[tuple[int, ...], int]) -> Quotient:
-        return self.field.whole(self.field.ring.from_dict(terms))
 
     def polynomial_roots(self, coefficients: list[Quotient]) -> Iterator[Quotient]:
         """Yield the roots of a polynomial of the first or second degree, of the letter or its square, or c + a x^n."""
@@ -251,7 +241,7 @@ class Roots:
             return
         if turns:
             value = self.turned(found, value, turns)
-        parts = self.coefficients(self.field.in_ring(found.above), k) if k is not None else []
+        parts = self.field.coefficients(found.above, k) if k is not None else []
         if k is None or any(m[k] for m in self.field.in_ring(found.below)) or len(parts) != 2:
             (wanted,) = exact(self.field, [value], known)
             yield from self.of(self.field.in_ring((found - wanted).above), 1)
@@ -282,9 +272,9 @@ class Roots:
         """Yield the roots of a polynomial in the sine and cosine of an angle."""
         terms: dict[tuple[int, int], Quotient] = {}
         for m, coefficient in p.items():
-            rest = tuple(0 if k in (s, c) else e for k, e in enumerate(m))
+            rest = self.field.ring.from_dict({tuple(0 if k in (s, c) else e for k, e in enumerate(m)): coefficient})
             key = (m[s], m[c])
-            terms[key] = terms.get(key, self.field.constant(0)) + self.whole({rest: coefficient})
+            terms[key] = terms.get(key, self.field.constant(0)) + self.field.whole(rest)
         highest = max(i + j for i, j in terms)
         node = self.field.letters[s].node
         if highest > _HIGHEST or node is None:
@@ -329,9 +319,18 @@ def with_one_pi(total: Node) -> Node:
     return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
 
 
+def shift_powers(powers: Sequence[Quotient], by: Quotient) -> list[Quotient]:
+    """Return the coefficients of a polynomial in y = x - by (Horner's scheme)."""
+    found = list(powers)
+    for start in range(len(found) - 1):
+        for k in range(len(found) - 2, start - 1, -1):
+            found[k] = found[k] + by * found[k + 1]
+    return found
+
+
 def shortest_node(a: Quotient) -> Node:
     """Return a quotient as a book prints it, a number in single terms where that is shorter: 1 - 2*sqrt(2)/3."""
-    form = book_form(with_whole_angles(a))
+    form = book_node(a)
     if a.symbols or not a.below.is_ground or not 1 < len(a.above) <= _MOST_TERMS:
         return form
     ring = a.above.ring
@@ -551,7 +550,7 @@ class ShortForms:
         sums = (n for n in postorder([form]) if n.op in ("sin", "cos", "tan") and len(leaves(n.args, "symbol")) > 1)
         if next(sums, None) is not None and len(text(form)) <= _LONGEST:
             try:
-                yield book_form(with_whole_angles(self._exact(form, expands=True)))
+                yield book_node(self._exact(form, expands=True))
             except (NoClosedFormError, ExpressionError, *UNDEFINED):
                 return
 
@@ -641,7 +640,7 @@ class ShortForms:
             grown = len(over.letters) > roots or any(m[k] for m in over.in_ring(d.above))
             sides = [b * side for side in (1, -1) if surely_positive(b * side)]
             if not grown and sides and (square.is_zero or surely_positive(d)):
-                first, second = (book_form(with_whole_angles(sqrt((a + d * side) / 2))) for side in (1, -1))
+                first, second = (book_node(sqrt((a + d * side) / 2)) for side in (1, -1))
                 yield add(first, second if b.sample > 0 else -second)
 
     def _angle(self, node: Node) -> Iterator[Node]:
@@ -650,7 +649,7 @@ class ShortForms:
             square = self._exact(multiply(node.args[0], node.args[0]))
             ratio = square / (-square + 1)
             tangent = sqrt(ratio if node.op == "asin" else ratio.power(-1))
-            yield BUILD["atan"](book_form(with_whole_angles(tangent)))
+            yield BUILD["atan"](book_node(tangent))
 
     def _arc(self, node: Node) -> Iterator[Node]:
         """Yield pi/4 + atan(x)/2 for atan(x + sqrt(x^2 + 1)), and acos(..) and asin(..) where x is never negative."""
@@ -664,7 +663,7 @@ class ShortForms:
         if self._never_negative(x):
             square = self._exact(multiply(x, x))
             for op, part in (("acos", square + 1), ("asin", (square + 1) / square)):
-                yield BUILD[op](book_form(with_whole_angles(sqrt(part.power(-1)))))
+                yield BUILD[op](book_node(sqrt(part.power(-1))))
 
     def _direction(self, node: Node) -> Iterator[Node]:
         """Yield acos(x/h) for atan2(y, x), where y is never negative and h = sqrt(x^2 + y^2) is no root."""
@@ -676,7 +675,7 @@ class ShortForms:
             h = sqrt(square)
             if surely_positive(h) and len(over.letters) == roots:
                 along = exact(over, [x], {n: over.letter(n, letter) for n, letter in self.letters.items()})[0]
-                yield BUILD["acos"](book_form(with_whole_angles(along / h)))
+                yield BUILD["acos"](book_node(along / h))
 
     def _fraction(self, node: Node) -> Iterator[Node]:
         """Yield one fraction, with sin(x + atan(p/q)) for a sum of waves over its amplitude."""

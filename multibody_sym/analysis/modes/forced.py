@@ -21,7 +21,7 @@ from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient
 from multibody_sym.analysis.deviations import deviation_names
 from multibody_sym.analysis.modes.matrices import WORK, Matrices
-from multibody_sym.analysis.modes.record import coefficients, determinant
+from multibody_sym.analysis.modes.record import determinant
 from multibody_sym.analysis.modes.small_motion import SmallMotion
 from multibody_sym.derivation.symbolic_start import linear_equations
 from multibody_sym.dynamics.start.initial_geometry import fix_directions
@@ -355,7 +355,7 @@ class ForcedMotion:
                 changed = [[f if j == k else a for j, a in enumerate(row)] for row, f in pairs]
                 total = total + x[coordinate] * determinant(changed)
         whole = total / determinant(entries)
-        above, below = (coefficients(field, field.in_ring(p), place) for p in (whole.above, whole.below))
+        above, below = (field.coefficients(p, place) for p in (whole.above, whole.below))
         return Transfer(tuple(above), tuple(below))
 
 
@@ -363,8 +363,9 @@ def with_mean_inputs(system: System) -> System:
     """Return a system whose inputs have no waves."""
     inputs: dict[str, object] = {}
     for name, given in system.inputs.items():
+        varies = isinstance(given, Node) and _T in leaves([given], "symbol")
         try:
-            inputs[name] = given if _is_constant(given) else HarmonicInput.of(system, name).mean
+            inputs[name] = HarmonicInput.of(system, name).mean if varies else given
         except NoSolutionError:
             inputs[name] = given
     return replace(system, inputs=Names(inputs))
@@ -374,7 +375,3 @@ def _with_input(system: System, name: str, course: Node) -> System:
     """Return a system with another course of one input, and no waves in the others."""
     mean = with_mean_inputs(system)
     return replace(mean, inputs=Names({**mean.inputs, name: course}))
-
-
-def _is_constant(given: object) -> bool:
-    return not isinstance(given, Node) or _T not in leaves([given], "symbol")

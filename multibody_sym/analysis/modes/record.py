@@ -12,11 +12,10 @@ from typing import Any, Final, Literal
 
 import sympy
 
-from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition
-from multibody_sym.algebra.quotient_functions import sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import book_node, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient, factors_of
-from multibody_sym.algebra.roots import Roots
+from multibody_sym.algebra.roots import Roots, shift_powers
 from multibody_sym.algebra.writers import LatexScript
 from multibody_sym.analysis.modes.matrices import Matrices
 from multibody_sym.derivation.notation import dotted, latex_name
@@ -240,7 +239,7 @@ def spectrum(given: Matrices) -> Spectrum:
     kept: list[tuple[tuple[Quotient, ...], int]] = []
     definite = given.is_symmetric and not given.is_gyroscopic
     for factor, times in factors_of(polynomial)[1]:
-        powers = coefficients(field, field.in_ring(factor), k)
+        powers = field.coefficients(factor, k)
         if len(powers) > 1:
             kept.append((tuple(powers), times))
             found = sorted(_roots(powers, times), key=lambda root: abs(root.value))
@@ -275,7 +274,7 @@ def _polynomial(given: Matrices) -> tuple[Poly, int]:
     s = field.letter(_RATE, Letter(_RATE, PRECISE.sqrt(abs(x.sample)) * _ASIDE))
     triples = zip(M, given.gyroscopic, K, strict=True)
     entries = [[c + s * (b + s * a) for a, b, c in zip(*rows, strict=True)] for rows in triples]
-    powers = coefficients(field, field.in_ring(determinant(entries).above), _place(field, _RATE))
+    powers = field.coefficients(determinant(entries).above, _place(field, _RATE))
     if any(not powers[k].is_zero for k in range(1, len(powers), 2)):
         raise NoClosedFormError("forces without a potential act beside gyroscopic ones")
     total = field.constant(0)
@@ -310,14 +309,6 @@ def determinant(matrix: Sequence[Sequence[Quotient]]) -> Quotient:
         return known[rows]
 
     return minor(frozenset(range(size)))
-
-
-def coefficients(field: Field, p: Poly, k: int) -> list[Quotient]:
-    """Return the coefficients of the powers 0, 1, .. of letter k."""
-    parts: dict[int, dict[tuple[int, ...], Any]] = {}
-    for m, c in p.items():
-        parts.setdefault(m[k], {})[(*m[:k], 0, *m[k + 1 :])] = c
-    return [field.whole(field.ring.from_dict(parts.get(e, {}))) for e in range(max(parts, default=0) + 1)]
 
 
 # --- roots -----------------------------------------------------------------------------------------------------------
@@ -398,10 +389,10 @@ def _about_mean(mean: Quotient, product: Quotient, side: int) -> Iterator[Node]:
         with suppress(NoClosedFormError):
             outside = mean / middle
             inside = middle * middle - product / (outside * outside)
-            root = BUILD["sqrt"](book_form(with_whole_angles(inside)))
-            total = add(book_form(with_whole_angles(middle)), root if side > 0 else negate(root))
+            root = BUILD["sqrt"](book_node(inside))
+            total = add(book_node(middle), root if side > 0 else negate(root))
             above, below = (field.whole(field.in_ring(p)) for p in (outside.above, outside.below))
-            yield divide(multiply(book_form(with_whole_angles(above)), total), book_form(with_whole_angles(below)))
+            yield divide(multiply(book_node(above), total), book_node(below))
 
 
 def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]:
@@ -418,8 +409,8 @@ def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]
     if inside.sample < 0 or P.sample <= 0:
         return
     root = sqrt(P)
-    size, middle = (book_form(with_whole_angles(x)) for x in (2 * root / (3 * a), -b / (3 * a)))
-    angle = BUILD["acos"](book_form(with_whole_angles(Q / (P * root))))
+    size, middle = (book_node(x) for x in (2 * root / (3 * a), -b / (3 * a)))
+    angle = BUILD["acos"](book_node(Q / (P * root)))
     for k in (1, 2, 0):
         turned = angle if not k else add(angle, multiply(as_node(-2 * k), PI))
         yield add(middle, multiply(size, BUILD["cos"](divide(turned, as_node(3)))))
@@ -428,10 +419,7 @@ def _cubic(d: Quotient, c: Quotient, b: Quotient, a: Quotient) -> Iterator[Node]
 def _biquadratic(powers: Sequence[Quotient]) -> Iterator[Quotient]:
     """Yield the roots of a quartic that has even powers only beside the mean of its roots."""
     mean = -(powers[3] / (4 * powers[4]))
-    shifted = list(powers)  # the coefficients in y = x - mean, by Horner's scheme
-    for start in range(len(shifted) - 1):
-        for k in range(len(shifted) - 2, start - 1, -1):
-            shifted[k] = shifted[k] + mean * shifted[k + 1]
+    shifted = shift_powers(powers, mean)
     if not (shifted[1].is_zero and shifted[3].is_zero):
         return
     for square in _quadratic(shifted[0], shifted[2], shifted[4]):
@@ -450,6 +438,6 @@ def _root_node(root: Quotient | Node) -> Node | None:
     if not isinstance(root, Quotient):
         return root
     try:
-        return book_form(with_whole_angles(root))
+        return book_node(root)
     except NoClosedFormError:
         return None

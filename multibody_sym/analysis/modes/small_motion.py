@@ -14,9 +14,9 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.algebra.book_form import book_form, with_doubles
+from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.inequalities import Condition, reduced, under_roots
-from multibody_sym.algebra.quotient_functions import exact_solve, sqrt, with_whole_angles
+from multibody_sym.algebra.quotient_functions import book_node, exact_solve, sqrt
 from multibody_sym.algebra.quotients import PRECISE, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import values_with_shared_roots
 from multibody_sym.analysis.deviations import DeviationFlow, deviation_names
@@ -80,7 +80,7 @@ class Formulas:
         return {x.node: float(x.sample) for x in self.given.field.letters if x.node is not None and not x.node.args}
 
     def value(self, a: Quotient, unit: str = "") -> Value:
-        return self.shortest(float(a.sample), [lambda: book_form(with_whole_angles(a))], unit)
+        return self.shortest(float(a.sample), [lambda: book_node(a)], unit)
 
     def shortest(self, number: float, forms: Sequence[Callable[[], Node]], unit: str) -> Value:
         """Return a number with the shortest of the forms that have its value, without one where none has."""
@@ -137,11 +137,11 @@ class Formulas:
         node, x = root.node, root.quotient
         if x is not None:
             inside = x.power(-1) if turned else x
-            yield lambda: book_form(with_whole_angles(sqrt(inside)))
-            yield lambda: BUILD["sqrt"](book_form(with_whole_angles(inside)))
+            yield lambda: book_node(sqrt(inside))
+            yield lambda: BUILD["sqrt"](book_node(inside))
         if root.frequency is not None:
             swings = root.frequency.power(-1) if turned else root.frequency
-            yield lambda: book_form(with_whole_angles(swings))
+            yield lambda: book_node(swings)
         if not turned:
             yield from (lambda form=form: BUILD["sqrt"](form) for form in root.forms)
         if node is not None and not turned:
@@ -151,7 +151,7 @@ class Formulas:
         if root.quotient is not None:
             turned = root.quotient.power(-1)
             circle = self.given.field.letter(PI, self.given.field.letters[0]) * 2
-            yield lambda: book_form(with_whole_angles(circle * sqrt(turned)))
+            yield lambda: book_node(circle * sqrt(turned))
         for form in self._roots_of(root, turned=True):
             yield lambda form=form: multiply(multiply(TWO, PI), form())  # type: ignore[misc]
         for form in self._roots_of(root, turned=False):
@@ -338,7 +338,7 @@ def polynomial_text(found: Spectrum) -> str:
                 continue
             negative = powers[k].sample < 0
             try:
-                size = book_form(with_whole_angles(-powers[k] if negative else powers[k]))
+                size = book_node(-powers[k] if negative else powers[k])
             except NoClosedFormError:
                 return ""
             term = text(size) if not k else text(multiply(size, symbol(f"omega^{2 * k}")))

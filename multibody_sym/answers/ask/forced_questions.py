@@ -584,7 +584,7 @@ class _FrequencyQuestion(_ForcedQuestion):
         if place is None:
             raise NoClosedFormError("the equation does not name the frequency")
         for factor, _ in factors_of(field.in_ring(vanishing.above))[1]:
-            powers = solver.coefficients(field.in_ring(factor), place)
+            powers = field.coefficients(factor, place)
             for root in solver.polynomial_roots(powers):
                 if abs(float(root.sample) - number) <= _AGREEMENT * number:
                     return field.whole(factor), root

@@ -26,7 +26,7 @@ from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_ang
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
-from multibody_sym.analysis.modes.record import Modes, coefficients, determinant, spectrum
+from multibody_sym.analysis.modes.record import Modes, determinant, spectrum
 from multibody_sym.analysis.modes.small_motion import SmallMotion, is_linear, time_note
 from multibody_sym.answers.ask.courses import InTime, LinearMotion, ShownMotion, formulas_of_time
 from multibody_sym.answers.ask.from_runs import Simulated
@@ -198,7 +198,7 @@ class Coupled:
         place = field.position(_EXPONENT)
         assert place is not None
         for p, times in factors_of(determinant(entries).above)[1]:
-            powers = coefficients(field, field.in_ring(p), place)
+            powers = field.coefficients(p, place)
             if len(powers) > 1:
                 yield from _of_degree(powers, times)
 
