@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from typing import Final
 
@@ -20,6 +21,7 @@ from multibody_sym.dynamics.programs.quantities import Sources, with_quantities
 from multibody_sym.dynamics.programs.system import energy_program, inputs_program, outputs_program, state_derivative
 from multibody_sym.mechanics.energy import potential_energy
 from multibody_sym.mechanics.forces import varies_with_time
+from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import (
     arrays,
@@ -98,6 +100,11 @@ class DeviationFlow:
     parameters: Sequence[float]
     formalism: str | None = None
 
+    def without(self, load: Load) -> DeviationFlow:
+        """Return the flow of the mechanism without the loads of one name."""
+        loads = tuple(x for x in self.mechanism.loads if x.name != load.name)
+        return replace(self, mechanism=replace(self.mechanism, loads=loads))
+
     def linearized(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Slopes:
         """Return A and B at t = 0 at a state that satisfies the constraints, be A constant or not."""
         known, tangents = self.known(q, u), self.tangents(q, u)
@@ -120,17 +127,17 @@ class DeviationFlow:
     ) -> tuple[npt.ArrayLike, ...]:
         """Return the arguments of system programs at a state; time stands still in inputs."""
         values = self.parameters if parameters is None else parameters
-        (inputs, *_) = self._driven(0.0, q, u, values)
+        (inputs, *_) = self._outputs(self._inputs, 0.0, q, u, values)
         return (t, q, u, values, inputs, [])
 
     def known_at(self, q: npt.ArrayLike, u: npt.ArrayLike, t: float) -> tuple[npt.ArrayLike, ...]:
         """Return the same at another time, which inputs follow."""
-        (inputs, *_) = self._driven(t, q, u, self.parameters)
+        (inputs, *_) = self._outputs(self._inputs, t, q, u, self.parameters)
         return (t, q, u, self.parameters, inputs, [])
 
     def accelerations(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot (nu)."""
-        return self._rates(*self.known(q, u))[1]
+        return self.rates(self.known(q, u))[1]
 
     def unbalanced(self, q: npt.ArrayLike, u: npt.ArrayLike) -> Floats:
         """Return udot and the rates of declared states (nu + ns), which are zero in an equilibrium."""
@@ -142,7 +149,7 @@ class DeviationFlow:
     ) -> Floats:
         """Return the multipliers (nr) of the rows, at rest where no speeds are given, under declared inputs."""
         *known, declared, modes = self.known(q, np.zeros(len(self.mechanism.speeds)) if u is None else u)
-        return self._rates(*known, declared if inputs is None else inputs, modes)[2]
+        return self._outputs(self._derivative, *known, declared if inputs is None else inputs, modes)[2]
 
     def jacobian(self, q: npt.ArrayLike) -> Floats:
         """Return the Jacobian (nr x nu) of the rows."""
@@ -151,12 +158,12 @@ class DeviationFlow:
 
     def rates(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return qdot (nq) and udot (nu)."""
-        qdot, udot, *_ = self._rates(*known)
+        qdot, udot, *_ = self._outputs(self._derivative, *known)
         return qdot, udot
 
     def positions(self, known: Sequence[npt.ArrayLike]) -> Floats:
         """Return phi of the holonomic rows."""
-        return self._residuals(*known)[0]
+        return self._outputs(self._restricted, *known)[0]
 
     def derivatives(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return dz'/dz (nz x nz), through the inputs too, and dz'/dw (nz x nw)."""
@@ -172,7 +179,7 @@ class DeviationFlow:
 
     def outputs(self, known: Sequence[npt.ArrayLike]) -> Floats:
         """Return the declared outputs (ny)."""
-        return self._told(*known)[0]
+        return self._outputs(self._declared, *known)[0]
 
     def output_slopes(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         """Return the derivatives of the declared outputs (ny) by z (ny x nz), through inputs, and by w (ny x nw)."""
@@ -180,7 +187,7 @@ class DeviationFlow:
 
     def bends(self, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats, Floats]:
         """Return functions whose zeros are kinks of forces, inputs or outputs (nb), and their derivatives alike."""
-        return self._bent(*known)[0], *self._slopes(self._bending, known)
+        return self._outputs(self._bending, *known)[0], *self._slopes(self._bending, known)
 
     def _slopes(self, program: Program, known: Sequence[npt.ArrayLike]) -> tuple[Floats, Floats]:
         by = {name: self._by(program, ("values",), name, known) for name in ("q", "u", "inputs")}
@@ -263,12 +270,12 @@ class DeviationFlow:
             return u
         known = self.known(q, u, t)
         H, found = self._by(self._restricted, ("speeds",), "u", known)[:, dependent], u.copy()
-        found[dependent] -= least_squares(H, self._residuals(*known)[1], SLOPES)
+        found[dependent] -= least_squares(H, self._outputs(self._restricted, *known)[1], SLOPES)
         return found
 
     def poses(self, q: npt.ArrayLike) -> tuple[Floats, float]:
         """Return R_WB and p_WB of all bodies (12 each, R by rows) and the potential energy at rest."""
-        found = self._placed(*self.known(q, np.zeros(len(self.mechanism.speeds))))
+        found = self._outputs(self._place, *self.known(q, np.zeros(len(self.mechanism.speeds))))
         return found[0], float(found[1])
 
     def pose_slopes(self, q: npt.ArrayLike) -> Floats:
@@ -306,15 +313,20 @@ class DeviationFlow:
         parts = []
         for output in outputs:
             key = program.name, output, name
-            if key not in self._jacobians:
-                self._jacobians[key] = _callable(jacobian(program, output, name))
-            found = self._jacobians[key](*known)[0]
+            if key not in self._functions:
+                self._functions[key] = _callable(jacobian(program, output, name))
+            found = self._functions[key](*known)[0]
             parts.append(found.reshape(len(program.output(output).values), program.input(name).size))
         return np.vstack(parts)
 
+    def _outputs(self, program: Program, *known: npt.ArrayLike) -> tuple[Floats, ...]:
+        if (program.name,) not in self._functions:
+            self._functions[program.name,] = _callable(program)
+        return self._functions[program.name,](*known)
+
     @cached_property
-    def _jacobians(self) -> dict[tuple[str, str, str], Function]:
-        """The derivatives that were needed so far, by program, output and input."""
+    def _functions(self) -> dict[tuple[str, ...], Function]:
+        """The programs and derivatives that were needed so far, by program, output and input."""
         return {}
 
     @cached_property
@@ -342,28 +354,8 @@ class DeviationFlow:
         return Sources(self._derivative, energy_program(mechanism), lambda _: motion)
 
     @cached_property
-    def _told(self) -> Function:
-        return _callable(self._declared)
-
-    @cached_property
-    def _bent(self) -> Function:
-        return _callable(self._bending)
-
-    @cached_property
-    def _rates(self) -> Function:
-        return _callable(self._derivative)
-
-    @cached_property
     def _inputs(self) -> Program:
         return inputs_program(self.mechanism)
-
-    @cached_property
-    def _driven(self) -> Function:
-        return _callable(self._inputs)
-
-    @cached_property
-    def _placed(self) -> Function:
-        return _callable(self._place)
 
     @cached_property
     def _place(self) -> Program:
@@ -373,10 +365,6 @@ class DeviationFlow:
         return trace.finish(
             {"poses": ((len(poses),), poses), "energy": ((), [as_node(potential_energy(motion))])}
         )
-
-    @cached_property
-    def _residuals(self) -> Function:
-        return _callable(self._restricted)
 
     @cached_property
     def _restricted(self) -> Program:

@@ -48,6 +48,7 @@ from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
+from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.rank import ROUNDED, exact, least_squares, rank
@@ -85,7 +86,8 @@ def _degree(nodes: Sequence[Node], variables: Mapping[Node, Degree], angle: Node
         else:
             found[n] = None if None in parts else _degree_of_operation(n, [part or 0 for part in parts])
             if found[n] is None and angle is not None and n.op in ("sin", "cos"):
-                found[n] = _whole_slope(n.args[0], angle)
+                slope = derivative(n.args[0], angle).shadow
+                found[n] = abs(int(slope)) if slope is not None and slope == int(slope) else None
     degrees = [found[node] for node in nodes]
     return None if None in degrees else max((x for x in degrees if x is not None), default=0)
 
@@ -100,33 +102,6 @@ def _degree_of_operation(n: Node, degrees: Sequence[int]) -> Degree:
         return degrees[0]
     exponent = n.args[1].data if n.op == "pow" and n.args[1].op == "number" else None
     return degrees[0] * exponent if isinstance(exponent, int) and exponent > 0 else None
-
-
-def _whole_slope(argument: Node, angle: Node) -> Degree:
-    """Return |k| of k angle + constant with a whole number k; None where the argument has another form."""
-    slopes: dict[Node, float | None] = {}
-    for n in postorder([argument]):
-        parts, constants = [slopes[a] for a in n.args], [a.shadow for a in n.args]
-        slope: float | None = None
-        if n is angle:
-            slope = 1
-        elif all(part == 0 for part in parts):
-            slope = 0
-        elif None not in parts:
-            known = [part or 0 for part in parts]
-            if n.op == "add":
-                slope = sum(known)
-            elif n.op == "neg":
-                slope = -known[0]
-            elif n.op == "mul" and known[0] == 0 and constants[0] is not None:
-                slope = known[1] * constants[0]
-            elif n.op == "mul" and known[1] == 0 and constants[1] is not None:
-                slope = known[0] * constants[1]
-            elif n.op == "div" and constants[1]:
-                slope = known[0] / constants[1]
-        slopes[n] = slope
-    slope = slopes[argument]
-    return abs(int(slope)) if slope is not None and slope == int(slope) else None
 
 
 # --- whether the positions of equilibrium that were found are all ----------------------------------------------------

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from itertools import combinations, count
+from itertools import combinations, count, islice
 from math import comb
 from typing import Final
 
@@ -154,6 +154,18 @@ class EquilibriumSearch:
         near = closed_near(self.rows, guess)
         found = None if near is None else self.root(near)
         return found if near is None or found is not None else self._fallen(near, until)
+
+    def reached_in_time(self, until: float, most: int, *, falls: bool = False) -> Iterator[Floats]:
+        """Yield the positions of equilibrium that guesses lead to before a CPU time; the start `falls`.
+
+        There are no more guesses than `most`.
+        """
+        for number, guess in enumerate(islice(guesses(self.places, self.places.start), most)):
+            if time.process_time() >= until:
+                break
+            found = self.reached(guess, until if falls and not number else -np.inf)
+            if found is not None:
+                yield found
 
     def _fallen(self, q: Floats, until: float) -> Floats | None:
         """Return the position of equilibrium at or near which the system comes to rest from a closed position."""

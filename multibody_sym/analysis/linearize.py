@@ -513,15 +513,14 @@ def flow_at(system: System, formalism: str | None, place: At) -> tuple[Deviation
 
 def _without_slopes(flow: DeviationFlow, begin: Start) -> NoSolutionError:
     """Return the error that A has no finite value in a state, with the row or force that has no derivative."""
-    loads, row = flow.mechanism.loads, flow.row_without_slopes(flow.known(begin.q, begin.u))
+    row = flow.row_without_slopes(flow.known(begin.q, begin.u))
     if row is not None:
         name = flow.mechanism.rows[row].name
         why = f"what {name} asks of accelerations has no derivative there; choose one beside it"
         where = Where(path=flow.mechanism.row_path(row))
         return NoSolutionError(f"A has no finite value in this state: {why}", where=where, number="N105")
-    for load in loads:
-        without = replace(flow.mechanism, loads=tuple(x for x in loads if x.name != load.name))
-        if _has_slopes(replace(flow, mechanism=without), begin):
+    for load in flow.mechanism.loads:
+        if _has_slopes(flow.without(load), begin):
             message = f"A has no finite value in this state: {load.name} has no derivative there; choose one beside it"
             return NoSolutionError(message, where=Where(path=load.path), number="N111")
     return NoSolutionError(

@@ -9,10 +9,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cached_property
-from itertools import islice, takewhile
-from math import inf, isfinite
+from itertools import islice
+from math import isfinite
 from typing import Any, Final
 
 import numpy as np
@@ -31,7 +30,6 @@ from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Whe
 from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.changes import start_value
 from multibody_sym.mechanics.law_elements import LawElement, Limit
-from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
@@ -164,10 +162,7 @@ def errors_at(place: Any) -> Iterator[None]:
 def _rest_beside(resolved: Mechanism, begin: Start, formalism: str | None) -> list[float]:
     """Return the position of equilibrium that is found first from a start. Raises NoSolutionError."""
     until, search = time.process_time() + SECONDS, search_from(resolved, begin, formalism)
-    around = islice(guesses(search.places, search.places.start), MOST)
-    in_time = takewhile(lambda _: time.process_time() < until, around)
-    reached = (search.reached(guess, -inf if number else until) for number, guess in enumerate(in_time))
-    found = next((q for q in reached if q is not None and keeps_mode(search, q)), None)
+    found = next((q for q in search.reached_in_time(until, MOST, falls=True) if keeps_mode(search, q)), None)
     if found is None:
         late, names = time.process_time() > until, _unilateral_names(resolved)
         states = f", with {names} closed or open as at the start (equilibrium tells where else it rests)"
@@ -249,7 +244,7 @@ def verify_one_valued(flow: DeviationFlow, q: Floats, u: Floats) -> None:
             if jumps.any():
                 raise _at_kink("A", name, ("states", name))
         if kink.jumps(flow, _motion).any():
-            load = next((x for x in flow.mechanism.loads if not kink.jumps(_without(flow, x), _motion).any()), None)
+            load = next((x for x in flow.mechanism.loads if not kink.jumps(flow.without(x), _motion).any()), None)
             raise _at_kink("A", *(("a force or an input", ()) if load is None else (load.name, load.path)))
         for name, jumps in zip(flow.mechanism.outputs, kink.jumps(flow, _outputs), strict=True):
             if jumps.any():
@@ -259,11 +254,6 @@ def verify_one_valued(flow: DeviationFlow, q: Floats, u: Floats) -> None:
 def _at_kink(matrix: str, name: str, path: tuple[str, ...]) -> NoSolutionError:
     message = f"{matrix} has two values in this state: {name} has a kink or a jump there; choose one beside it"
     return NoSolutionError(message, where=Where(path=path), number="N111")
-
-
-def _without(flow: DeviationFlow, load: Load) -> DeviationFlow:
-    loads = tuple(x for x in flow.mechanism.loads if x.name != load.name)
-    return replace(flow, mechanism=replace(flow.mechanism, loads=loads))
 
 
 # --- kinks of expressions: of abs, sign, min, max, where and tables ---------------------------------------------------

@@ -19,7 +19,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
-from itertools import islice, takewhile
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -28,7 +27,7 @@ from multibody_sym.algebra.quotient_functions import exact, exact_solve, registe
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import roots, shortest_node
 from multibody_sym.analysis.deviations import DeviationFlow, displaced
-from multibody_sym.analysis.equilibrium_search import guesses, keeps_mode, search_from
+from multibody_sym.analysis.equilibrium_search import keeps_mode, search_from
 from multibody_sym.analysis.linearize import At, Linearization, flow_at, verified_linearization
 from multibody_sym.analysis.rest.ends import fits
 from multibody_sym.analysis.state_asked_about import REST, errors_at
@@ -344,10 +343,9 @@ def place_of(system: System, formalism: str | None, at: At = None) -> SteadyStat
     first = flow_at(system, formalism, REST)
     found = _linearized_at(*first, None, found=True, stopped=moves)
     if max(found.linear.eigenvalues.real, default=0.0) > 0.0:  # a few guesses may find a stable one
-        until, search = time.process_time() + _SECONDS, search_from(flow.mechanism, begin, formalism)
-        around = islice(guesses(search.places, search.places.start), _GUESSES)
-        reached = (search.reached(guess) for guess in takewhile(lambda _: time.process_time() < until, around))
-        stable = [q for q in reached if q is not None and search.stable(q) and keeps_mode(search, q)]
+        search = search_from(flow.mechanism, begin, formalism)
+        reached = search.reached_in_time(time.process_time() + _SECONDS, _GUESSES)
+        stable = [q for q in reached if search.stable(q) and keeps_mode(search, q)]
         if stable:
             nearest = min(stable, key=lambda q: float(np.linalg.norm(q - np.array(begin.q))))
             rest = {speed.name: 0.0 for speed in flow.mechanism.speeds}
@@ -525,16 +523,9 @@ class _Balance:
 
     def formulas(self, given: SymbolicState) -> Iterator[dict[str, Node]]:
         """Yield formulas for coordinates without one, in parameters, each with those that go with it."""
-        unknown = [symbol(c.name) for c in self.mechanism.coordinates if symbol(c.name) in given.letters]
-        if not unknown:
-            return
-        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
-        try:
-            left = self._left(given)
-        except (NoClosedFormError, ExpressionError):
-            return
-        if any(symbol(speed.name) in given.letters for speed in self.mechanism.speeds):
-            return
+        unknown = self._unknown(given)
+        sample = _sample(given)
+        left = self._balances(given) if unknown else []
         yield from self._linear(given, unknown, sample) if left else ()
         for equation in left:
             named = [x for x in unknown if x in equation.symbols]
@@ -555,15 +546,8 @@ class _Balance:
 
         As two bodies that move off together: x2 = x1 + s.
         """
-        names = [symbol(c.name) for c in self.mechanism.coordinates if symbol(c.name) in given.letters]
-        if len(names) < 2 or any(symbol(speed.name) in given.letters for speed in self.mechanism.speeds):
-            return given
-        sample = {node: float(letter.sample) for node, letter in given.letters.items()}
-        try:
-            equations = self._left(given)
-        except (NoClosedFormError, ExpressionError):
-            return given
-        for equation in equations:
+        names, sample = self._unknown(given), _sample(given)
+        for equation in self._balances(given) if len(names) > 1 else ():
             named = [x for x in names if x in equation.symbols]
             if len(named) != 2:
                 continue
@@ -574,17 +558,30 @@ class _Balance:
                     return self._put(given, named[1], root)
         return given
 
-    def _put(self, given: SymbolicState, coordinate: Node, formula: Node) -> SymbolicState:
-        names = [symbol(c.name) for c in self.mechanism.coordinates]
-        q = [formula if x is coordinate else y for x, y in zip(names, given.state.q, strict=True)]
-        parameters = [given.state.slots[slot("parameters", j)] for j in range(len(self.mechanism.parameters))]
-        state = state_of(self.mechanism, Node, ZERO, q, given.state.u, parameters)
-        return SymbolicState(state, {node: x for node, x in given.letters.items() if node is not coordinate})
+    def _unknown(self, given: SymbolicState) -> list[Node]:
+        """Return the coordinates without a formula; none where a speed has none."""
+        if any(symbol(speed.name) in given.letters for speed in self.mechanism.speeds):
+            return []
+        return [symbol(c.name) for c in self.mechanism.coordinates if symbol(c.name) in given.letters]
+
+    def _balances(self, given: SymbolicState) -> list[Quotient]:
+        """Return what vanishes at a state; nothing where it has no closed form."""
+        with suppress(NoClosedFormError, ExpressionError):
+            return self._left(given)
+        return []
+
+    def _put(self, given: SymbolicState, letter: Node, formula: Node) -> SymbolicState:
+        """Return the state with a formula for a coordinate or a speed."""
+        mechanism, old = self.mechanism, given.state
+        q = [formula if symbol(c.name) is letter else x for c, x in zip(mechanism.coordinates, old.q, strict=True)]
+        u = [formula if symbol(s.name) is letter else x for s, x in zip(mechanism.speeds, old.u, strict=True)]
+        parameters = [old.slots[slot("parameters", j)] for j in range(len(mechanism.parameters))]
+        state = state_of(mechanism, Node, ZERO, q, u, parameters)
+        return SymbolicState(state, {node: x for node, x in given.letters.items() if node is not letter})
 
     def with_speeds(self, given: SymbolicState) -> SymbolicState:
         """Return the state with formulas for speeds without one, each from a balance in which it is."""
-        for k, speed in enumerate(self.mechanism.speeds):
-            letter = symbol(speed.name)
+        for letter in (symbol(speed.name) for speed in self.mechanism.speeds):
             if letter not in given.letters:
                 continue
             sample = {node: float(x.sample) for node, x in given.letters.items() if node is not letter}
@@ -595,10 +592,7 @@ class _Balance:
             except (NoClosedFormError, ExpressionError):
                 continue
             if found:
-                u = [found[0] if j == k else x for j, x in enumerate(given.state.u)]
-                parameters = [given.state.slots[slot("parameters", j)] for j in range(len(self.mechanism.parameters))]
-                state = state_of(self.mechanism, Node, ZERO, given.state.q, u, parameters)
-                given = SymbolicState(state, {node: x for node, x in given.letters.items() if node is not letter})
+                given = self._put(given, letter, found[0])
         return given
 
     def _linear(
@@ -643,22 +637,20 @@ class _Balance:
         return [x for x in found if not x.is_zero]
 
 
+def _sample(given: SymbolicState) -> dict[Node, float]:
+    return {node: float(letter.sample) for node, letter in given.letters.items()}
+
+
 def _linear_parts(equation: Quotient, unknown: Sequence[Node]) -> tuple[list[Quotient], Quotient]:
     """Return (a, b) of a . x + b in the unknown letters x. Raises NoClosedFormError for what is not linear."""
     field = equation.field
-    places = [field.position(x) for x in unknown]
-    p = field.in_ring(equation.above)
-    rest, rows = field.constant(0), [field.constant(0) for _ in unknown]
-    for m, c in p.items():
-        powers = [0 if k is None else m[k] for k in places]
-        others = {tuple(0 if k in places else e for k, e in enumerate(m)): c}
-        if sum(powers) > 1:
+    rest, rows = field.whole(field.in_ring(equation.above)), []
+    for x in unknown:
+        k = field.position(x)
+        rest, *slopes = [rest] if k is None else field.coefficients(rest.above, k)
+        if len(slopes) > 1:
             raise NoClosedFormError("balance is not linear")
-        term = field.whole(field.ring.from_dict(others))
-        if sum(powers):
-            rows[powers.index(1)] = rows[powers.index(1)] + term
-        else:
-            rest = rest + term
+        rows += slopes or [field.constant(0)]
     if any(x in y.symbols for y in (*rows, rest, field.whole(field.in_ring(equation.below))) for x in unknown):
         raise NoClosedFormError("balance is not linear")
     return rows, rest
