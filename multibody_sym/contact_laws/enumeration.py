@@ -52,8 +52,6 @@ _LOW: Final = tuple((math.sqrt(8) / 3 * x, math.sqrt(8) / 3 * y, -1 / 3) for x, 
 STARTS: Final[dict[int, tuple[tuple[float, ...], ...]]] = {2: _AROUND, 3: ((0.0, 0.0, 1.0), *_LOW)}
 """By how many rows a part has the directions from which slip in space is begun: evenly around."""
 
-Labels = dict[str, dict[int, int]]
-
 
 @dataclass(frozen=True)
 class Enumerated(ModeArrays):
@@ -67,16 +65,6 @@ class Enumerated(ModeArrays):
 
     def __len__(self) -> int:
         return len(self.sides)
-
-
-@dataclass(frozen=True)
-class _Group:
-    """Rows and parts that have to do with each other, and their combinations: (c, rows), (c, parts), (c, starts)."""
-
-    rows: list[int]
-    parts: list[int]
-    sides: Places
-    slips: Places
 
 
 def count_modes(problem: Scaled, mu: Floats) -> int:
@@ -97,19 +85,19 @@ def every_mode(problem: Scaled, mu: Floats) -> Enumerated:
     for rows, parts in _clusters(problem, mu):
         both = list(_combinations(problem, rows, parts))
         sides, slips = np.array([a for a, _ in both], dtype=np.intp), np.array([b for _, b in both], dtype=np.intp)
-        groups.append(_Group(rows, parts, sides.reshape(len(both), -1), slips.reshape(len(both), -1)))
-    sizes = [len(group.sides) for group in groups]
+        groups.append((rows, parts, sides.reshape(len(both), -1), slips.reshape(len(both), -1)))
+    sizes = [len(sides) for _, _, sides, _ in groups]
     total = math.prod(sizes)
     sides = np.zeros((total, problem.count), dtype=np.intp)
     slips = np.zeros((total, len(problem.parts)), dtype=np.intp)
     sides[:, problem.both] = 1
     for part in problem.parts:
         if not part.rests:
-            slips[:, part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
+            slips[:, part.number] = part.moving_slip
     places = np.unravel_index(np.arange(total), sizes) if sizes else ()
-    for group, place in zip(groups, places, strict=True):
-        sides[:, group.rows] = group.sides[place]
-        slips[:, group.parts] = group.slips[place]
+    for (rows, parts, own_sides, own_slips), place in zip(groups, places, strict=True):
+        sides[:, rows] = own_sides[place]
+        slips[:, parts] = own_slips[place]
     directions = np.zeros((*slips.shape, 3))
     for part in problem.parts:
         if part.in_space and part.rests:  # slips from rest in space are numbered IN_SPACE + start
@@ -516,9 +504,10 @@ class Proposal:
 
 
 class _Unknowns:
-    """Places of the unknowns: normals, N- of two-sided ones, then b and s of each part at rest."""
+    """A problem over the unknowns y: normals, N- of two-sided ones, then b and s of each part at rest."""
 
-    def __init__(self, problem: Scaled, mu: Floats, fine: Fans) -> None:
+    def __init__(self, problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats], fine: Fans) -> None:
+        self.problem, self.small, self.mu, self.pressing = problem, small, mu, pressing
         rubbing = [p for p in problem.parts if mu[p.number]]
         used = sorted({int(k) for p in rubbing if not p.norm for k in p.normals} & set(problem.both.tolist()))
         self.normal = {int(k): i for i, k in enumerate(problem.unilateral)}
@@ -536,18 +525,108 @@ class _Unknowns:
         self.count = count
         self.sliding = [p for p in rubbing if not p.rests]
 
+    def pressing_force(self, part: ScaledFriction) -> tuple[float, Floats, Floats]:
+        """Return N = n0 + n_f . f + n_y . y."""
+        small = self.small
+        n0, of_forces, of_unknowns = 0.0, np.zeros(len(small.own)), np.zeros(self.count)
+        weights = part.weights(np.ones(len(small.z0)), self.pressing)
+        for k, weight in zip(part.normals.tolist(), weights, strict=True):
+            n0 += weight * small.z0[k]
+            of_forces += weight * small.Z[k]
+            if k in self.negative:
+                of_unknowns[self.negative[k]] += 2.0 * weight
+        return n0, of_forces, of_unknowns
+
+    def forces(self) -> tuple[Floats, Floats]:
+        """Return f = f0 + F y: forces of all rows but equalities."""
+        small, place = self.small, self.small.place
+        f0: Floats = np.zeros(len(small.own))
+        F: Floats = np.zeros((len(small.own), self.count))
+        for k, i in self.normal.items():
+            F[place[k], i] = 1.0
+        for number, columns in self.edges.items():
+            part = self.problem.parts[number]
+            F[place[part.rows], columns] = self.ways[number].T
+        implied = np.eye(len(small.own))
+        for part in self.sliding:
+            n0, of_forces, of_unknowns = self.pressing_force(part)
+            against = -self.mu[part.number] * part.moving
+            rows = place[part.rows]
+            f0[rows] += against * n0
+            F[rows] += np.outer(against, of_unknowns)
+            implied[rows] -= np.outer(against, of_forces)
+        if self.sliding:
+            both = least_squares(implied, np.column_stack([f0, F]))
+            return np.asarray(both[:, 0], dtype=float), np.asarray(both[:, 1:], dtype=float)
+        return f0, F
+
+    def rows(self, f0: Floats, F: Floats) -> tuple[Floats, Floats]:
+        """Return q and M of w = M y + q."""
+        small, problem, mu = self.small, self.problem, self.mu
+        a0, A = small.a0 + small.K @ f0, small.K @ F
+        z0, Z = small.z0 + small.Z @ f0, small.Z @ F
+        q, M = np.zeros(self.count), np.zeros((self.count, self.count))
+        normals = list(self.normal)
+        q[: len(normals)], M[: len(normals)] = a0[normals], A[normals]
+        for k, i in self.negative.items():
+            q[i], M[i] = z0[k], Z[k]
+            M[i, i] += 1.0
+        for number, columns in self.edges.items():
+            part, slack = problem.parts[number], self.slack[number]
+            ways = self.ways[number]
+            q[columns], M[columns] = ways @ a0[part.rows], ways @ A[part.rows]
+            M[columns, slack] += 1.0
+            n0, of_forces, of_unknowns = self.pressing_force(part)
+            q[slack] = mu[number] * (n0 + of_forces @ f0)
+            M[slack] = mu[number] * (of_forces @ F + of_unknowns)
+            M[slack, columns] -= 1.0
+        return q, M
+
+    def proposal(self, found: Complementary, f: Floats) -> Proposal:
+        """Return the mode of a solution: basic unknowns act."""
+        problem, small = self.problem, self.small
+        y, basic = found.z, found.basic
+        z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
+        parts = len(problem.parts)
+        mode = ModeArrays(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 3)))
+        carrying = np.zeros(problem.count, dtype=bool)
+        carrying[problem.kinematic] = carrying[problem.defining] = True
+        for k, i in self.normal.items():
+            mode.sides[k] = carrying[k] = basic[i]
+        mode.sides[problem.both] = np.where(z[problem.both] < 0.0, -1, 1)
+        for k, i in self.negative.items():
+            mode.sides[k] = -1 if basic[i] else 1
+        for part in problem.parts:
+            if not part.rests:
+                mode.slips[part.number] = part.moving_slip
+            elif part.number in self.edges:  # it slips where its slack s is basic, against the force
+                columns = self.edges[part.number]
+                pushing = basic[columns]
+                if part.held or not basic[self.slack[part.number]] or (not part.in_space and pushing.all()):
+                    carrying[part.rows] = pushing.any() if not part.in_space else True
+                    continue
+                force = y[columns] @ self.ways[part.number]
+                if not force.any():
+                    force = -a[part.rows]
+                if part.in_space:
+                    mode.slips[part.number] = IN_SPACE
+                    mode.direction(part)[:] = -force / (float(np.linalg.norm(force)) or 1.0)
+                else:
+                    mode.slips[part.number] = 1 if force[0] < 0.0 else -1
+        return Proposal(mode, carrying, small.x0 + small.X @ f, z, found.ray, found.spent)
+
 
 def propose(problem: Scaled, small: Reduced, mu: Floats, pressing: dict[int, Floats], fine: Fans = NO_FANS) -> Proposal:
     """Return the mode of a solution for coefficients mu (p) and directions of pressing forces, by part.
 
     Parts with `fine` directions have these as edges too.
     """
-    unknowns = _Unknowns(problem, mu, fine)
-    f0, F = _forces(problem, small, mu, unknowns, pressing)
-    q, M = _rows(problem, small, mu, unknowns, pressing, (f0, F))
+    unknowns = _Unknowns(problem, small, mu, pressing, fine)
+    f0, F = unknowns.forces()
+    q, M = unknowns.rows(f0, F)
     sizes = np.maximum(np.abs(M).max(axis=1, initial=0.0), 1e-12)
     found = lemke(M / sizes[:, None], q / sizes)
-    return _read_mode(problem, small, unknowns, found, f0 + F @ found.z)
+    return unknowns.proposal(found, f0 + F @ found.z)
 
 
 def closer_edges(problem: Scaled, mu: Floats, proposal: Proposal, times: int) -> Fans:
@@ -561,106 +640,3 @@ def closer_edges(problem: Scaled, mu: Floats, proposal: Proposal, times: int) ->
             angles = np.arctan2(y[0], x) + beside
             found[part.number] = np.column_stack([np.cos(angles), np.sin(angles)])
     return found
-
-
-def _pressing_force(
-    part: ScaledFriction, small: Reduced, unknowns: _Unknowns, pressing: dict[int, Floats]
-) -> tuple[float, Floats, Floats]:
-    """Return N = n0 + n_f . f + n_y . y."""
-    n0, of_forces, of_unknowns = 0.0, np.zeros(len(small.own)), np.zeros(unknowns.count)
-    weights = part.weights(np.ones(len(small.z0)), pressing)
-    for k, weight in zip(part.normals.tolist(), weights, strict=True):
-        n0 += weight * small.z0[k]
-        of_forces += weight * small.Z[k]
-        if k in unknowns.negative:
-            of_unknowns[unknowns.negative[k]] += 2.0 * weight
-    return n0, of_forces, of_unknowns
-
-
-def _forces(
-    problem: Scaled, small: Reduced, mu: Floats, unknowns: _Unknowns, pressing: dict[int, Floats]
-) -> tuple[Floats, Floats]:
-    """Return f = f0 + F y: forces of all rows but equalities."""
-    place = small.place
-    f0: Floats = np.zeros(len(small.own))
-    F: Floats = np.zeros((len(small.own), unknowns.count))
-    for k, i in unknowns.normal.items():
-        F[place[k], i] = 1.0
-    for number, columns in unknowns.edges.items():
-        part = problem.parts[number]
-        F[place[part.rows], columns] = unknowns.ways[number].T
-    implied = np.eye(len(small.own))
-    for part in unknowns.sliding:
-        n0, of_forces, of_unknowns = _pressing_force(part, small, unknowns, pressing)
-        against = -mu[part.number] * part.moving
-        rows = place[part.rows]
-        f0[rows] += against * n0
-        F[rows] += np.outer(against, of_unknowns)
-        implied[rows] -= np.outer(against, of_forces)
-    if unknowns.sliding:
-        both = least_squares(implied, np.column_stack([f0, F]))
-        return np.asarray(both[:, 0], dtype=float), np.asarray(both[:, 1:], dtype=float)
-    return f0, F
-
-
-def _rows(
-    problem: Scaled,
-    small: Reduced,
-    mu: Floats,
-    unknowns: _Unknowns,
-    pressing: dict[int, Floats],
-    forces: tuple[Floats, Floats],
-) -> tuple[Floats, Floats]:
-    """Return q and M of w = M y + q."""
-    f0, F = forces
-    a0, A = small.a0 + small.K @ f0, small.K @ F
-    z0, Z = small.z0 + small.Z @ f0, small.Z @ F
-    q, M = np.zeros(unknowns.count), np.zeros((unknowns.count, unknowns.count))
-    normals = list(unknowns.normal)
-    q[: len(normals)], M[: len(normals)] = a0[normals], A[normals]
-    for k, i in unknowns.negative.items():
-        q[i], M[i] = z0[k], Z[k]
-        M[i, i] += 1.0
-    for number, columns in unknowns.edges.items():
-        part, slack = problem.parts[number], unknowns.slack[number]
-        ways = unknowns.ways[number]
-        q[columns], M[columns] = ways @ a0[part.rows], ways @ A[part.rows]
-        M[columns, slack] += 1.0
-        n0, of_forces, of_unknowns = _pressing_force(part, small, unknowns, pressing)
-        q[slack] = mu[number] * (n0 + of_forces @ f0)
-        M[slack] = mu[number] * (of_forces @ F + of_unknowns)
-        M[slack, columns] -= 1.0
-    return q, M
-
-
-def _read_mode(problem: Scaled, small: Reduced, unknowns: _Unknowns, found: Complementary, f: Floats) -> Proposal:
-    """Return the mode of a solution: basic unknowns act."""
-    y, basic = found.z, found.basic
-    z, a = small.z0 + small.Z @ f, small.a0 + small.K @ f
-    parts = len(problem.parts)
-    mode = ModeArrays(np.zeros(problem.count, dtype=np.intp), np.zeros(parts, dtype=np.intp), np.zeros((parts, 3)))
-    carrying = np.zeros(problem.count, dtype=bool)
-    carrying[problem.kinematic] = carrying[problem.defining] = True
-    for k, i in unknowns.normal.items():
-        mode.sides[k] = carrying[k] = basic[i]
-    mode.sides[problem.both] = np.where(z[problem.both] < 0.0, -1, 1)
-    for k, i in unknowns.negative.items():
-        mode.sides[k] = -1 if basic[i] else 1
-    for part in problem.parts:
-        if not part.rests:
-            mode.slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
-        elif part.number in unknowns.edges:  # it slips where its slack s is basic, against the force
-            columns = unknowns.edges[part.number]
-            pushing = basic[columns]
-            if part.held or not basic[unknowns.slack[part.number]] or (not part.in_space and pushing.all()):
-                carrying[part.rows] = pushing.any() if not part.in_space else True
-                continue
-            force = y[columns] @ unknowns.ways[part.number]
-            if not force.any():
-                force = -a[part.rows]
-            if part.in_space:
-                mode.slips[part.number] = IN_SPACE
-                mode.direction(part)[:] = -force / (float(np.linalg.norm(force)) or 1.0)
-            else:
-                mode.slips[part.number] = 1 if force[0] < 0.0 else -1
-    return Proposal(mode, carrying, small.x0 + small.X @ f, z, found.ray, found.spent)

@@ -32,7 +32,6 @@ from multibody_sym.contact_laws.problem import (
     STICKS,
     Equality,
     Flags,
-    FrictionRow,
     LawMode,
     LawProblem,
     LawState,
@@ -250,7 +249,7 @@ def _stop_slip(account: ImpactProgress, closed: Collection[int]) -> bool:
     So it is with one contact alone. Where that pushes contacts apart, friction has nothing that presses beside it.
     """
     some, v = select_rows(account.rows, closed), account.v
-    rubs = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
+    rubs = some.problem.tangents
     moved = impulse_response(some, rubs)
     enough = [rubs.index(row) for part in some.problem.parts if part.enough for row in part.rows]
     slip = v[some.rows][rubs][enough]
@@ -340,7 +339,7 @@ def _states(problem: LawProblem, most: int) -> LawStates:
 
 def _contradict(problem: LawProblem) -> bool:
     """Return whether what holds both ways wants speeds that no motion has, whatever else acts."""
-    both = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality) and not problem.coupling[k].any()]
+    both = [k for k in problem.equalities if not problem.coupling[k].any()]
     matrix, right = problem.matrix[both], problem.right[both]
     missed = matrix @ least_squares(matrix, right, exact(matrix)) - right
     return bool((np.abs(missed) > AT_REST * np.abs(right).max(initial=0.0)).any())
@@ -398,8 +397,7 @@ def _even_impulses(problem: LawProblem, state: LawState) -> tuple[Floats, list[i
         pushed = float(np.linalg.norm(trial.moved)) > SEEN * float(np.linalg.norm(trial.forces @ trial.idle))
         unmoved = null_space(trial.moved, DRAWN) if pushed else np.eye(trial.idle.shape[1])
         idle = trial.forces @ trial.idle @ unmoved
-        equal = [k for k, law in enumerate(problem.laws) if isinstance(law, Equality)]
-        free = idle @ null_space(idle[equal], DRAWN)
+        free = idle @ null_space(idle[problem.equalities], DRAWN)
         even = replace(here, z=here.z - free @ least_squares(free, here.z))
         if fulfils(even):
             here = even

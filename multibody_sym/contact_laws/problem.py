@@ -106,6 +106,11 @@ class LawProblem:
         return [k for k, law in enumerate(self.laws) if isinstance(law, Equality)]
 
     @cached_property
+    def tangents(self) -> list[int]:
+        """The rows of friction."""
+        return [k for k, law in enumerate(self.laws) if isinstance(law, FrictionRow)]
+
+    @cached_property
     def rough_parts(self) -> Mapping[int, list[int]]:
         """The friction parts that are not smooth, by each row that presses them."""
         found = dict[int, list[int]]()
@@ -255,6 +260,11 @@ class ScaledFriction:
         """The direction of its velocity, zeros at rest."""
         return self.velocity / (float(np.linalg.norm(self.velocity)) or 1.0)
 
+    @property
+    def moving_slip(self) -> int:
+        """The slip of a part that moves, as a number."""
+        return IN_SPACE if self.in_space else int(np.sign(self.velocity[0]))
+
     @cached_property
     def in_space(self) -> bool:
         return len(self.rows) > 1
@@ -337,12 +347,16 @@ class Scaled:
     def count(self) -> int:
         return len(self.r)
 
+    def flags(self, rows: Places | Sequence[int]) -> Flags:
+        """Return (m) which rows are among some."""
+        found = np.zeros(self.count, dtype=bool)
+        found[list(rows)] = True
+        return found
+
     @cached_property
     def two_sided(self) -> Flags:
         """(m): which rows are `both`."""
-        flags = np.zeros(self.count, dtype=bool)
-        flags[self.both] = True
-        return flags
+        return self.flags(self.both)
 
     @cached_property
     def table(self) -> FrictionTable:
@@ -510,6 +524,12 @@ class ModeArrays:
     def direction(self, part: ScaledFriction) -> Floats:
         """Return the direction of a part, with one component for each of its rows."""
         return self.directions[part.number, : len(part.rows)]
+
+    def way(self, part: ScaledFriction) -> Floats:
+        """Return the direction in which a part slides, with one component for each of its rows."""
+        if not part.rests:
+            return part.moving
+        return self.direction(part) if part.in_space else np.array([float(self.slips[part.number])])
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from multibody_sym.contact_laws.impact_problem import (
     select_rows,
     verify_moves,
 )
-from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, FrictionLaw, FrictionRow, Places
+from multibody_sym.contact_laws.problem import IN_SPACE, STICKS, Equality, FrictionLaw, Places
 from multibody_sym.contact_laws.search import find
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.records import dataclass
@@ -474,8 +474,7 @@ class Single:
     def moved(self) -> ImpulseResponse | None:
         """What impulses at the contact move; None where other parts rub than its own, or several."""
         verify_moves(self.some, self.row, self.name)
-        tangents = [k for k, law in enumerate(self.some.problem.laws) if isinstance(law, FrictionRow)]
-        return impulse_response(self.some, [self.row, *tangents]) if self._simple else None
+        return impulse_response(self.some, [self.row, *self.some.problem.tangents]) if self._simple else None
 
     @cached_property
     def table(self) -> list[list[float]] | None:
@@ -701,7 +700,7 @@ def give_back(account: ImpactProgress, closed: Collection[int], before: ImpactPr
             stored[own] = z[own] * max(min(back, left), 0.0) / size
     if not stored.any():
         return
-    own = [k for k, law in enumerate(some.problem.laws) if isinstance(law, FrictionRow)]
+    own = some.problem.tangents
     moved, f = impulse_response(some, own), stored[some.rows][own]
     taken = sum(float((account.lost - before.lost)[_rows(some, k)[0]].sum()) for k in parts)
     needed = float(f @ moved.K @ f) / 2.0 + float(f @ v[some.rows][own])

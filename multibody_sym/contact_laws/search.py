@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from multibody_sym.contact_laws.enumeration import MOST, Proposal, candidate_modes, closer_edges, count_modes, propose
 from multibody_sym.contact_laws.problem import (
-    IN_SPACE,
     STICKS,
     Drift,
     Flags,
@@ -577,13 +576,15 @@ def find(
             "value, or a mass is zero; start from another position",
             number="N105",
         )
-    if not every and ((found := _of_all(problem, previous, every, drift, left, most)).states or found.proved):
-        return found
+    if not every:
+        found = _Search(scaled(problem), every, drift, left, most).found(previous)
+        if found.states or found.proved:
+            return found
     apart = islands(problem)
     alone = _of_islands(apart, previous, every, drift, left or {}, most) if len(apart) > 1 else None
     if alone is not None:
         return alone
-    return _of_all(problem, previous, every, drift, left, most) if every else found
+    return _Search(scaled(problem), every, drift, left, most).found(previous) if every else found
 
 
 def _of_islands(
@@ -599,7 +600,7 @@ def _of_islands(
     for island in apart:
         own = island.state(previous) if isinstance(previous, LawState) else previous and island.mode(previous)
         known = {k: left[row] for k, row in enumerate(island.rows) if row in left}
-        found.append(_of_all(island.problem, own, every, None, known, most))
+        found.append(_Search(scaled(island.problem), every, None, known, most).found(own))
     if none := [each for each in found if not each.states]:
         return next((each for each in none if each.proved), none[0])
     if drift is not None and any(state.at_limit for each in found for state in each.states):
@@ -613,22 +614,6 @@ def _of_islands(
         all(each.proved for each in found) and len(states) <= _MOST_TOGETHER,
         tuple(sorted(island.rows[k] for island, each in zip(apart, found, strict=True) for k in each.free)),
     )
-
-
-def _of_all(
-    problem: LawProblem,
-    previous: LawState | LawMode | None,
-    every: bool,
-    drift: Drift | None,
-    left: Mapping[int, float] | None,
-    most: int,
-) -> LawStates:
-    search = _Search(scaled(problem), every, drift, left or {}, most)
-    ends = search.run(*_begin(search.problem, previous))
-    told = tuple(search.state_of(end) for end in ends)
-    free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
-    verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
-    return LawStates(told, verdict, search.words(verdict), search.states.proved, tuple(int(k) for k in free))
 
 
 Rounds = tuple[tuple[frozenset[int], Near], ...]
@@ -668,6 +653,14 @@ class _Search:
         self.exact = every or drift is not None
         self.states = States(problem, every, most)
 
+    def found(self, previous: LawState | LawMode | None) -> LawStates:
+        """Return the states, from a previous state or mode where that is still near."""
+        ends = self.run(*_begin(self.problem, previous))
+        told = tuple(self.state_of(end) for end in ends)
+        free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
+        verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
+        return LawStates(told, verdict, self.words(verdict), self.states.proved, tuple(int(k) for k in free))
+
     def run(self, near: list[Near], known: Rounds = ()) -> list[_End]:
         """Return the states, from those with static coefficients on to those in which no more parts slip.
 
@@ -685,7 +678,7 @@ class _Search:
                 labels = self._labels(trial, kinetic)
                 slips = {p.number for p in self.problem.parts if p.rests and labels.mode.slips[p.number] != STICKS}
                 new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
-                to_here = (*rounds, (kinetic, self._basic(trial)))
+                to_here = (*rounds, (kinetic, Near(trial.mode, self.problem.flags(trial.basic))))
                 if new:
                     waiting.append((kinetic | new, [Near(trial.mode), Near(labels.mode)], to_here))
                 else:
@@ -700,11 +693,6 @@ class _Search:
                 ends[k] = replace(end, labels=replace(end.labels, unsure=unsure))
                 return
         ends.append(new)
-
-    def _basic(self, trial: ModeSolution) -> Near:
-        carrying = np.zeros(self.problem.count, dtype=bool)
-        carrying[trial.basic] = True
-        return Near(trial.mode, carrying)
 
     def _coefficients(self, kinetic: frozenset[int]) -> Floats:
         parts = self.problem.parts
@@ -752,22 +740,17 @@ class _Search:
 
     def state_of(self, end: _End) -> LawState:
         state = self._state(end.trial, end.labels.mode, end.kinetic)
-        return LawState(
-            state.mode,
-            state.x,
-            state.z,
-            state.a,
-            end.kinetic,
-            tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
-            end.labels.at_limit,
-            tuple(self._round(kinetic, place) for kinetic, place in end.rounds),
+        return replace(
+            state,
+            not_unique=tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
+            at_limit=end.labels.at_limit,
+            rounds=tuple(self._round(kinetic, place) for kinetic, place in end.rounds),
         )
 
     def _state(self, trial: ModeSolution, mode: ModeArrays, kinetic: frozenset[int]) -> LawState:
         """Return a state in the units of the problem."""
-        return LawState(
-            self._law_mode(mode), trial.x, trial.z / self.problem.sizes, trial.a * self.problem.lengths, kinetic
-        )
+        sizes, lengths = self.problem.sizes, self.problem.lengths
+        return LawState(self._law_mode(mode), trial.x, trial.z / sizes, trial.a * lengths, kinetic)
 
     def _round(self, kinetic: frozenset[int], place: Near) -> Round:
         carrying = () if place.carrying is None else tuple(np.flatnonzero(place.carrying).tolist())
@@ -794,14 +777,11 @@ class _Search:
 
 def _begin(problem: Scaled, previous: LawState | LawMode | None) -> tuple[list[Near], Rounds]:
     """Return the modes to begin with, and those to which coefficients led before."""
-    if isinstance(previous, LawState):
-        rounds = list[tuple[frozenset[int], Near]]()
-        for known in previous.rounds:
-            carrying = np.zeros(problem.count, dtype=bool)
-            carrying[list(known.carrying)] = True
-            rounds.append((known.kinetic, Near(modes_of(problem, known.mode), carrying)))
-        return _begin(problem, previous.mode)[0], tuple(rounds)
-    return [] if previous is None else [Near(modes_of(problem, previous))], ()
+    if previous is None:
+        return [], ()
+    mode, known = (previous.mode, previous.rounds) if isinstance(previous, LawState) else (previous, ())
+    rounds = ((each.kinetic, Near(modes_of(problem, each.mode), problem.flags(each.carrying))) for each in known)
+    return [Near(modes_of(problem, mode))], tuple(rounds)
 
 
 def modes_of(problem: Scaled, previous: LawMode) -> ModeArrays:
@@ -811,7 +791,7 @@ def modes_of(problem: Scaled, previous: LawMode) -> ModeArrays:
     for part in problem.parts:
         directions[part.number, : len(part.rows)] = previous.directions[part.number] or 0.0
         if not part.rests:
-            slips[part.number] = IN_SPACE if part.in_space else int(np.sign(part.velocity[0]))
+            slips[part.number] = part.moving_slip
         elif part.in_space and slips[part.number] and not directions[part.number].any():
             slips[part.number] = STICKS
     return ModeArrays(sides, slips, directions)

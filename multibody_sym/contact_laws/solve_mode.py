@@ -299,11 +299,7 @@ class _Following:
         S = self.fixed.copy()
         for part, entries, there in self.parts:
             weights = part.weights(mode.sides, pressing)
-            if not part.rests:
-                way = part.moving
-            else:
-                way = mode.direction(part) if part.in_space else np.array([float(mode.slips[part.number])])
-            S[entries] = -self.mu[part.number] * (way[:, None] * weights[there])
+            S[entries] = -self.mu[part.number] * (mode.way(part)[:, None] * weights[there])
         return S
 
 
@@ -684,7 +680,7 @@ def _slip(part: ScaledFriction, trial: ModeSolution, stands: bool, turned: bool)
     if part.held and part.rests:
         return STICKS, nowhere
     if not part.rests:
-        return (IN_SPACE, nowhere) if part.in_space else (int(np.sign(part.velocity[0])), nowhere)
+        return part.moving_slip, nowhere
     a = trial.a[part.rows]
     if part.in_space:
         # The direction that was found has more digits than a small a_t.

@@ -393,13 +393,11 @@ class _Rates:
 
     def take(self, part: ScaledFriction) -> None:
         """Let a part slide with its normals, hold it, or leave its friction to be found."""
-        z, slip = self.trial.z, int(self.mode.slips[part.number])
-        mu = self.trial.mu[part.number]
+        z, mu = self.trial.z, self.trial.mu[part.number]
         if not mu or not self.problem.pressed_parts(self.mode.sides)[part.number]:
             return
-        if slip != STICKS:
-            moving = part.moving if not part.rests else self._begun(part, slip)
-            self._follow(part, -mu * moving)
+        if self.mode.slips[part.number] != STICKS:
+            self._follow(part, -mu * self.mode.way(part))
         elif set(part.normals.tolist()) <= set(self.ties.normals) and not part.in_space:
             self.parts.append(replace(part, static=mu, kinetic=mu))
         elif part.number in self.ties.parts:
@@ -410,9 +408,6 @@ class _Rates:
             self.held += part.rows[1:].tolist()
         else:
             self.held += part.rows.tolist()
-
-    def _begun(self, part: ScaledFriction, slip: int) -> Floats:
-        return self.mode.direction(part) if part.in_space else np.array([float(slip)])
 
     def _turn(self, rows: Places, way: Floats) -> None:
         """Let the first of a part's rows be along a unit vector, the others across it."""
