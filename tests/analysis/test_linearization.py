@@ -104,7 +104,7 @@ def rates_of_deviations(flow: DeviationFlow, q: np.ndarray, u: np.ndarray, z: np
     """Return z' beside a motion: of attitudes by the rates of quaternions, theta = 2 vec(q0^* q) where it is small."""
     size = len(u)
     beside, fast = displaced(flow.mechanism, q, z[:size]), u + z[size:]
-    rates, there = (flow._rates(*flow.known(*state)) for state in ((q, u), (beside, fast)))
+    rates, there = (flow.rates(flow.known(*state)) for state in ((q, u), (beside, fast)))
     found = np.concatenate([np.zeros(size), there[1] - rates[1]])
     for body in flow.mechanism.bodies:
         for i, k in body.rate_pairs:
