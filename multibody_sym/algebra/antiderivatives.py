@@ -14,18 +14,16 @@ from typing import Final
 
 from multibody_sym.algebra.quotient_functions import book_node, exact, sign, sqrt
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient, factors_of
-from multibody_sym.algebra.roots import Roots, shift_powers
+from multibody_sym.algebra.roots import Roots, put_in_place, shift_powers
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD
-from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import (
     ONE,
     PI,
     ZERO,
     Node,
     add,
-    as_node,
     divide,
     multiply,
     negate,
@@ -79,11 +77,6 @@ def definite_integral(a: Quotient, by: Node, start: Quotient) -> tuple[Node, tup
     whole = found.plain if not integration.functions(a) else found.node  # logarithms of ratios are zero at the start
     first = put_in_place(whole, by, book_node(start))
     return add(found.node, multiply(number(-1), first)), found.divisors
-
-
-def put_in_place(node: Node, by: Node, value: Node) -> Node:
-    """Return an expression with a value in the place of a symbol."""
-    return as_node(evaluate([node], lambda leaf: value if leaf is by else leaf)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +246,7 @@ class _Integration:
         """Return the integral of a rational function of z = exp(r t + p), dt = dz/(r z)."""
         slope = self.slope(exponent)
         assert slope is not None
-        at_zero: Node = evaluate([exponent], lambda leaf: ZERO if leaf is self.by else leaf)[0]
-        start = self.quotient(BUILD["exp"](at_zero))
+        start = self.quotient(BUILD["exp"](put_in_place(exponent, self.by, ZERO)))
         return self.rational(a / (slope * self.gen(k)), k, start, multiply(book_node(slope), self.by))
 
     def linear(self, a: Quotient) -> tuple[Quotient, Quotient]:

@@ -38,8 +38,8 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
-from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ONE, PI, TWO, ZERO, Node, add, divide, multiply, negate, number
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import ONE, PI, TWO, ZERO, Node, add, as_node, divide, multiply, negate, number
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
@@ -317,6 +317,11 @@ def with_one_pi(total: Node) -> Node:
         others.append(multiply(number(turns), PI))
     ordered = sorted(others, key=lambda x: x.op == "neg" or (turns < 0 and x is others[-1]))
     return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
+
+
+def put_in_place(node: Node, unknown: Node, value: Node) -> Node:
+    """Return an expression with a value in the place of a symbol."""
+    return as_node(evaluate([node], lambda leaf: value if leaf is unknown else leaf)[0])
 
 
 def shift_powers(powers: Sequence[Quotient], by: Quotient) -> list[Quotient]:

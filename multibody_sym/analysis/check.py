@@ -272,19 +272,19 @@ def _edge_hints(system: System) -> Iterator[Hint]:
                 f"declare a contact of both, such as between: [{box}.bottom_front, {other}.top_right]; a run tells "
                 "where they pass"
             )
-            yield Hint(told, "contacts", declared)
         elif kind == "rod":
             told = (
                 f"the side of {other} does not touch the edges of {box} in contact {name}, its ends touch the faces: "
                 f"where they may cross, declare a contact of both, such as between: [{other}.side, {box}.top_front]"
             )
-            yield Hint(told, "contacts", declared)
         elif kind in ("disc", "cylinder"):
             told = (
                 f"rims of {other} touch the faces of {box} in contact {name}, nothing of it the edges and corners: it "
                 "passes through these"
             )
-            yield Hint(told, "contacts", declared)
+        else:
+            continue
+        yield Hint(told, "contacts", declared)
 
 
 def _start_hints(system: System, state: StartState) -> list[str]:

@@ -25,8 +25,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.argument_checks import flag
 from multibody_sym.model.system import System, verify_system
-from multibody_sym.motion.function import Function, function
-from multibody_sym.motion.function_results import Regressor
+from multibody_sym.motion.function import function
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.numbers import floats, vector, verify_finite
@@ -269,7 +268,13 @@ def base_parameters(system: System) -> BaseParameters:
     Source: Gautier (1991), Numerical calculation of the base inertial parameters of robots.
     """
     regressor = function(system, "regressor")
-    Y = _sampled(regressor)
+    nu, width = regressor.shapes["regressor"]
+    if not nu:
+        raise ModelError("there are no speeds, so that no force tells of masses", number="M110")
+    # the regressor at so many states that its rows are twice its columns
+    rng, count, nq = np.random.default_rng(_SEED), 2 * width // nu + 1, regressor.program.input("q").size
+    q, (u, udot) = rng.uniform(-2.0, 2.0, (count, nq)), rng.uniform(-2.0, 2.0, (2, count, nu))
+    Y = regressor(0.0, q, u, udot).regressor.reshape(count * nu, width)
     sizes = np.linalg.norm(Y, axis=0)
     seen = np.flatnonzero(sizes > _DEPENDENT * sizes.max(initial=0.0))
     first, of_seen = first_columns(Y[:, seen] / sizes[seen], _DEPENDENT)
@@ -282,19 +287,6 @@ def base_parameters(system: System) -> BaseParameters:
     parameters = tuple(f"{word}({body.name})" for body in bodies for word in _OF_BODY)
     names = tuple(_in_words(row, column, parameters) for row, column in zip(combination, columns, strict=True))
     return BaseParameters(names, columns, combination, parameters)
-
-
-def _sampled(regressor: Function[Regressor]) -> Floats:
-    """Return the regressor at so many states that their rows are twice its columns. Raises ModelError."""
-    rng = np.random.default_rng(_SEED)
-    nu, width = regressor.shapes["regressor"]
-    if not nu:
-        raise ModelError("there are no speeds, so that no force tells of masses", number="M110")
-    count = 2 * width // nu + 1
-    nq = regressor.program.input("q").size
-    q, (u, udot) = rng.uniform(-2.0, 2.0, (count, nq)), rng.uniform(-2.0, 2.0, (2, count, nu))
-    found: Floats = regressor(0.0, q, u, udot).regressor.reshape(count * nu, width)
-    return found
 
 
 def _in_words(row: Floats, first: int, parameters: Sequence[str]) -> str:

@@ -224,11 +224,6 @@ class MotionNumber:
         return Value(self.number, unit=unit, error=self.missed * abs(self.number))
 
 
-def period_of(system: System, coordinate: str) -> MotionNumber:
-    """Return the period of a coordinate in the motion from the start. Raises ModelError, NoPeriodError."""
-    return Swing.of(system, coordinate).period
-
-
 @dataclass(frozen=True)
 class Swing:
     """The motion of one coordinate of a system; `around`: it is an angle, which may go around.
@@ -512,7 +507,7 @@ def modes(
         with under("period"):
             coordinate = text("period", period)
             try:
-                known = period_of(changed, coordinate)
+                known = Swing.of(changed, coordinate).period
                 note, value = f"the period of {coordinate} is known {known.how}", known.value("s")
             except NoPeriodError as reason:
                 note, value = f"no period is told: {reason}", Value(None, None, "s")

@@ -336,16 +336,11 @@ def _least_force(position: Position, name: str, end: RestEnd, value: float) -> f
     conditions = position.conditions({name: value}, position.statics.limits(end.choice), moves=True)
     if conditions is None:
         return None
-    n = conditions.equal.shape[1]
-    one = np.ones((n, 1))
-    upper = np.vstack(
-        [
-            np.hstack([-conditions.cone, np.zeros((len(conditions.cone), 1))]),
-            np.hstack([np.eye(n), -one]),
-            np.hstack([-np.eye(n), -one]),
-        ]
-    )
-    equal = np.hstack([conditions.equal, np.zeros((len(conditions.equal), 1))])
+    cone, equal = conditions.cone, conditions.equal
+    n = equal.shape[1]
+    one, unit = np.ones((n, 1)), np.eye(n)
+    upper = np.block([[-cone, np.zeros((len(cone), 1))], [unit, -one], [-unit, -one]])
+    equal = np.hstack([equal, np.zeros((len(equal), 1))])
     cost = np.r_[np.zeros(n), 1.0]
     free = [(None, None)] * len(cost)
     found = linear_program(cost, free, below=(upper, np.zeros(len(upper))), equal=(equal, conditions.right))

@@ -14,9 +14,9 @@ from typing import Any, Final
 from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import exact
 from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
-from multibody_sym.algebra.roots import linear_parts, rate, roots, shortest_node
+from multibody_sym.algebra.roots import linear_parts, put_in_place, rate, roots, shortest_node
 from multibody_sym.analysis.rest.ends import ExactEnd, fits, open_end, short_number, with_value
-from multibody_sym.analysis.rest.ranges import Least, Ranges, causes, first_range, least_ends, search_of
+from multibody_sym.analysis.rest.ranges import Least, Ranges, RestSearch, causes, first_range, least_ends
 from multibody_sym.analysis.rest.statics import Position, RestEnd
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
@@ -37,8 +37,8 @@ from multibody_sym.mechanics.mechanism import Mechanism, ParameterEntry, Source,
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
-from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import Node, as_node, symbol
+from multibody_sym.scalars.functions import evaluate_float
+from multibody_sym.scalars.node import Node, symbol
 from multibody_sym.text.printer import text
 
 Names = tuple[str, ...]
@@ -150,7 +150,7 @@ def range_of_rest(
 def _range_of_rest(system: System, vary: str, formalism: str | None) -> RangeOfRest:
     position = rest_position(system, formalism)
     entry = varied_parameter(position.mechanism, vary)
-    found = search_of(position, entry.name, {}).found()
+    found = RestSearch(position, entry.name, {}).found()
     gives_way: Names = ()
     if found.against is not None:
         still = position.motion({}, moves=False)
@@ -430,7 +430,7 @@ class _Exact:
                     continue
                 found: Node | None = None
                 with suppress(*_NO_FORM):
-                    found = self.over_symbols(_replace_symbol(shortest_node(value), vary, place), sample)
+                    found = self.over_symbols(put_in_place(shortest_node(value), vary, place), sample)
                 fitting = found is not None and fits(found, least, self.found.end.value, sample)
                 yield (with_doubles(found) if fitting and found is not None else None), with_doubles(place)
 
@@ -439,10 +439,6 @@ class _Exact:
         over = Field(_WORK)
         letters = {name: over.letter(name, letter) for name, letter in self.end.letters.items() if name in sample}
         return shortest_node(exact(over, [node], letters)[0])
-
-
-def _replace_symbol(node: Node, unknown: Node, value: Node) -> Node:
-    return as_node(evaluate([node], lambda leaf: value if leaf is unknown else leaf)[0])
 
 
 def _length(forms: Forms) -> tuple[int, int]:

@@ -87,19 +87,18 @@ class Ranges:
     against: tuple[RestLimit, ...] | None = None
 
 
-def search_of(position: Position, name: str, others: Mapping[str, float]) -> RestSearch:
-    """Return the search for values of a parameter, others being as declared or given."""
-    return RestSearch(position, name, others, any(map(position.moves_with, (name, *others))))
-
-
 @dataclass(frozen=True)
 class RestSearch:
-    """The search for values of the parameter `name`; `moves`: whether positions depend on it or on the others."""
+    """The search for values of the parameter `name`, `others` being as declared or given."""
 
     position: Position
     name: str
     others: Mapping[str, float]
-    moves: bool
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether positions depend on the parameter or on the others."""
+        return any(map(self.position.moves_with, (self.name, *self.others)))
 
     def at(self, limits: Sequence[RestLimit]) -> ConditionsAt:
         """Return the conditions as a function of the parameter."""
@@ -135,14 +134,12 @@ class RestSearch:
 
     def found(self) -> Ranges:
         kind, low, searched = self.kind, self.least, self.searched
-        united_ranges = [
-            x for x in self.ranges() if not (low == x[0].value == x[1].value == 0.0)
-        ]  # no load, or no body
+        ranges = [x for x in self.ranges() if not low == x[0].value == x[1].value == 0.0]  # no load, or no body
         if kind == "angle":
-            about, turn = join_about_pi(united_ranges)
+            about, turn = join_about_pi(ranges)
             return Ranges(self.name, kind, tuple(about), turn)
         told = (low, inf) if kind in ("none", "coefficient", "load") else searched
-        return Ranges(self.name, kind, tuple(united_ranges), told, None if united_ranges else self.against())
+        return Ranges(self.name, kind, tuple(ranges), told, None if ranges else self.against())
 
     def against(self) -> tuple[RestLimit, ...] | None:
         """Return the limits that contradict balance, for the first choice of pressing sides for which some do.
@@ -335,7 +332,7 @@ class RestSearch:
             beyond = end.value + (step if end.value > inside else -step)
             beyond = min(max(beyond, searched[0]), searched[1])
             found = feasible_set(self.at(limits), [end.value, 0.5 * (end.value + beyond), beyond])
-            ends = [_rest_end(x.high if beyond > end.value else x.low, limits, choice) for x in found]
+            ends = [pair[beyond > end.value] for pair in _rest_ends(found, limits, choice)]
             farther = [x for x in ends if x.limits and (x.value - end.value) * (beyond - end.value) > 0.0]
             if not farther or abs(farther[0].value - end.value) <= _SETTLED * abs(end.value):
                 break
@@ -359,8 +356,7 @@ class RestSearch:
         """Return the ranges for one choice of pressing sides, circles cut again until their ends stay."""
         cuts = dict(self.position.statics.cuts)
         limits = self.position.statics.limits(choice, cuts)
-        intervals = self.intervals(self.at(limits), kind, searched)
-        found = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in intervals]
+        found = _rest_ends(self.intervals(self.at(limits), kind, searched), limits, choice)
         sharp = [sharpen_end(self.at, end, limits) if cuts else end for pair in found for end in pair]
         for _ in range(_CUTS):
             if not self.cut_again(cuts, [end for pair in found for end in pair], sharp, limits):
@@ -383,14 +379,12 @@ class RestSearch:
         inner = first + (last - first) * shrunk[1:-1]
         aside = _BEYOND * (last - first) if low > -inf and high < inf else _BEYOND * abs(low if high == inf else high)
         grid = [first - aside if known[0].limits else first, *inner.tolist(), last + aside if known[1].limits else last]
-        found = feasible_set(self.at(limits), grid)
-        ends = [(_rest_end(x.low, limits, choice), _rest_end(x.high, limits, choice)) for x in found]
         return [
             (
                 known[0] if not (a.limits or a.equal) and a.value == grid[0] else a,
                 known[1] if not (b.limits or b.equal) and b.value == grid[-1] else b,
             )
-            for a, b in ends
+            for a, b in _rest_ends(feasible_set(self.at(limits), grid), limits, choice)
         ]
 
     def cut_again(
@@ -488,11 +482,18 @@ def _same(a: Conditions | None, b: Conditions | None) -> bool:
     return _alike(a.equal, b.equal) and _alike(a.right, b.right) and _alike(a.cone, b.cone)
 
 
-def _rest_end(end: IntervalEnd, limits: Sequence[RestLimit], choice: PressingSides) -> RestEnd:
-    against = end.gives_way
-    if against is None:
-        return RestEnd(end.value)
-    return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
+def _rest_ends(
+    intervals: Sequence[Interval], limits: Sequence[RestLimit], choice: PressingSides
+) -> list[tuple[RestEnd, RestEnd]]:
+    """Return the ends of intervals with the limits that give way there."""
+
+    def of(end: IntervalEnd) -> RestEnd:
+        against = end.gives_way
+        if against is None:
+            return RestEnd(end.value)
+        return RestEnd(end.value, against.equal, tuple(limits[k] for k in against.cone), choice, against.shares)
+
+    return [(of(x.low), of(x.high)) for x in intervals]
 
 
 # --- the least values of a parameter, a force say, that hold and that end rest, over all values of another one -------
@@ -525,7 +526,7 @@ def least_ends(position: Position, least: str, vary: str) -> tuple[Least | None,
     The first is None where 0 holds at each value at which there is rest, the second where rest never ends. Of equal
     ones that whose other parameter is nearest to its declared value. Raises NoSolutionError where nothing holds.
     """
-    search = search_of(position, vary, {least: position.value[least]})
+    search = RestSearch(position, vary, {least: position.value[least]})
     grid = search.grid(search.kind, search.searched)
     grid = grid if search.kind == "coefficient" else [*grid[:-1:2], grid[-1]]
     known: dict[float, Range | None] = {}
@@ -560,7 +561,7 @@ def first_range(position: Position, least: str, others: dict[str, float]) -> Ran
 
     None where there is no such position, or no rest.
     """
-    search = search_of(position, least, others)
+    search = RestSearch(position, least, others)
     if all(look is None for look in search.looks) or not position.has_start(others):
         return None
     for low, high in search.ranges():

@@ -9,7 +9,7 @@ from typing import Any
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.analysis.rest.ends import ExactEnd
 from multibody_sym.analysis.rest.range_of_rest import rest_bound, rest_position, unit_of, varied_parameter
-from multibody_sym.analysis.rest.ranges import search_of
+from multibody_sym.analysis.rest.ranges import RestSearch
 from multibody_sym.analysis.rest.statics import RestEnd, RestLimit
 from multibody_sym.answers.ask.working import solving_lines, written
 from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
@@ -44,7 +44,7 @@ def worked_rest(system: System, vary: str, *, formalism: str | None = None, **ch
     system = Overrides(**changes).of(system)
     position = rest_position(system, formalism)
     entry = varied_parameter(position.mechanism, vary)
-    found = search_of(position, entry.name, {}).found()
+    found = RestSearch(position, entry.name, {}).found()
     unit = "rad" if found.kind == "angle" else unit_of(entry)
     steps, notation, said = list[WorkedStep](), Notation({}, {}), set[tuple[str, ...]]()
     for ends in found.ranges:
