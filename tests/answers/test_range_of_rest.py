@@ -10,7 +10,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.analysis.rest.range_of_rest import RestBound
 from multibody_sym.documents.analysis import rest_text
-from multibody_sym.errors import ArgumentError, InputError
+from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
 
 INCLINE = """\
 multibody_sym: 1
@@ -113,6 +113,53 @@ def test_rest_in_numbers_at_random_parameters(count: int) -> None:
         low_high = mbs.range_of_rest(system, "F", parameters={"b": b, "h": h, "mu": mu, "y": y, "a": a}).rest
         assert any((low or -math.inf) <= F <= (high or math.inf) for low, high in low_high) == rests
     assert count / 8 < inside < count * 7 / 8
+
+
+MASSLESS = """\
+multibody_sym: 1
+name: massless_ladder
+gravity: [0, -g, 0]
+parameters: {g: 10, a: 60 deg, mu: 0.4, nu: 0.3, l: 3.0, s: 1.0, m: {value: 12, positive: true}}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}, wall: {plane: [0, 0, 0], normal: x}}}
+  ladder: {points: {foot: [-l/2, 0, 0], head: [l/2, 0, 0], load: [s - l/2, 0, 0]}}
+joints: {B: {type: planar, parent: ground, child: ladder, initial: {q: [l/2*cos(a), l/2*sin(a), pi - a]}}}
+forces: {weight: {type: force, on: ladder, at: load, value: [0, -m*g, 0]}}
+contacts:
+  floor: {between: [ladder.foot, ground.floor], static: mu}
+  wall: {between: [ladder.head, ground.wall], static: nu}
+"""
+
+
+def test_what_has_no_mass_rests_by_forces_alone() -> None:
+    """A load on a massless ladder, and one wedged between two walls; by hand, and as with a billionth of a kilogram."""
+    system, (sine, cosine) = mbs.loads(MASSLESS), (math.sin(math.pi / 3), math.cos(math.pi / 3))
+    ((low, high),) = mbs.range_of_rest(system, "mu").ends  # at the wall N2*(l*sin + nu*l*cos) = m*g*s*cos, mu*N1 = N2
+    assert low.value == pytest.approx(cosine / (3 * sine + 0.3 * 2 * cosine), rel=1e-14)
+    assert low.expression is not None
+    assert (low.gives_way, high.value) == (("slips at floor", "slips at wall"), None)
+    light = mbs.loads(MASSLESS.replace("{points: {foot", "{mass: 1e-9, inertia: {Izz: 1e-9}, points: {foot"))
+    for name in ("mu", "s", "nu", "a"):
+        here, there = (np.array(mbs.range_of_rest(each, name).rest, dtype=float) for each in (system, light))
+        assert here == pytest.approx(there, rel=1e-8, abs=1e-8, nan_ok=True), name
+    walls = MASSLESS.replace("floor: {plane: [0, 0, 0], normal: y}", "floor: {plane: [l*cos(a), 0, 0], normal: -x}")
+    walls = walls.replace("nu: 0.3, ", "").replace("static: nu", "static: mu").replace("60 deg", "15 deg")
+    ((least, most),) = mbs.range_of_rest(mbs.loads(walls), "mu").rest
+    assert (least, most) == (pytest.approx(math.tan(math.radians(15))), None)
+
+
+def test_nothing_holds_a_massless_arm_that_is_free_to_turn() -> None:
+    """Its torque is zero where it rests; a model without any mass by the value of a parameter has no start."""
+    arm = (
+        "multibody_sym: 1\nname: arm\nparameters: {M: 5 N*m, m: 2 kg}\nbodies: {block: {mass: m}, arm: {}}\n"
+        "joints: {J: {type: point, parent: ground, child: block}, H: {type: revolute, parent: block, child: arm}}\n"
+        "forces: {T: {type: torque, joint: H, value: M}}\n"
+    )
+    found = mbs.range_of_rest(mbs.loads(arm), "M")
+    assert found.rest == [(0.0, 0.0)]
+    assert found.ends[0][0].gives_way == ("nothing holds it at other values",)
+    with pytest.raises(NoSolutionError, match="no inertia resists"):
+        mbs.range_of_rest(mbs.loads(arm.replace("arm: {}", "arm: {mass: m}")), "M", parameters={"m": 0.0})
 
 
 def test_what_cannot_be_varied_is_told() -> None:

@@ -21,9 +21,17 @@ from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import conditions_left, exact, exact_solve, register_angles, sqrt
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import roots
-from multibody_sym.analysis.rest.statics import Balance, Direction, Position, RestEnd, RestLimit, out_of_touch, statics
+from multibody_sym.analysis.rest.statics import (
+    Balance,
+    Direction,
+    Position,
+    RestEnd,
+    RestLimit,
+    out_of_touch,
+    start_at_rest,
+    statics,
+)
 from multibody_sym.derivation.symbolic_start import SymbolicState, declared_state
-from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, MultibodyError
 from multibody_sym.mechanics.mechanism import Mechanism, ParameterVector
 from multibody_sym.mechanics.motion import motion_of, state_of
@@ -422,7 +430,7 @@ class ExactEnd:
     def in_balance(self) -> tuple[SymbolicState, Mechanism]:
         """The state over Nodes at the end, at rest, and the mechanism with all that may touch stuck."""
         at_end = self.at_end
-        given = declared_state(at_end, start(at_end))
+        given = declared_state(at_end, start_at_rest(at_end))
         whole = statics(at_end).mechanism
         parameters = [given.state.slots[at_end.parameters.slot(entry.name)] for entry in at_end.parameters]
         rest = [ZERO] * len(at_end.speeds)
@@ -432,7 +440,7 @@ class ExactEnd:
     def _balance(self) -> tuple[SymbolicState, Balance]:
         """The state over Nodes at the end, at rest, and the conditions there."""
         at_end = self.at_end
-        position = Position(at_end, start(at_end))
+        position = Position(at_end, start_at_rest(at_end))
         given, mechanism = self.in_balance
         motion = motion_of(mechanism, given.state)
         balance = statics(at_end).balance(motion, self.end.limits, row_motions(motion))

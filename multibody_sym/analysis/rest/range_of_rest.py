@@ -17,10 +17,9 @@ from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import linear_parts, put_in_place, rate, roots, shortest_node
 from multibody_sym.analysis.rest.ends import ExactEnd, fits, open_end, short_number, with_value
 from multibody_sym.analysis.rest.ranges import Least, Ranges, RestSearch, causes, first_range, least_ends
-from multibody_sym.analysis.rest.statics import Position, RestEnd
+from multibody_sym.analysis.rest.statics import Position, RestEnd, start_at_rest
 from multibody_sym.derivation.routes import verify_formalism
 from multibody_sym.dynamics.start.number_checks import check_numbers, on_numbers
-from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import (
     ArgumentError,
     ExpressionError,
@@ -176,7 +175,7 @@ def rest_position(system: System, formalism: str | None) -> Position:
     verify_kept(declared)
     verify_without_states(declared, "a range of rest is one of forces alone; equilibrium finds the state too")
     resolved = declared.relative or declared
-    position = Position(resolved, start(resolved, project=system.simulation.project), formalism)
+    position = Position(resolved, start_at_rest(resolved, project=system.simulation.project), formalism)
     moved = position.moved({}, moves=False)
     rows = None if moved is None else position.rows(*moved)
     for k, row in enumerate(rows or ()):

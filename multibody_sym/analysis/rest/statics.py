@@ -23,6 +23,7 @@ from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.dynamics.closing import normalize
 from multibody_sym.dynamics.contact.contact_problem import Numbered, OneWayRows, Scale
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics
+from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.start.initial_geometry import measured_rows, with_constants
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.dynamics.start.start import Start, start
@@ -44,7 +45,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.limits import Kind, most
 from multibody_sym.scalars.linear_inequalities import Conditions
-from multibody_sym.scalars.node import ONE, Node, as_node, negate, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, slot
 from multibody_sym.scalars.sign_changes import switching_functions
 from multibody_sym.scalars.vectors import S, dot, subtract
 
@@ -293,6 +294,29 @@ def height(motion: Motion, com: Marker, plane: PlaneSurface) -> float:
 # --- the declared position at values of a parameter, at rest, and the conditions of rest there in floats -------------
 
 
+def start_at_rest(
+    mechanism: Mechanism, values: Mapping[str, float] | None = None, *, project: bool = False
+) -> Start:
+    """Return the start of a mechanism, in which massless bodies are free to move as well: at rest no inertia resists.
+
+    Raises NoSolutionError.
+    """
+    massless = massless_speeds(mechanism)
+    try:
+        return start(mechanism, values, project=project)
+    except NoSolutionError:
+        if not massless:
+            raise
+    bodies = []
+    for body in mechanism.bodies:
+        own = body.mass
+        if not set(massless).isdisjoint(body.u):  # the start does not depend on how large these are
+            inertia = own.inertia if any(x is not ZERO for x in own.inertia) else (ONE,) * 3 + (ZERO,) * 3
+            own = replace(own, mass=ONE if own.mass is ZERO else own.mass, inertia=inertia)
+        bodies.append(replace(body, mass=own))
+    return start(replace(mechanism, bodies=tuple(bodies)), values, project=project)
+
+
 @dataclass(frozen=True)
 class Position:
     """A mechanism at rest in its declared position, for any values of some parameters by name.
@@ -329,7 +353,7 @@ class Position:
         if name not in self._moving:
             value = self.value[name]
             try:
-                found = start(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})
+                found = start_at_rest(self.mechanism, {name: value * (1 + 2.0**-7) + 2.0**-9 * (value == 0.0)})
                 self._moving[name] = not np.allclose(found.q, self.begin.q, rtol=_SAME, atol=_SAME)
             except (*UNDEFINED, MultibodyError):
                 self._moving[name] = True
@@ -338,7 +362,7 @@ class Position:
     def has_start(self, values: Mapping[str, float]) -> bool:
         """Return whether the model has a start at these values: no inertia is missing, constraints close."""
         try:
-            start(self.mechanism, values)
+            start_at_rest(self.mechanism, values)
         except (*UNDEFINED, MultibodyError):
             return False
         return True
@@ -348,7 +372,7 @@ class Position:
         try:
             whole = self.statics.mechanism
             if moves and not self.is_declared:
-                begin = start(self.mechanism, values)
+                begin = start_at_rest(self.mechanism, values)
                 q, parameters = begin.q, list(begin.parameters)
             else:
                 declared = parameter_values(self.mechanism, values)
