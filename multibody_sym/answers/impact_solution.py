@@ -165,7 +165,7 @@ def friction_along(told: ImpactInstant, row: str) -> S:
     total: S = 0
     places = by_name(told.motion.mechanism)
     for k, jumping in enumerate(told.motion.mechanism.rows):
-        acting = jumping.row if isinstance(jumping, JumpRow) else jumping
+        acting = jumping.of if isinstance(jumping, JumpRow) else jumping
         for friction in acting.sliding:
             along = [told.rows_before[x.name] for x in friction.rows]
             names = [x.name for x in friction.rows]

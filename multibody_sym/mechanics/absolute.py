@@ -20,7 +20,7 @@ from multibody_sym.mechanics.mechanism import TreeBody
 from multibody_sym.mechanics.references import BARE, References, in_plane
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, has_rows, speed_names
-from multibody_sym.model.bodies import GROUND, ORIGIN, Frame, Turn, centre_moves, mass_of, unit_vector
+from multibody_sym.model.bodies import GROUND, IDENTITY, ORIGIN, Frame, Turn, centre_moves, mass_of, unit_vector
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Names, Point
 from multibody_sym.model.joints import Foot, Free, Joint, Planar
@@ -53,8 +53,6 @@ from multibody_sym.scalars.vectors import (
 #
 # Translations are components of the way from frame F on the parent to frame M on the child, an angle in the plane or a
 # ball's quaternion that of M's axes from F's. Rates are exact derivatives, and a ball's the relative angular velocity.
-
-_UP = (ZERO, ZERO, ONE)
 
 
 def has_formula(joint: Joint, *, plane: bool) -> bool:
@@ -115,7 +113,7 @@ class _Pose:
     @cached_property
     def rotation(self) -> Mat:
         """R_GB."""
-        return rotation_about(_UP, self.q[2]) if self.in_plane else quaternion_rotation(self.q[3:])
+        return rotation_about(IDENTITY[2], self.q[2]) if self.in_plane else quaternion_rotation(self.q[3:])
 
     @property
     def rates(self) -> dict[Node, Node]:

@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from functools import singledispatch
 from typing import Any, Final
 
-from multibody_sym.mechanics.load_records import BodyTorque, LineLoad, Load, MassFlow, PointForce
+from multibody_sym.mechanics.load_records import Load
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, State, invariant_directions, motion_of
 from multibody_sym.mechanics.points import as_point
@@ -178,8 +178,11 @@ def _in_axes(part: Any, axes: Mapping[int, AlignedAxes]) -> Any:
 
     Components along the axes of its own markers stay.
     """
-    if isinstance(part, (Row, BodyFace, ContactSurface, Sliding)) or (isinstance(part, Load) and part.axes_of is None):
-        return replace(part, **{f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)})
+    body, vectors = (part.axes_of, part.vectors) if isinstance(part, Load) else (None, ())
+    if isinstance(part, (Row, BodyFace, ContactSurface, Sliding, Load)) and (body is None or vectors):
+        new = {f.name: _in_axes(getattr(part, f.name), axes) for f in fields(part)}
+        given_along = {} if body is None else {name: axes[body].vector(getattr(part, name)) for name in vectors}
+        return replace(part, **new | given_along)
     if isinstance(part, _PLAIN):
         return part
     raise TypeError(f"nothing says how {type(part).__name__} is described in other axes")
@@ -209,22 +212,3 @@ def _(part: RoughWheel, axes: Mapping[int, AlignedAxes]) -> RoughWheel:
     return replace(part, frame=_in_axes(part.frame, axes))
 
 
-@_in_axes.register
-def _(part: PointForce, axes: Mapping[int, AlignedAxes]) -> PointForce:
-    return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))
-
-
-@_in_axes.register
-def _(part: MassFlow, axes: Mapping[int, AlignedAxes]) -> MassFlow:
-    return replace(part, at=_in_axes(part.at, axes), velocity=axes[part.axes].vector(part.velocity))
-
-
-@_in_axes.register
-def _(part: LineLoad, axes: Mapping[int, AlignedAxes]) -> LineLoad:
-    value, forces, moments = map(axes[part.axes].vector, (part.value, part.forces, part.moments))
-    return replace(part, ends=_in_axes(part.ends, axes), value=value, forces=forces, moments=moments)
-
-
-@_in_axes.register
-def _(part: BodyTorque, axes: Mapping[int, AlignedAxes]) -> BodyTorque:
-    return replace(part, at=_in_axes(part.at, axes), value=axes[part.axes].vector(part.value))

@@ -41,7 +41,18 @@ from multibody_sym.mechanics.row_records import (
     plane_of,
 )
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
-from multibody_sym.model.bodies import FROM_AXIS, GROUND, ORIGIN, OWN_POINTS, Body, Pose, Shape, Surface, unit_vector
+from multibody_sym.model.bodies import (
+    FROM_AXIS,
+    GROUND,
+    IDENTITY,
+    ORIGIN,
+    OWN_POINTS,
+    Body,
+    Pose,
+    Shape,
+    Surface,
+    unit_vector,
+)
 from multibody_sym.model.constraints import OnCurve, Rolling, row_names
 from multibody_sym.model.contacts_and_impacts import ENOUGH, Contact, copies, without_number
 from multibody_sym.model.fields import Names, Point
@@ -60,9 +71,7 @@ from multibody_sym.scalars.vectors import negate as opposite
 # ----------------------------------------------------------------------------------------------------------------------
 # Rows of feet: each is where the other end is nearest to its curve.
 
-_X: Final[Point] = (ONE, ZERO, ZERO)
-_Y: Final[Point] = (ZERO, ONE, ZERO)
-_Z: Final[Point] = (ZERO, ZERO, ONE)
+_X, _Y, _Z = IDENTITY
 
 
 def surfaces_with_feet(owner: str, skins: SurfacePair, references: References) -> SurfacePair:

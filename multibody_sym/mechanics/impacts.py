@@ -365,7 +365,7 @@ def _(row: MeetingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 @row_motion.register
 def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     """Return a row whose multiplier is given (`with_reactions`) and that exerts the forces of its own row."""
-    found = row_motion(row.row, motion, bias)
+    found = row_motion(row.of, motion, bias)
     nothing: list[S] = [0] * len(motion.state.u)
     impulse = motion.state.values([row.wanted])[0]
     return replace(found, phi=None, phidot=0, jacobian=nothing, gamma=impulse, exerts=list(found.forces))
@@ -374,5 +374,5 @@ def _(row: GivenRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMoti
 @row_motion.register
 def _(row: JumpRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     """Return the row with its wanted jump, beside those of prescribed motions."""
-    found = row_motion(row.row, motion, bias)
+    found = row_motion(row.of, motion, bias)
     return replace(found, gamma=found.gamma + motion.state.values([row.wanted])[0])

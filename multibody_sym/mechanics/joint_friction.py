@@ -25,7 +25,7 @@ from multibody_sym.mechanics.row_records import (
     RubbingRow,
 )
 from multibody_sym.mechanics.spanning_tree import normals_of
-from multibody_sym.model.bodies import ORIGIN, unit_vector
+from multibody_sym.model.bodies import IDENTITY, ORIGIN, unit_vector
 from multibody_sym.model.fields import Point
 from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Custom, Joint, Spherical
@@ -62,7 +62,6 @@ _KINDS: Final = (
     "another, or prescribed"
 )
 _PARALLEL: Final = 1e-9
-_UP: Final[Point] = (ZERO, ZERO, ONE)
 
 
 def are_parallel(a: Vec, b: Vec) -> bool:
@@ -89,7 +88,7 @@ class Rubbing:
     def across(self, axis: Point, *, flat: bool | None = None) -> tuple[Point, ...]:
         """Return unit vectors across an axis: one where nothing leaves the plane."""
         if (self.flat if flat is None else flat) and axis[2] is ZERO:
-            x, y, z = cross(_UP, axis)
+            x, y, z = cross(IDENTITY[2], axis)
             return ((x, y, z),)
         return normals_of(axis)
 
@@ -180,8 +179,7 @@ def ball_friction(asked: Rubbing) -> Made:
             R = product(R, rotation_about(axis, freedom.coordinate))
         speeds = list(as_point(total))
     rows = tuple(BrakingRow(f"{asked.name}.friction{k}", speed) for k, speed in enumerate(speeds, 1))
-    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
-    return asked.reactions([(unit, ORIGIN) for unit in units]), [asked.part(rows, range(3), radius, norm=True)]
+    return asked.reactions([(unit, ORIGIN) for unit in IDENTITY]), [asked.part(rows, range(3), radius, norm=True)]
 
 
 def _two_pins(asked: Rubbing) -> Made:

@@ -331,23 +331,18 @@ class MeetingRow(Row):
 class JumpRow(RowAround):
     """A row in an impact: its speed is to change by `wanted`, and its multiplier is an impulse."""
 
-    row: Row
     wanted: Node
 
     @property
-    def of(self) -> Row:
-        return self.row
-
-    @property
     def laws(self) -> tuple[Node, ...]:
-        return (*self.row.laws, self.wanted)
+        return (*self.of.laws, self.wanted)
 
 
 @dataclass(frozen=True)
 class GivenRow(JumpRow):
     """A row in an impact that restricts nothing: its multiplier, an impulse, is `wanted`."""
 
-    restricts: ClassVar[bool] = False
+    restricts = False
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from multibody_sym.scalars.node import ZERO, Node, quantity
 
 @dataclass(frozen=True)
 class Load(ABC):
-    """A force with its place."""
+    """A force with its place; `vectors` names the fields that are given along the axes of a body (`axes_of`)."""
+
+    vectors: ClassVar[tuple[str, ...]] = ()
 
     name: str
 
@@ -23,9 +25,9 @@ class Load(ABC):
         """The points of bodies at which it acts."""
 
     @property
-    @abstractmethod
     def axes_of(self) -> int | None:
-        """The body along whose axes it is given; None where it is given along none, or those of its points."""
+        """The body along whose `axes` its `vectors` are given; None of those that have none."""
+        return getattr(self, "axes", None)
 
     @property
     def spring(self) -> tuple[Node, Node] | None:
@@ -54,49 +56,68 @@ class Load(ABC):
 
 
 @dataclass(frozen=True)
-class PointForce(Load):
-    """A force with components along the axes of body `axes`, acting at a marker."""
+class _InJoint(Load):
+    """A load on freedoms of a joint, on the child and back on the parent."""
+
+    points: ClassVar[tuple[Marker, ...]] = ()
+
+    joint: str
+
+
+@dataclass(frozen=True)
+class _AtMarker(Load):
+    """A load on the body of a marker, at its place."""
 
     at: Marker
-    value: Point
-    axes: int
 
     @property
     def points(self) -> tuple[Marker, ...]:
         return (self.at,)
 
+
+@dataclass(frozen=True)
+class _BetweenMarkers(Load):
+    """A load on two markers, or along the line from the first to the second."""
+
+    ends: tuple[Marker, Marker]
+
     @property
-    def axes_of(self) -> int | None:
-        return self.axes
+    def points(self) -> tuple[Marker, ...]:
+        return self.ends
 
 
 @dataclass(frozen=True)
-class LineLoad(Load):
+class PointForce(_AtMarker):
+    """A force with components along the axes of body `axes`, acting at a marker."""
+
+    vectors: ClassVar[tuple[str, ...]] = ("value",)
+
+    value: Point
+    axes: int
+
+
+@dataclass(frozen=True)
+class LineLoad(_BetweenMarkers):
     """A force for each metre between two markers of a body, with components along the axes of body `axes`.
 
     `value` names the distance s from the first marker as `arc_leaf` does. `forces` (N) and `moments` (N m) are its
     integrals, and those of s times it, from 0 to s, component by component. `length` is the distance of the markers.
     """
 
-    ends: tuple[Marker, Marker]
+    vectors: ClassVar[tuple[str, ...]] = ("value", "forces", "moments")
+
     value: Point
     axes: int
     forces: Point
     moments: Point
     length: Node
 
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.ends
-
-    @property
-    def axes_of(self) -> int | None:
-        return self.axes
-
 
 @dataclass(frozen=True)
 class BodyTorque(Load):
     """A torque with components along the axes of body `axes`, acting on a body, at a marker where one is declared."""
+
+    vectors: ClassVar[tuple[str, ...]] = ("value",)
 
     body: int
     value: Point
@@ -107,44 +128,29 @@ class BodyTorque(Load):
     def points(self) -> tuple[Marker, ...]:
         return () if self.at is None else (self.at,)
 
-    @property
-    def axes_of(self) -> int | None:
-        return self.axes
-
 
 @dataclass(frozen=True)
-class JointForce(Load):
-    """A generalised force on a freedom of a joint (on the child and back on the parent), whose `rate` is linear in u.
+class JointForce(_InJoint):
+    """A generalised force on a freedom of a joint, whose `rate` is linear in u.
 
     Its generalised force on speed k is value d(rate)/du_k.
     """
 
-    points: ClassVar[tuple[Marker, ...]] = ()
-    axes_of: ClassVar[int | None] = None
-
-    joint: str
     rate: Node
     value: Node
 
 
 @dataclass(frozen=True)
-class PointSpring(Load):
+class PointSpring(_BetweenMarkers):
     """A spring and damper in parallel that pull two markers together.
 
     `straight` is its direction (world) from the first marker to the second, where that is known and constant.
     """
 
-    axes_of: ClassVar[int | None] = None
-
-    ends: tuple[Marker, Marker]
     stiffness: Node
     damping: Node
     length: Node
     straight: Point | None = None
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.ends
 
     @property
     def spring(self) -> tuple[Node, Node] | None:
@@ -160,13 +166,9 @@ class PointSpring(Load):
 
 
 @dataclass(frozen=True)
-class JointSpring(Load):
+class JointSpring(_InJoint):
     """A spring and damper in parallel on a freedom of a joint: its `coordinate`, and its `rate`, linear in u."""
 
-    points: ClassVar[tuple[Marker, ...]] = ()
-    axes_of: ClassVar[int | None] = None
-
-    joint: str
     coordinate: Node
     rate: Node
     stiffness: Node
@@ -183,38 +185,25 @@ class JointSpring(Load):
 
 
 @dataclass(frozen=True)
-class PointDrag(Load):
+class PointDrag(_AtMarker):
     """F = -(linear + quadratic |v|) v at a marker that moves with v."""
 
-    axes_of: ClassVar[int | None] = None
     only_brakes: ClassVar[bool] = True
 
-    at: Marker
     linear: Node
     quadratic: Node
 
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return (self.at,)
-
 
 @dataclass(frozen=True)
-class PointPull(Load):
+class PointPull(_BetweenMarkers):
     """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do.
 
     `straight` as for springs. `potential` is the energy whose slope it is, if it has one.
     """
 
-    axes_of: ClassVar[int | None] = None
-
-    ends: tuple[Marker, Marker]
     value: Node
     straight: Point | None = None
     potential: Node | None = None
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.ends
 
     @property
     def energy(self) -> Node | None:
@@ -226,16 +215,12 @@ class PointPull(Load):
 
 
 @dataclass(frozen=True)
-class JointPotential(Load):
+class JointPotential(_InJoint):
     """A potential of a joint's coordinates: `value` V in slots, and (rate, dV/dq) of each coordinate it names.
 
     Of one that several joints share, each has its own rates, and the first the energy.
     """
 
-    points: ClassVar[tuple[Marker, ...]] = ()
-    axes_of: ClassVar[int | None] = None
-
-    joint: str
     value: Node
     slopes: tuple[tuple[Node, Node], ...]
 
@@ -245,15 +230,12 @@ class JointPotential(Load):
 
 
 @dataclass(frozen=True)
-class PlacePotential(Load):
+class PlacePotential(_AtMarker):
     """A potential of the place of a marker in the frame of another: `value` V names x, y, z as `place_leaves` do.
 
     `slopes` are dV/dx, dV/dy, dV/dz.
     """
 
-    axes_of: ClassVar[int | None] = None
-
-    at: Marker
     frame: Marker
     value: Node
     slopes: tuple[Node, Node, Node]
@@ -275,6 +257,8 @@ class MassFlow(Load):
     inertial space. All of it passes the marker `at`; without one it leaves or joins where the mass is lost or gained.
     """
 
+    vectors: ClassVar[tuple[str, ...]] = ("velocity",)
+
     body: int
     velocity: Point
     relative: bool
@@ -284,10 +268,6 @@ class MassFlow(Load):
     @property
     def points(self) -> tuple[Marker, ...]:
         return () if self.at is None else (self.at,)
-
-    @property
-    def axes_of(self) -> int | None:
-        return self.axes
 
     @property
     def path(self) -> tuple[str, str]:

@@ -19,7 +19,7 @@ from multibody_sym.program.statements import Array
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, slot
+from multibody_sym.scalars.node import ONE, Node, as_node, slot
 from multibody_sym.scalars.vectors import (
     UNIT_MATRIX,
     ZERO_VECTOR,
@@ -247,7 +247,6 @@ def seen_from(joint: JointMotion, R_BM: Mat, p_BM: Vec) -> JointMotion:
 # their speed have the rest in common.
 
 _UP: Final[Vec] = (0, 0, 1)
-_UNITS: Final[tuple[Point, ...]] = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 @singledispatch
@@ -339,7 +338,7 @@ def invariant_directions(step: Step) -> tuple[Point, ...]:
 
 @invariant_directions.register
 def _(step: Translate) -> tuple[Point, ...]:
-    return _UNITS
+    return IDENTITY
 
 
 @invariant_directions.register(Rotate)
@@ -350,7 +349,7 @@ def _(step: Rotate | ScrewStep) -> tuple[Point, ...]:
 
 @invariant_directions.register
 def _(step: Follow) -> tuple[Point, ...]:
-    return (step.axis,) if step.turns_along else _UNITS
+    return (step.axis,) if step.turns_along else IDENTITY
 
 
 @invariant_directions.register

@@ -27,7 +27,7 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.points import direction as world
 from multibody_sym.mechanics.references import References
 from multibody_sym.mechanics.row_records import Marker, MeanTensionRow, RopeBend, RopeRow, RopeSlipRow, RoughWheel
-from multibody_sym.model.bodies import GROUND, Pose, unit_vector
+from multibody_sym.model.bodies import GROUND, IDENTITY, Pose, unit_vector
 from multibody_sym.model.constraints import Pulley, Rope, Roughness
 from multibody_sym.model.fields import Point
 from multibody_sym.model.system import System
@@ -316,11 +316,10 @@ def _turning_wheel(bodies: Sequence[TreeBody], wheel: RopeBend) -> RoughWheel:
             number="M115",
         )
     # a unit vector normal to the axis: x where that is normal to it, else what is left of x, y or z
-    units = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
     sizes = [x.shadow if x.shadow is not None else 0.5 for x in axis]
     k = min(range(3), key=lambda i: (round(abs(sizes[i]), 6), i))
-    part = dot(axis, units[k])
-    across = unit_vector(as_point([u - part * x for u, x in zip(units[k], axis, strict=True)]))
+    part = dot(axis, IDENTITY[k])
+    across = unit_vector(as_point([u - part * x for u, x in zip(IDENTITY[k], axis, strict=True)]))
     return RoughWheel(Marker(wheel.at.name, index, Pose()), axis, across, angle, ZERO)
 
 

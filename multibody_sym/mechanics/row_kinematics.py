@@ -320,7 +320,7 @@ def _(row: TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 
 @row_motion.register
 def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
-    normal = row_motion(row.normal, motion, bias)
+    normal = row_motion(row.of, motion, bias)
     exerts, of_body = list(normal.forces), list(normal.of_body)
     for sliding in row.frictions:
         along = [row_motion(direction, motion, bias) for direction in sliding.rows]
@@ -604,7 +604,7 @@ def _(row: MeetingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 
 @_terms.register
 def _(row: JumpRow, motion: Motion, bodies: Sequence[Terms]) -> float:
-    return _terms(row.row, motion, bodies) + abs(float(motion.state.values([row.wanted])[0]))
+    return _terms(row.of, motion, bodies) + abs(float(motion.state.values([row.wanted])[0]))
 
 
 @_terms.register
@@ -697,7 +697,7 @@ def _level_curvature(skin: ContactSurface, motion: Motion, row: ContactRow) -> f
 
 @_terms.register
 def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
-    return _terms(row.normal, motion, bodies)
+    return _terms(row.of, motion, bodies)
 
 
 @_terms.register(MeanTensionRow)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import ClassVar, Final, Literal
+from operator import attrgetter
+from typing import Any, ClassVar, Final, Literal
 
 from multibody_sym.model.bodies import ORIGIN, Pose
 from multibody_sym.model.fields import Point
@@ -720,50 +721,29 @@ class MeanTensionRow(_OfForces):
 # Rows around other rows; of what slides, the force of a normal row brings friction along.
 
 
+def _of_inner_row(name: str) -> Any:
+    """Return the property of a row around another one that is the same as that one's."""
+    return property(attrgetter(f"of.{name}"))
+
+
 @dataclass(frozen=True)
 class RowAround(Row):
     """A row that answers for another one, `of`, which it changes."""
 
+    of: Row
+
+    multiplier = _of_inner_row("multiplier")
+    restricts = _of_inner_row("restricts")
+    is_holonomic = _of_inner_row("is_holonomic")
+    acts_in_plane = _of_inner_row("acts_in_plane")
+    points = _of_inner_row("points")
+    line = _of_inner_row("line")
+    declared_length = _of_inner_row("declared_length")
+    radii = _of_inner_row("radii")
+
     @property
     def unit(self) -> str | None:  # type: ignore[override]
         return self.of.unit or "N"
-
-    @property
-    @abstractmethod
-    def of(self) -> Row:
-        """The row in it."""
-
-    @property
-    def multiplier(self) -> Multiplier:
-        return self.of.multiplier
-
-    @property
-    def restricts(self) -> bool:
-        return self.of.restricts
-
-    @property
-    def is_holonomic(self) -> bool:
-        return self.of.is_holonomic
-
-    @property
-    def acts_in_plane(self) -> bool:
-        return self.of.acts_in_plane
-
-    @property
-    def points(self) -> tuple[Marker, ...]:
-        return self.of.points
-
-    @property
-    def line(self) -> tuple[Marker, ...]:
-        return self.of.line
-
-    @property
-    def declared_length(self) -> Node | None:
-        return self.of.declared_length
-
-    @property
-    def radii(self) -> tuple[Node, ...]:
-        return self.of.radii
 
 
 @dataclass(frozen=True)
@@ -787,18 +767,13 @@ class Sliding:
 
 @dataclass(frozen=True)
 class SlidingRow(RowAround):
-    """The row `normal` of something that slides: its unit multiplier exerts the normal force and the friction too."""
+    """The normal row `of` something that slides: its unit multiplier exerts the normal force and the friction too."""
 
-    normal: Row
     frictions: tuple[Sliding, ...]
 
     @property
-    def of(self) -> Row:
-        return self.normal
-
-    @property
     def plain(self) -> Row:
-        return self.normal
+        return self.of
 
     @property
     def sliding(self) -> tuple[Sliding, ...]:
@@ -806,4 +781,4 @@ class SlidingRow(RowAround):
 
     @property
     def laws(self) -> tuple[Node, ...]:
-        return (*self.normal.laws, *(sliding.coefficient for sliding in self.frictions))
+        return (*self.of.laws, *(sliding.coefficient for sliding in self.frictions))

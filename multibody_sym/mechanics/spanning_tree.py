@@ -9,13 +9,13 @@ from typing import Final
 
 from multibody_sym.errors import ModelError, at, brief
 from multibody_sym.mechanics.row_records import AngleRow, Marker, PositionRow, Row
-from multibody_sym.model.bodies import GROUND, Body, unit_vector
+from multibody_sym.model.bodies import GROUND, IDENTITY, Body, unit_vector
 from multibody_sym.model.fields import AXES, Point
 from multibody_sym.model.joints import Joint, MovingJoint
 from multibody_sym.model.system import System, expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ONE, ZERO
+from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import cross, dot
 
 MOST_BODIES: Final = 20_000
@@ -218,10 +218,7 @@ def ground_moves(bodies: Mapping[str, Body]) -> bool:
 # A joint that moves along straight directions first and then turns restricts what is left: its child's frame M keeps
 # its place along the normals of those directions in the parent's frame F, and M's axes their angles to F's.
 
-_X: Final[Point] = (ONE, ZERO, ZERO)
-_Y: Final[Point] = (ZERO, ONE, ZERO)
-_Z: Final[Point] = (ZERO, ZERO, ONE)
-_UNITS: Final = (_X, _Y, _Z)
+_X, _Y, _Z = IDENTITY
 _NOT_PARALLEL: Final = 1e-9
 
 
@@ -255,14 +252,14 @@ def cut_rows(name: str, joint: Joint, frames: tuple[Marker, Marker]) -> list[Row
 def welded_rows(name: str, frames: tuple[Marker, Marker]) -> list[Row]:
     """Return the rows that hold frame M in frame F."""
     positions: list[Row] = [
-        PositionRow(f"{name}.{letter}", frames, axis) for letter, axis in zip(AXES, _UNITS, strict=True)
+        PositionRow(f"{name}.{letter}", frames, axis) for letter, axis in zip(AXES, IDENTITY, strict=True)
     ]
     return positions + _angle_rows(name, (), frames)
 
 
 def _angle_rows(name: str, axes: Sequence[Point], frames: tuple[Marker, Marker]) -> list[Row]:
     if not axes:
-        pairs = zip(AXES, ((_Z, _Y), (_X, _Z), (_Y, _X)), _UNITS, strict=True)
+        pairs = zip(AXES, ((_Z, _Y), (_X, _Z), (_Y, _X)), IDENTITY, strict=True)
         return [AngleRow(f"{name}.r{letter}", frames, pair, shared=axis) for letter, pair, axis in pairs]
     if len(axes) == 1:
         letters, normals = _normals(axes, ("rx", "ry", "rz"), "r")
@@ -281,15 +278,15 @@ def normals_of(axis: Point) -> tuple[Point, Point]:
 
 def _normals(axes: Sequence[Point], letters: tuple[str, str, str], other: str) -> tuple[list[str], list[Point]]:
     """Return unit vectors that with `axes` span space, with their names: coordinate axes where they will do."""
-    plain = [k for k, unit in enumerate(_UNITS) if all(dot(unit, axis) is ZERO for axis in axes)]
+    plain = [k for k, unit in enumerate(IDENTITY) if all(dot(unit, axis) is ZERO for axis in axes)]
     if len(plain) == 3 - len(axes):
-        return [letters[k] for k in plain], [_UNITS[k] for k in plain]
+        return [letters[k] for k in plain], [IDENTITY[k] for k in plain]
     if len(axes) == 2:
         normals = [unit_vector(cross(*axes))]
     else:
         sizes = [abs(float(x.shadow)) if x.shadow is not None else 1.0 for x in axes[0]]
-        least = _UNITS[sizes.index(min(sizes))]  # the coordinate axis along which the first has least
-        first = _UNITS[plain[0]] if plain else unit_vector(cross(axes[0], least))
+        least = IDENTITY[sizes.index(min(sizes))]  # the coordinate axis along which the first has least
+        first = IDENTITY[plain[0]] if plain else unit_vector(cross(axes[0], least))
         normals = [first, unit_vector(cross(axes[0], first))]
     return [f"{other}{k}" for k in range(1, len(normals) + 1)], normals
 

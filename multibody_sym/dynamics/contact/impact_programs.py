@@ -125,7 +125,7 @@ def scanned_impact(blow: Blow, struck: StruckRows, judge: Judge) -> Program | No
     if blow.mechanism.rows or blow.impact.jumps or struck.joints or struck.given:
         return None
     like = worth_scanning(replace(impact_mechanism(blow.mechanism, ()), bodies=blow.mechanism.bodies))
-    rows = [row.row for row in struck.mechanism.rows if isinstance(row, JumpRow)]
+    rows = [row.of for row in struck.mechanism.rows if isinstance(row, JumpRow)]
     # rows without an impulse of their own whose speeds decide whether a mode holds
     seen = {x.normals[0].name: x.normals[0] for x in blow.elements if x not in struck.acting}
     own = {row.name for row in struck.mechanism.rows}

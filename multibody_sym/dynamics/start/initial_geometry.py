@@ -176,7 +176,7 @@ class _Decider:
             return replace(row.rope_slip, rope=self.rope(row.rope_slip.rope))
         if isinstance(row, SlidingRow):
             frictions = tuple(replace(x, rows=tuple(map(self.row, x.rows))) for x in row.frictions)
-            return replace(row, normal=self.row(row.normal), frictions=frictions)
+            return replace(row, of=self.row(row.of), frictions=frictions)
         return self.line(row) if isinstance(row, DistanceRow) else row
 
     def element(self, element: LawElement) -> LawElement:
