@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import inf, isfinite
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from multibody_sym.errors import (
     ExpressionError,
@@ -101,17 +101,16 @@ def _read_table(name: str, file: str) -> list[list[str]]:
         content = _regular_file_content(file)
     try:
         if len(content) > LARGEST:
-            raise _TableError(1, 1, f"a table file has at most {LARGEST} bytes")
+            raise _table_error(1, 1, f"a table file has at most {LARGEST} bytes")
         try:
             text = content.decode("utf-8").removeprefix("\ufeff")
         except UnicodeDecodeError as error:
             before = _LINE_END.split(content[: error.start].decode("utf-8"))
             message = f"the byte 0x{content[error.start]:02X} is not valid UTF-8"
-            raise _TableError(len(before), len(before[-1]) + 1, message) from None
+            raise _table_error(len(before), len(before[-1]) + 1, message) from None
         return _rows(text)
-    except _TableError as wrong:
-        where = Where(file=file, line=wrong.line, column=wrong.column, path=path)
-        raise InputError(wrong.message, where=where, number="F104") from None
+    except InputError as wrong:
+        raise wrong.located(file=file, path=path) from None
 
 
 def _regular_file_content(file: str) -> bytes:
@@ -130,23 +129,12 @@ def _regular_file_content(file: str) -> bytes:
         raise ModelError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}", number="F104") from None
 
 
-class _TableError(Exception):
-    """A mistake in a table file, and where it is."""
-
-    def __init__(self, line: int, column: int, message: str) -> None:
-        super().__init__(message)
-        self.line, self.column, self.message = line, column, message
-
-
-class _Cell(NamedTuple):
-    """A cell of a row with the column of its first character."""
-
-    column: int
-    text: str
+def _table_error(line: int, column: int, message: str) -> InputError:
+    return InputError(message, where=Where(line=line, column=column), number="F104")
 
 
 def _rows(text: str) -> list[list[str]]:
-    """Return the rows; the first line may be a heading, `#` begins a comment. Raises _TableError."""
+    """Return the rows; the first line may be a heading, `#` begins a comment."""
     rows: list[list[str]] = []
     last, before, heading = 1, -inf, True
     for number, line in enumerate(_LINE_END.split(text), 1):
@@ -154,49 +142,50 @@ def _rows(text: str) -> list[list[str]]:
             continue
         plain = _ROW.fullmatch(line) if len(line) <= _LONGEST else None  # others are looked at cell by cell
         cells = _cells(line) if plain is None else []
-        if heading and plain is None and not any(DECIMAL.fullmatch(cell.text) for cell in cells):
+        if heading and plain is None and not any(DECIMAL.fullmatch(cell) for _, cell in cells):
             heading = False
             continue
         last, heading = number, False
         row = _row(number, cells) if plain is None else [plain[1], plain[4]]
         if len(rows) == MOST_ROWS:
-            raise _TableError(number, 1, f"a table has at most {MOST_ROWS:,} rows")
+            raise _table_error(number, 1, f"a table has at most {MOST_ROWS:,} rows")
         argument, value = map(float, row)
         if not (before < argument < inf and -inf < value < inf):
             cells = _cells(line)
             for column, cell in cells:
                 if not isfinite(float(cell)):
-                    raise _TableError(number, column, f"{cell} is too large")
-            message = f"the row begins with {cells[0].text}, which does not come after {rows[-1][0]}"
-            raise _TableError(number, cells[0].column, message)
+                    raise _table_error(number, column, f"{cell} is too large")
+            column, cell = cells[0]
+            raise _table_error(number, column, f"the row begins with {cell}, which does not come after {rows[-1][0]}")
         before = argument
         rows.append(row)
     if len(rows) < 2:
-        raise _TableError(last, 1, f"a table has at least two rows, got {len(rows)}")
+        raise _table_error(last, 1, f"a table has at least two rows, got {len(rows)}")
     return rows
 
 
-def _cells(line: str) -> list[_Cell]:
+def _cells(line: str) -> list[tuple[int, str]]:
+    """Return the cells of a row, each behind the column of its first character."""
     separator = next((x for x in (";", ",", "\t") if x in line), " ")
     cells = []
     for match in _CELL[separator].finditer(line):
         if bare := match[0].strip():
             column = match.start() + len(match[0]) - len(match[0].lstrip()) + 1
             quoted = len(bare) > 1 and bare[0] == bare[-1] == '"'
-            cells.append(_Cell(column, bare[1:-1].strip() if quoted else bare))
+            cells.append((column, bare[1:-1].strip() if quoted else bare))
     return cells
 
 
-def _row(line: int, cells: list[_Cell]) -> list[str]:
+def _row(line: int, cells: list[tuple[int, str]]) -> list[str]:
     if len(cells) != 2:
-        column = cells[2].column if len(cells) > 2 else 1
-        raise _TableError(line, column, f"a table has two columns, argument and value; this row has {len(cells)}")
+        column = cells[2][0] if len(cells) > 2 else 1
+        raise _table_error(line, column, f"a table has two columns, argument and value; this row has {len(cells)}")
     for column, text in cells:
         if len(text) > _LONGEST:
-            raise _TableError(line, column, f"a number has at most {_LONGEST} digits")
+            raise _table_error(line, column, f"a number has at most {_LONGEST} digits")
         if not DECIMAL.fullmatch(text):
             comma = "; a number has a decimal point" if DECIMAL.fullmatch(text.replace(",", ".")) else ""
-            raise _TableError(line, column, f"{short_repr(text)} is no number{comma}")
+            raise _table_error(line, column, f"{short_repr(text)} is no number{comma}")
     return [text for _, text in cells]
 
 

@@ -148,16 +148,6 @@ class Inertial:
 
 
 @dataclass(frozen=True)
-class UrdfLimits:
-    """The range of a joint's coordinate, the largest speed, the largest force or moment; None is no limit."""
-
-    lower: float | None
-    upper: float | None
-    velocity: float | None
-    effort: float | None
-
-
-@dataclass(frozen=True)
 class Mimic:
     """q = multiplier (q of `joint`) + offset."""
 
@@ -168,7 +158,10 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint of the file; the frame of the child is at `origin` in that of the parent, at zero coordinates."""
+    """A joint of the file; the frame of the child is at `origin` in that of the parent, at zero coordinates.
+
+    `limits` holds those that it has: lower, upper, velocity, effort.
+    """
 
     type: str
     parent: str
@@ -177,7 +170,7 @@ class UrdfJoint:
     axis: Triple
     damping: float
     friction: float
-    limits: UrdfLimits
+    limits: Mapping[str, float]
     mimic: Mimic | None
 
 
@@ -196,6 +189,11 @@ class Robot:
     skipped: tuple[str, ...]
     meshed: tuple[str, ...] = ()
     driven: tuple[str, ...] = ()
+
+    @property
+    def moved_by_one(self) -> dict[str, UrdfJoint]:
+        """The joints with one coordinate."""
+        return {name: joint for name, joint in self.joints.items() if joint.type in ONE_COORDINATE}
 
 
 def read_robot(tree: XmlElement, file_name: str, *, mimic: bool) -> Robot:
@@ -298,19 +296,19 @@ def _origin(element: XmlElement) -> Origin:
     return Origin() if origin is None else Origin(_triple(origin, "xyz"), _triple(origin, "rpy"))
 
 
-def _read_limits(joint: XmlElement, kind: str) -> UrdfLimits:
+def _read_limits(joint: XmlElement, kind: str) -> dict[str, float]:
     """Return what <limit> says; a speed or effort of zero stands for none, a bound that is left out for zero."""
     element = _child(joint, "limit")
     if element is None or kind not in ONE_COORDINATE:
-        return UrdfLimits(None, None, None, None)
-    velocity, effort = (_number(element, key, "0") or None for key in ("velocity", "effort"))
+        return {}
+    strengths = {key: x for key in ("velocity", "effort") if (x := _number(element, key, "0"))}
     if kind == "continuous" or not {"lower", "upper"} & set(element.attributes):
-        return UrdfLimits(None, None, velocity, effort)
+        return strengths
     lower, upper = _number(element, "lower", "0"), _number(element, "upper", "0")
     if lower > upper:
         with _inside(element, "limit"):
             raise ModelError(f"the lower limit {lower:g} is above the upper one {upper:g}", number="M109")
-    return UrdfLimits(lower, upper, velocity, effort)
+    return {"lower": lower, "upper": upper, **strengths}
 
 
 def _child(element: XmlElement, tag: str) -> XmlElement | None:
@@ -472,24 +470,28 @@ def tree_of(
     get dampers and friction; a mimic is q - multiplier (q of the other joint) = offset.
     """
     bodies = {link: _unique(f"{link}_link", robot.links) if link == GROUND else link for link in robot.links}
-    attached = _attach_joints(robot, bodies)
+    frames, ends = _attach_joints(robot, bodies)
     dampers, couplers = {}, {}
-    for name, joint in _damped_joints(robot).items() if damping else ():
-        dampers[f"{name}_damping"] = {"type": "damper", "damping": joint.damping, "joint": name}
-    for name, joint in _rubbing_joints(robot).items() if friction else ():
-        dampers[f"{name}_friction"] = {"type": "friction", "joint": name, "force": joint.friction}
+    moving = robot.moved_by_one
+    for name, joint in moving.items():
+        if damping and joint.damping:
+            dampers[f"{name}_damping"] = {"type": "damper", "damping": joint.damping, "joint": name}
+    for name, joint in moving.items():
+        if friction and joint.friction:
+            dampers[f"{name}_friction"] = {"type": "friction", "joint": name, "force": joint.friction}
     for name, other in _mimics(robot).items() if mimic else ():
-        moves = robot.joints[other.joint].type in ONE_COORDINATE  # the coordinate of a fixed joint is zero
-        factors = {name: 1.0, other.joint: -other.multiplier} if moves else {name: 1.0}
+        factors = {name: 1.0, other.joint: -other.multiplier}
+        if other.joint not in moving:  # the coordinate of a fixed joint is zero
+            del factors[other.joint]
         couplers[f"{name}_mimic"] = {"type": "coupler", "joints": factors, "value": other.offset}
-    joints = _with_symbols(_declare_joints(robot, bodies, attached, floating))
+    joints = _with_symbols(_declare_joints(robot, bodies, ends, floating))
     inputs = _torque_inputs(robot, joints, couplers) if torques else {}
     drives = {f"{name}_torque": {"type": "torque", "joint": name, "value": tau} for name, tau in inputs.items()}
     return {
         "multibody_sym": VERSION,
         "name": robot.name,
         "gravity": _GRAVITY,
-        "bodies": {bodies[link]: _declare_body(x, attached.frames[link]) for link, x in robot.links.items()},
+        "bodies": {bodies[link]: _declare_body(x, frames[link]) for link, x in robot.links.items()},
         "joints": joints,
         "inputs": dict.fromkeys(inputs.values(), 0),
         "forces": dampers | drives,
@@ -502,8 +504,7 @@ def _torque_inputs(robot: Robot, joints: Mapping[str, Tree], couplers: Mapping[s
 
     Where the file has transmissions those are the joints that they drive.
     """
-    moving = [name for name, joint in robot.joints.items() if joint.type in ONE_COORDINATE]
-    moving = [name for name in moving if name in robot.driven] if robot.driven else moving
+    moving = (name for name in robot.moved_by_one if name in robot.driven or not robot.driven)
     driven = [name for name in moving if f"{name}_mimic" not in couplers]
     symbols = {q for name, tree in joints.items() for q in tree.get("q", [name])}
     return {name: _unique(f"tau_{joints[name].get('q', [name])[0]}", symbols) for name in driven}
@@ -548,15 +549,8 @@ def _matrix(inertia: Sequence[float]) -> Matrix:
     return J
 
 
-@dataclass(frozen=True)
-class _Attachments:
-    """Where joints attach: the frames of each link by name, and each joint's parent and child as `body.frame`."""
-
-    frames: Mapping[str, Mapping[str, Tree]]
-    ends: Mapping[str, Tree]
-
-
-def _attach_joints(robot: Robot, bodies: Mapping[str, str]) -> _Attachments:
+def _attach_joints(robot: Robot, bodies: Mapping[str, str]) -> tuple[dict[str, dict[str, Tree]], dict[str, Tree]]:
+    """Return the frames of each link by name, where joints attach; each joint's parent and child as `body.frame`."""
     frames: dict[str, dict[str, Tree]] = {link: {} for link in robot.links}
     taken = set(bodies.values())
 
@@ -578,25 +572,26 @@ def _attach_joints(robot: Robot, bodies: Mapping[str, str]) -> _Attachments:
                 tilt = [{"axis": [-y, x, 0] if x or y else "x", "angle": angle}]
         parent = reference(joint.parent, name, joint.origin.xyz, [*_turns(joint.origin), *tilt])
         ends[name] = {"parent": parent, "child": reference(joint.child, name, (0.0, 0.0, 0.0), tilt)}
-    return _Attachments(frames, ends)
+    return frames, ends
 
 
-def _declare_joints(robot: Robot, bodies: Mapping[str, str], attached: _Attachments, floating: bool) -> dict[str, Tree]:
+def _declare_joints(
+    robot: Robot, bodies: Mapping[str, str], ends: Mapping[str, Tree], floating: bool
+) -> dict[str, Tree]:
     """Return the joints by name: that of the root first, which carries the root's name."""
     kind = "free" if floating else "fixed"
     root = {"type": kind, "parent": GROUND, "child": bodies[robot.root]}
     joints: dict[str, Tree] = {_unique(robot.root, robot.joints): root}
     for name, joint in robot.joints.items():
-        joints[name] = {"type": joint.type, **attached.ends[name]}
+        joints[name] = {"type": joint.type, **ends[name]}
         if joint.type in ONE_COORDINATE:
             # x, y, z, -x, -y or -z where the axis is that but for rounding
             unit = [component / math.hypot(*joint.axis) for component in joint.axis]
             near = [round(component) for component in unit]
             off = max(abs(component - whole) for component, whole in zip(unit, near, strict=True))
             joints[name]["axis"] = near if off <= RIGHT_ANGLE else joint.axis
-            limits = {key: bound for key, bound in vars(joint.limits).items() if bound is not None}
-            if limits:
-                joints[name]["limits"] = {**limits, "acts": False}
+            if joint.limits:
+                joints[name]["limits"] = {**joint.limits, "acts": False}
     return joints
 
 
@@ -626,22 +621,11 @@ def _symbols(stem: str, joint: Joint) -> set[str]:
     return {*coordinates, *(f"u_{q}" for q in coordinates), *(stem + s for s in joint.speed_suffixes if s is not None)}
 
 
-def _damped_joints(robot: Robot) -> dict[str, UrdfJoint]:
-    return {name: joint for name, joint in robot.joints.items() if joint.damping and joint.type in ONE_COORDINATE}
-
-
-def _rubbing_joints(robot: Robot) -> dict[str, UrdfJoint]:
-    return {name: joint for name, joint in robot.joints.items() if joint.friction and joint.type in ONE_COORDINATE}
-
-
 def _mimics(robot: Robot) -> dict[str, Mimic]:
     """Return what joints with one coordinate mimic, where that is another joint with one coordinate at most."""
     possible = {name for name, joint in robot.joints.items() if joint.type in (*ONE_COORDINATE, "fixed")}
-    return {
-        name: joint.mimic
-        for name, joint in robot.joints.items()
-        if joint.type in ONE_COORDINATE and joint.mimic and joint.mimic.joint in possible
-    }
+    pairs = ((name, joint.mimic) for name, joint in robot.moved_by_one.items())
+    return {name: mimic for name, mimic in pairs if mimic and mimic.joint in possible}
 
 
 def _turns(origin: Origin) -> list[Tree]:
@@ -660,7 +644,7 @@ def _angle(angle: float) -> float | Node:
 
 def notes(robot: Robot, *, damping: bool, mimic: bool, friction: bool = False) -> list[str]:
     """Return the remarks on a file, one line a kind."""
-    joints = robot.joints.items()
+    joints, moving = robot.joints.items(), robot.moved_by_one
     inertials = {link: inertial for link, inertial in robot.links.items() if inertial}
     damped = "damping is applied (other programs may ignore it): " if damping else "damping is not applied: "
     coupled = _mimics(robot) if mimic else {}
@@ -669,9 +653,9 @@ def notes(robot: Robot, *, damping: bool, mimic: bool, friction: bool = False) -
         "meshes are not read (declare surfaces for contacts): ": list(robot.meshed),
         "transmissions drive no such joint: ": [name for name in robot.driven if name not in robot.joints],
         "friction is not applied: ": [
-            name for name, joint in joints if joint.friction and not (friction and name in _rubbing_joints(robot))
+            name for name, joint in joints if joint.friction and not (friction and name in moving)
         ],
-        damped: list(_damped_joints(robot)),
+        damped: [name for name, joint in moving.items() if joint.damping],
         "damping of joints with several freedoms is not applied: ": [
             name for name, joint in joints if joint.damping and joint.type in ("floating", "planar")
         ],
