@@ -19,7 +19,7 @@ from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, l
 from multibody_sym.model.bodies import GROUND, Body, mass_of
 from multibody_sym.model.constraints import Gear, Pulley, Rope
 from multibody_sym.model.contacts_and_impacts import copies
-from multibody_sym.model.forces import Distributed, Drag, Friction, Motor, Torque
+from multibody_sym.model.forces import Distributed, Drag, Motor, Torque
 from multibody_sym.model.joints import MovingJoint, Prismatic, Revolute
 from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import System, expressions, states_gravity
@@ -118,8 +118,7 @@ def _gravity(system: System, known: Values) -> Iterator[Hint]:
         else:
             yield Hint(f"{name} is negative, so that {up}; write it positive", "parameters", name)
     planes = (x for body in system.bodies.values() for x in body.surfaces.values() if x.plane is not None)
-    rubs = any(isinstance(force, Friction) for force in system.forces.values())
-    if rubs or any(is_upright(plane.normal) for plane in planes):
+    if system.frictions or any(is_upright(plane.normal) for plane in planes):
         return
     if x == 0.0 and y == 0.0 and z and system.joints and moves_in_plane(system):
         told = "gravity points along z, and all that moves does so in the plane z = 0, where it acts on nothing"

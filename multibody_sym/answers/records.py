@@ -47,6 +47,11 @@ class Formula:
 Line = Sentence | Formula
 
 
+def formulas_in(lines: Iterable[Line]) -> list[Formula]:
+    """Return those of lines that are mathematics."""
+    return [line for line in lines if isinstance(line, Formula)]
+
+
 @dataclass(frozen=True)
 class WorkedStep:
     """One step: its title and its lines; `is_later`: about a later time, at which symbols have other values."""
@@ -77,7 +82,7 @@ class Worked:
     def formulas(self) -> tuple[Formula, ...]:
         """All lines of mathematics about the start."""
         steps = (step for step in self.steps if not step.is_later)
-        return tuple(line for step in steps for line in step.lines if isinstance(line, Formula))
+        return tuple(line for step in steps for line in formulas_in(step.lines))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from multibody_sym.analysis.modes.modes import modes
 from multibody_sym.analysis.modes.record import Modes
 from multibody_sym.analysis.rest.range_of_rest import RangeOfRest, range_of_rest
 from multibody_sym.answers.free_bodies import CutFree, all_arrows, at_start, open_of, shown_components
-from multibody_sym.answers.records import Formula, Line, Sentence, Solution, Words, Worked
+from multibody_sym.answers.records import Formula, Line, Sentence, Solution, Words, Worked, formulas_in
 from multibody_sym.answers.solve import solve
 from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.free_bodies import component_label
@@ -432,8 +432,7 @@ class _Content:
         worked = self.worked
         if worked is None:
             return []
-        results = [line for step in worked.steps if step.title in _RESULTS for line in step.lines]
-        told = [line for line in results if isinstance(line, Formula)]
+        told = [line for step in worked.steps if step.title in _RESULTS for line in formulas_in(step.lines)]
         sizes = [abs(line.value.number) for line in told if line.value is not None]
         least = _ROUNDING * max(sizes, default=0.0)
         lines = [line for line in told if line.value is not None and abs(line.value.number) > least]

@@ -217,10 +217,9 @@ SIDE_WORDS: Final = ("pressed", "0")
 
 def joint_frictions(references: References) -> Iterator[LawElement]:
     flat = references.plane or in_plane(references.system)
-    for name, element in references.system.forces.items():
-        if isinstance(element, Friction):
-            with at("forces", name):
-                yield _joint_friction(name, element, references, flat)
+    for name, element in references.system.frictions.items():
+        with at("forces", name):
+            yield _joint_friction(name, element, references, flat)
 
 
 def _joint_friction(name: str, element: Friction, references: References, flat: bool) -> LawElement:

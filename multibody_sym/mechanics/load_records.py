@@ -56,8 +56,8 @@ class Load(ABC):
 
 
 @dataclass(frozen=True)
-class _InJoint(Load):
-    """A load on freedoms of a joint, on the child and back on the parent."""
+class _InJoint:
+    """What acts on freedoms of a joint, on the child and back on the parent."""
 
     points: ClassVar[tuple[Marker, ...]] = ()
 
@@ -65,8 +65,8 @@ class _InJoint(Load):
 
 
 @dataclass(frozen=True)
-class _AtMarker(Load):
-    """A load on the body of a marker, at its place."""
+class _AtMarker:
+    """What acts at a marker."""
 
     at: Marker
 
@@ -76,8 +76,8 @@ class _AtMarker(Load):
 
 
 @dataclass(frozen=True)
-class _BetweenMarkers(Load):
-    """A load on two markers, or along the line from the first to the second."""
+class _BetweenMarkers:
+    """What acts on two markers, or along the line from the first to the second."""
 
     ends: tuple[Marker, Marker]
 
@@ -87,7 +87,7 @@ class _BetweenMarkers(Load):
 
 
 @dataclass(frozen=True)
-class PointForce(_AtMarker):
+class PointForce(_AtMarker, Load):
     """A force with components along the axes of body `axes`, acting at a marker."""
 
     vectors: ClassVar[tuple[str, ...]] = ("value",)
@@ -97,7 +97,7 @@ class PointForce(_AtMarker):
 
 
 @dataclass(frozen=True)
-class LineLoad(_BetweenMarkers):
+class LineLoad(_BetweenMarkers, Load):
     """A force for each metre between two markers of a body, with components along the axes of body `axes`.
 
     `value` names the distance s from the first marker as `arc_leaf` does. `forces` (N) and `moments` (N m) are its
@@ -130,7 +130,7 @@ class BodyTorque(Load):
 
 
 @dataclass(frozen=True)
-class JointForce(_InJoint):
+class JointForce(_InJoint, Load):
     """A generalised force on a freedom of a joint, whose `rate` is linear in u.
 
     Its generalised force on speed k is value d(rate)/du_k.
@@ -141,7 +141,7 @@ class JointForce(_InJoint):
 
 
 @dataclass(frozen=True)
-class PointSpring(_BetweenMarkers):
+class PointSpring(_BetweenMarkers, Load):
     """A spring and damper in parallel that pull two markers together.
 
     `straight` is its direction (world) from the first marker to the second, where that is known and constant.
@@ -166,7 +166,7 @@ class PointSpring(_BetweenMarkers):
 
 
 @dataclass(frozen=True)
-class JointSpring(_InJoint):
+class JointSpring(_InJoint, Load):
     """A spring and damper in parallel on a freedom of a joint: its `coordinate`, and its `rate`, linear in u."""
 
     coordinate: Node
@@ -185,7 +185,7 @@ class JointSpring(_InJoint):
 
 
 @dataclass(frozen=True)
-class PointDrag(_AtMarker):
+class PointDrag(_AtMarker, Load):
     """F = -(linear + quadratic |v|) v at a marker that moves with v."""
 
     only_brakes: ClassVar[bool] = True
@@ -195,7 +195,7 @@ class PointDrag(_AtMarker):
 
 
 @dataclass(frozen=True)
-class PointPull(_BetweenMarkers):
+class PointPull(_BetweenMarkers, Load):
     """A force that pulls two markers together; `value` names their distance and its rate as `span_leaves` do.
 
     `straight` as for springs. `potential` is the energy whose slope it is, if it has one.
@@ -215,7 +215,7 @@ class PointPull(_BetweenMarkers):
 
 
 @dataclass(frozen=True)
-class JointPotential(_InJoint):
+class JointPotential(_InJoint, Load):
     """A potential of a joint's coordinates: `value` V in slots, and (rate, dV/dq) of each coordinate it names.
 
     Of one that several joints share, each has its own rates, and the first the energy.
@@ -230,7 +230,7 @@ class JointPotential(_InJoint):
 
 
 @dataclass(frozen=True)
-class PlacePotential(_AtMarker):
+class PlacePotential(_AtMarker, Load):
     """A potential of the place of a marker in the frame of another: `value` V names x, y, z as `place_leaves` do.
 
     `slopes` are dV/dx, dV/dy, dV/dz.

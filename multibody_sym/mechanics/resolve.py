@@ -56,7 +56,6 @@ from multibody_sym.mechanics.vocabulary import (
 from multibody_sym.model.bodies import GROUND, IDENTITY, NO_MASS, Pose, mass_of, unit_vector, used_up
 from multibody_sym.model.constraints import OnCurve, Rolling
 from multibody_sym.model.fields import Names
-from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
 from multibody_sym.model.state_words import StateCondition
@@ -128,7 +127,7 @@ def _law_elements(references: References, declared: Sequence[LawElement]) -> tup
 
         found += contacts(references)
     found += [*declared, *stops(references)]
-    if any(isinstance(force, Friction) for force in references.system.forces.values()):
+    if references.system.frictions:
         from multibody_sym.mechanics.joint_friction import joint_frictions
 
         found += joint_frictions(references)

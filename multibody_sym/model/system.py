@@ -34,7 +34,7 @@ from multibody_sym.model.fields import (
     list_items,
     verify_keys,
 )
-from multibody_sym.model.forces import FORCES
+from multibody_sym.model.forces import FORCES, Friction
 from multibody_sym.model.joints import JOINTS, Joint
 from multibody_sym.model.parameters import Constant, InputField, Parameter, ParameterField, StateVariable, Table
 from multibody_sym.model.settings import Ask, AskField, Settings
@@ -151,6 +151,11 @@ class System(Element):
         counted = [(len(getattr(self, several)), one, several) for several, one in _COUNTED]
         parts = [f"{n} {several if n > 1 else one}" for n, one, several in counted if n]
         return f"<System {self.name}: {', '.join(parts) or 'nothing in it'}>"
+
+    @property
+    def frictions(self) -> dict[str, Friction]:
+        """The friction in joints, by name."""
+        return {name: force for name, force in self.forces.items() if isinstance(force, Friction)}
 
     @cached_property
     def _written(self) -> list[Written]:

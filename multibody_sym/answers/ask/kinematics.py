@@ -20,7 +20,7 @@ from multibody_sym.answers.ask.question import AskedMotion, Question
 from multibody_sym.answers.ask.working import Working, equation
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_letters
 from multibody_sym.answers.instant.letters import acceleration_names
-from multibody_sym.answers.records import Formula, Line, Sentence
+from multibody_sym.answers.records import Formula, Line, Sentence, formulas_in
 from multibody_sym.derivation.symbolic_start import ClosedForms
 from multibody_sym.dynamics.programs.quantities import StateQuantities, point_named
 from multibody_sym.errors import ModelError, at
@@ -551,7 +551,7 @@ class PlaneMotion:
         after = [*lines]
         loops = [*(self._position_lines() if law is VELOCITY else ()), *self._loop_lines(law)]
         yield from loops
-        formulas = [x for x in (*loops, *after, *more) if isinstance(x, Formula)]
+        formulas = formulas_in((*loops, *after, *more))
         yield from self.letter_lines(formulas)
         yield from after
 

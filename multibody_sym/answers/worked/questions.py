@@ -11,7 +11,7 @@ import sympy
 
 from multibody_sym.answers.ask.working import IMAGINARY, OMEGA, OMEGA_0, ZETA, WorkedAnswer
 from multibody_sym.answers.instant.letters import acceleration_names
-from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep
+from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep, formulas_in
 from multibody_sym.derivation.notation import COORDINATE, Label, Symbols, latex_name
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.scalars.elementary import leaves
@@ -61,7 +61,7 @@ def _less_repeated(lines: list[Line], before: Mapping[str, list[Line]]) -> list[
     if not name or alike[name] < _REPEATED:
         return lines
     shared = lines[: alike[name]]
-    formulas = [line for line in shared if isinstance(line, Formula)]
+    formulas = formulas_in(shared)
     words = f"as for {name}"
     last = replace(formulas[-1], before=(f"{words}, down to",)) if formulas else Sentence((words,))
     return [last, *lines[alike[name] :]]

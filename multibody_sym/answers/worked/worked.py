@@ -16,7 +16,7 @@ from multibody_sym.answers.ask.working import AT_START, BY_RUN, WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
-from multibody_sym.answers.records import Definition, Formula, Line, Sentence, Solution, Worked, WorkedStep
+from multibody_sym.answers.records import Definition, Formula, Line, Sentence, Solution, Worked, WorkedStep, formulas_in
 from multibody_sym.answers.worked.actions import gripping_ratio
 from multibody_sym.answers.worked.alternatives import rejected_alternatives
 from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, members, safely, wording
@@ -318,7 +318,7 @@ def _with_motion(solved: SolvedInstant, solution: Solution, found: Worked, *, fo
     moving = _in_motion(solved, solution)
     if moving is None:
         return None
-    equations = [line for step in found.steps for line in step.lines if isinstance(line, Formula)]
+    equations = [line for step in found.steps for line in formulas_in(step.lines)]
     number = max((line.tag for line in equations if line.tag is not None), default=0)
     try:
         in_motion = moving.steps_in_motion(" in motion", number, forces=forces)
@@ -582,7 +582,7 @@ class _Work:
         used = self._numbered(elimination, number)
         laws = (e for e in self.equations.laws if e in used)
         steps = [
-            *(step for step in self._balances(beside, used) if any(isinstance(x, Formula) for x in step.lines)),
+            *(step for step in self._balances(beside, used) if formulas_in(step.lines)),
             WorkedStep(f"Laws of forces{beside}", tuple(map(self.told.formula, laws))),
             WorkedStep("Equations of motion", tuple(self._motion_lines(elimination))),
         ]

@@ -60,7 +60,6 @@ from multibody_sym.pictures.plots import COLOURS, Plot
 from multibody_sym.pictures.scene.items import (
     Anchor,
     Axes,
-    Disc,
     Item,
     PlacedStrand,
     Polyline,
@@ -334,8 +333,8 @@ def names_in_space(scene: Scene) -> list[dict[str, Any]]:
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for item in _named_items(scene):
         form = item.form
-        if isinstance(form, Disc) and form.hollow:
-            at = np.array(form.centre) + form.radius * np.array(across(form.axis))
+        if (ring := form.hollow_disc) is not None:
+            at = np.array(ring.centre) + ring.radius * np.array(across(ring.axis))
         elif isinstance(form, TurnStop):
             at = np.array(form.at) + min(0.62 * form.reach, _BESIDE * scene.size) * np.array(form.way)
         else:

@@ -214,11 +214,11 @@ def _radii(sheet: Sheet, item: Item, symbol: Symbol, body: int) -> Iterator[floa
     at = sheet.placed.world(item.body, np.array([symbol.at]))[0]
     axis = sheet.placed.turned(item.body, unit(symbol.axis))
     for other in sheet.touched.get(body, ()):
-        if isinstance(other.form, Disc) and other.form.hollow:
-            centre = sheet.placed.world(body, np.array([other.form.centre]))[0]
-            across = abs(float(sheet.placed.turned(body, other.form.axis) @ axis))
+        if (ring := other.form.hollow_disc) is not None:
+            centre = sheet.placed.world(body, np.array([ring.centre]))[0]
+            across = abs(float(sheet.placed.turned(body, ring.axis) @ axis))
             if float(np.linalg.norm(centre - at)) < _SAME * sheet.scene.size and across < _SAME:
-                yield other.form.radius
+                yield ring.radius
         elif isinstance(other.form, Polyline) and len(other.form.points) > _WIRE_POINTS:
             ways = sheet.placed.world(body, other.form.bounds) - at
             reach = np.linalg.norm(ways, axis=1)

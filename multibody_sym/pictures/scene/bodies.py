@@ -224,8 +224,8 @@ def _between_guides(stage: PlacedSystem, name: str, body: Body, places: Sequence
 
 def guided_lengths(stage: PlacedSystem, bodies: Sequence[Item]) -> Iterator[NamedLength]:
     """Yield the letters of how far apart the pads are by which boxes rub between guides, along their sides."""
-    for name, force in stage.system.forces.items():
-        if not isinstance(force, Friction) or force.length is None or not letters(force.length):
+    for name, force in stage.system.frictions.items():
+        if force.length is None or not letters(force.length):
             continue
         child = stage.number_of(stage.body(stage.system.joints[force.joint].child))
         for box in (item.form for item in bodies if item.body == child and isinstance(item.form, Block)):

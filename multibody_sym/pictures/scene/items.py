@@ -64,6 +64,11 @@ class _Form:
     """Whether others slide along it or lie on it."""
 
     @property
+    def hollow_disc(self) -> Disc | None:
+        """It, if it is a hollow disc."""
+        return None
+
+    @property
     def bounds(self) -> Floats:
         """Points that bound it (n, 3)."""
         raise NotImplementedError
@@ -107,6 +112,10 @@ class Disc(_Form):
     hollow: bool = False
     teeth: bool = False
     shows_body: ClassVar[bool] = True
+
+    @property
+    def hollow_disc(self) -> Disc | None:
+        return self if self.hollow else None
 
     @property
     def bounds(self) -> Floats:

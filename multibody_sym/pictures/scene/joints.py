@@ -16,7 +16,7 @@ from multibody_sym.model.bodies import GROUND, SHAPES, Body, mass_of
 from multibody_sym.model.constraints import Distance, Gear
 from multibody_sym.model.contacts_and_impacts import Contact, copies
 from multibody_sym.model.fields import Point
-from multibody_sym.model.forces import Damper, Friction, SpringDamper
+from multibody_sym.model.forces import Damper, SpringDamper
 from multibody_sym.model.joints import CurveJoint, Custom, Joint, Limits, Prismatic
 from multibody_sym.model.parameters import in_letters
 from multibody_sym.pictures.scene.items import (
@@ -280,7 +280,7 @@ def _hangs(joint: PlacedJoint, axis: Vector) -> bool:
         return is_particle(stage, body)
     if abs(float(along @ stage.gravity)) < 0.999 * size:
         return False
-    if any(isinstance(f, Friction) and f.joint == joint.name for f in stage.system.forces.values()):
+    if any(friction.joint == joint.name for friction in stage.system.frictions.values()):
         return False
     others = [other for name, other in stage.system.joints.items() if name != joint.name]
     return not any(body in (stage.body(other.parent), stage.body(other.child)) for other in others)

@@ -10,7 +10,6 @@ import numpy as np
 from multibody_sym.mechanics.references import moves_in_plane
 from multibody_sym.model.bodies import Body, mass_of
 from multibody_sym.model.contacts_and_impacts import copies
-from multibody_sym.model.forces import Friction
 from multibody_sym.model.joints import Fixed, Joint, Prismatic, Spherical
 from multibody_sym.model.system import t
 from multibody_sym.pictures.scene.items import (
@@ -164,15 +163,14 @@ def ride_of(stage: PlacedSystem, name: str) -> str:
         takes_in = varying is not None and _rate(stage, varying.value) > 0.0
         belt = (carries or takes_in) and bool(steady_speed(stage, motion))
         return "belt" if belt else "wheels" if carries or _swings(stage, name) else ""
-    rubs = any(isinstance(force, Friction) and force.joint == own for force in stage.system.forces.values())
+    rubs = any(friction.joint == own for friction in stage.system.frictions.values())
     free = not rubs and not carries and jet_of(stage, name, body) is None
     return "wheels" if free and (varying is not None or _swings(stage, name)) else ""
 
 
 def rubbing_length(stage: PlacedSystem, joint: Joint) -> float:
     """Return how far apart the pads are by which a slider rubs, zero of one without."""
-    rubbing = [force for force in stage.system.forces.values() if isinstance(force, Friction)]
-    mine = [force for force in rubbing if stage.system.joints.get(force.joint) is joint]
+    mine = [x for x in stage.system.frictions.values() if stage.system.joints.get(x.joint) is joint]
     return max((stage.number(force.length) for force in mine if force.length is not None), default=0.0)
 
 

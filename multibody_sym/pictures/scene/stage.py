@@ -438,8 +438,8 @@ def is_bead_on_ring(stage: PlacedSystem, name: str) -> bool:
     if abs(float(arm @ axis)) > near:
         return False
     for item in surface_items(stage, parent):
-        ring = item.form
-        if isinstance(ring, Disc) and ring.hollow and same(ring.centre, place.point):
+        ring = item.form.hollow_disc
+        if ring is not None and same(ring.centre, place.point):
             level = abs(float(np.array(ring.axis) @ np.array(stage.axis(place, joint.steps[0].turns[0])))) > 1.0 - 1e-9
             if level and abs(float(np.linalg.norm(arm)) - ring.radius) < near:
                 return True
