@@ -23,21 +23,9 @@ from multibody_sym.mechanics.row_records import (
     VelocityRow,
 )
 from multibody_sym.mechanics.spanning_tree import cut_rows, normals_of, welded_rows
+from multibody_sym.model import constraints
 from multibody_sym.model.bodies import GROUND, unit_vector
-from multibody_sym.model.constraints import (
-    Coupler,
-    Distance,
-    Expression,
-    Gear,
-    OnCurve,
-    PointInPlane,
-    PointOnLine,
-    PrescribedMotion,
-    Rolling,
-    Rope,
-    VelocityConstraint,
-    row_names,
-)
+from multibody_sym.model.constraints import row_names
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.fields import Element, Names
 from multibody_sym.model.joints import Foot
@@ -89,24 +77,24 @@ def _declared(element: Element, name: str, references: References) -> Sequence[R
 
 
 @_declared.register
-def _(element: Distance, name: str, references: References) -> list[Row]:
+def _(element: constraints.Distance, name: str, references: References) -> list[Row]:
     return [DistanceRow(name, references.pair(element.between), element.value)]
 
 
 @_declared.register
-def _(element: Expression, name: str, references: References) -> list[Row]:
+def _(element: constraints.Expression, name: str, references: References) -> list[Row]:
     return [ExpressionRow(name, element.zero, element.acts is None)]
 
 
 @_declared.register
-def _(element: PrescribedMotion, name: str, references: References) -> list[Row]:
+def _(element: constraints.PrescribedMotion, name: str, references: References) -> list[Row]:
     with at("joint"):
         coordinate = references.coordinate(element.joint)
     return [ExpressionRow(name, coordinate - element.value)]
 
 
 @_declared.register
-def _(element: Gear, name: str, references: References) -> list[Row]:
+def _(element: constraints.Gear, name: str, references: References) -> list[Row]:
     with at("joints", 0):
         driven = references.coordinate(element.joints[0])
     with at("joints", 1):
@@ -120,7 +108,7 @@ def _(element: Gear, name: str, references: References) -> list[Row]:
 
 
 @_declared.register
-def _(element: Coupler, name: str, references: References) -> list[Row]:
+def _(element: constraints.Coupler, name: str, references: References) -> list[Row]:
     total = negate(element.value)
     for joint, factor in element.joints.items():
         with at("joints", joint):
@@ -129,7 +117,7 @@ def _(element: Coupler, name: str, references: References) -> list[Row]:
 
 
 @_declared.register
-def _(element: VelocityConstraint, name: str, references: References) -> list[Row]:
+def _(element: constraints.VelocityConstraint, name: str, references: References) -> list[Row]:
     with at("zero"):
         psi = substitute(element.zero, references.measured)
         speeds = [leaf for leaf in leaves([psi], "slot") if leaf.data[0] == "u"]
@@ -143,7 +131,7 @@ def _(element: VelocityConstraint, name: str, references: References) -> list[Ro
 
 
 @_declared.register
-def _(element: PointOnLine, name: str, references: References) -> list[Row]:
+def _(element: constraints.PointOnLine, name: str, references: References) -> list[Row]:
     with at("point"):
         point = references.marker(element.point)
     with at("line", "through"):
@@ -153,7 +141,7 @@ def _(element: PointOnLine, name: str, references: References) -> list[Row]:
 
 
 @_declared.register
-def _(element: PointInPlane, name: str, references: References) -> list[Row]:
+def _(element: constraints.PointInPlane, name: str, references: References) -> list[Row]:
     with at("point"):
         point = references.marker(element.point)
     with at("plane", "through"):
@@ -162,21 +150,21 @@ def _(element: PointInPlane, name: str, references: References) -> list[Row]:
 
 
 @_declared.register
-def _(element: OnCurve, name: str, references: References) -> list[Row]:
+def _(element: constraints.OnCurve, name: str, references: References) -> list[Row]:
     from multibody_sym.mechanics.contacts import rows_on_curve
 
     return rows_on_curve(name, element, references)
 
 
 @_declared.register
-def _(element: Rolling, name: str, references: References) -> list[Row]:
+def _(element: constraints.Rolling, name: str, references: References) -> list[Row]:
     from multibody_sym.mechanics.contacts import rolling_rows
 
     return [] if element.contact is not None else list(rolling_rows(name, element, references))
 
 
 @_declared.register
-def _(element: Rope, name: str, references: References) -> list[Row | LawElement]:
+def _(element: constraints.Rope, name: str, references: References) -> list[Row | LawElement]:
     rope = rope_elements if may_slacken(references, element) else rope_rows
     return list(rope(references, name, element))
 
@@ -249,14 +237,14 @@ def _tangent_angles(name: str, ends: Sequence[str], references: References) -> I
                     yield name, TangentAngle(plane.place, plane.normal, across(plane.normal))
 
 
-def _rolling_tangents(references: References, name: str, rolling: Rolling) -> Iterator[tuple[str, Measure]]:
+def _rolling_tangents(references: References, name: str, rolling: constraints.Rolling) -> Iterator[tuple[str, Measure]]:
     if not (references.plane or in_plane(references.system)):
         yield from _tangent_angles(name, (rolling.on,), references)
 
 
 _MEASURED: Final[Mapping[type[Element], Callable[[References, str, Any], Iterator[tuple[str, Measure]]]]] = {
-    Rope: rope_measures,
-    Rolling: _rolling_tangents,
+    constraints.Rope: rope_measures,
+    constraints.Rolling: _rolling_tangents,
 }
 """The kinds of constraints with constants that the start measures."""
 

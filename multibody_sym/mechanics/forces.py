@@ -8,23 +8,8 @@ from functools import lru_cache, singledispatch
 from typing import Final
 
 from multibody_sym.errors import ModelError, NoSolutionError, Where, at
-from multibody_sym.mechanics.load_records import (
-    BodyTorque,
-    JointForce,
-    JointPotential,
-    JointSpring,
-    LineLoad,
-    Load,
-    MassFlow,
-    PlacePotential,
-    PointDrag,
-    PointForce,
-    PointPull,
-    PointSpring,
-    arc_leaf,
-    place_leaves,
-    span_leaves,
-)
+from multibody_sym.mechanics import load_records as records
+from multibody_sym.mechanics.load_records import Load, arc_leaf, place_leaves, span_leaves
 from multibody_sym.mechanics.mechanism import TIME, Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, State, coordinate_rates, pose
 from multibody_sym.mechanics.points import (
@@ -40,22 +25,9 @@ from multibody_sym.mechanics.points import (
 from multibody_sym.mechanics.references import BARE, References, moving_centre
 from multibody_sym.mechanics.row_records import Marker
 from multibody_sym.mechanics.spanning_tree import body_part, coordinate_names, speed_names
+from multibody_sym.model import forces as declared
 from multibody_sym.model.bodies import GROUND, Body, Mass, Pose, VariableMass, centre_moves, mass_of
 from multibody_sym.model.fields import AXES, Element, Point
-from multibody_sym.model.forces import (
-    Coulomb,
-    Damper,
-    Distributed,
-    Drag,
-    Force,
-    Friction,
-    Gravitation,
-    Motor,
-    Potential,
-    Pull,
-    SpringDamper,
-    Torque,
-)
 from multibody_sym.model.system import System
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import antiderivative, derivative, gradient, tangents
@@ -90,8 +62,8 @@ _ELSEWHERE: Final = {
 }
 
 
-def _distance_potential(name: str, ends: tuple[Marker, Marker], energy: Node) -> PointPull:
-    return PointPull(name, ends, derivative(energy, span_leaves(name)[0]), potential=energy)
+def _distance_potential(name: str, ends: tuple[Marker, Marker], energy: Node) -> records.PointPull:
+    return records.PointPull(name, ends, derivative(energy, span_leaves(name)[0]), potential=energy)
 
 
 def _centres(between: tuple[str, ...], references: References) -> tuple[Marker, Marker]:
@@ -108,7 +80,7 @@ def _centre(marker: Marker, reference: str, references: References) -> Marker:
     return replace(marker, pose=Pose(mass_of(body).com))
 
 
-def _verify_names(element: Potential, place: str, own: set[Node], references: References) -> None:
+def _verify_names(element: declared.Potential, place: str, own: set[Node], references: References) -> None:
     """Raise ModelError where V names coordinates that are not its own, or speeds."""
     system = references.system
     coordinates = {q: n for n, joint in system.joints.items() for q in coordinate_names(n, joint)}
@@ -165,7 +137,7 @@ def _mass_flow(name: str, body: Body, varying: VariableMass, references: Referen
                 "alone: leave out at, where a coordinate tells how much there is",
                 number="M118",
             )
-    return MassFlow(name, references.numbers[name], velocity, relative is not None, axes, marker)
+    return records.MassFlow(name, references.numbers[name], velocity, relative is not None, axes, marker)
 
 
 @singledispatch
@@ -174,18 +146,18 @@ def _load(element: Element, name: str, references: References) -> Load | list[Lo
 
 
 @_load.register
-def _(element: Friction, name: str, references: References) -> None:
+def _(element: declared.Friction, name: str, references: References) -> None:
     """Return nothing: friction is an element with a law."""
 
 
 @_load.register
-def _(element: Force, name: str, references: References) -> Load:
+def _(element: declared.Force, name: str, references: References) -> Load:
     axes, value = references.along(element.frame, element.value)
-    return PointForce(name, _force_point(element, references), value, axes)
+    return records.PointForce(name, _force_point(element, references), value, axes)
 
 
 @_load.register
-def _(element: Distributed, name: str, references: References) -> Load:
+def _(element: declared.Distributed, name: str, references: References) -> Load:
     ends = []
     for k, point in enumerate(element.between):
         with at("between", k):
@@ -198,7 +170,7 @@ def _(element: Distributed, name: str, references: References) -> Load:
     length = absolute(along[0]) if len(along) == 1 else sqrt(dot(way, way))
     axes, value = references.along(element.frame, element.value)
     forces, moments = (_integrals(value, arc_leaf(name), factor) for factor in (ONE, arc_leaf(name)))
-    return LineLoad(name, (ends[0], ends[1]), value, axes, forces, moments, length)
+    return records.LineLoad(name, (ends[0], ends[1]), value, axes, forces, moments, length)
 
 
 def _integrals(value: Point, s: Node, factor: Node) -> Point:
@@ -216,10 +188,10 @@ def _integrals(value: Point, s: Node, factor: Node) -> Point:
 
 
 @_load.register
-def _(element: Torque, name: str, references: References) -> Load:
+def _(element: declared.Torque, name: str, references: References) -> Load:
     if element.on_body is None:
         freedom = references.freedom(element.joint or "", element.freedom)
-        return JointForce(name, freedom.joint, freedom.rate, as_node(element.value))
+        return records.JointForce(name, freedom.joint, freedom.rate, as_node(element.value))
     with at("on"):
         body = references.marker(element.on or "").body
         references.verify_turns(body)
@@ -228,24 +200,24 @@ def _(element: Torque, name: str, references: References) -> Load:
     if element.at is not None:
         with at("at"):
             marker = references.own_marker(element.on or "", element.at)
-    return BodyTorque(name, body, value, axes, marker)
+    return records.BodyTorque(name, body, value, axes, marker)
 
 
 @_load.register
-def _(element: Motor, name: str, references: References) -> Load:
+def _(element: declared.Motor, name: str, references: References) -> Load:
     freedom = references.freedom(element.joint, element.freedom)
     per_current = element.gear * element.constant
     current = (element.voltage - per_current * freedom.rate) / element.resistance
-    return JointForce(name, freedom.joint, freedom.rate, per_current * current)
+    return records.JointForce(name, freedom.joint, freedom.rate, per_current * current)
 
 
 @_load.register
-def _(element: Drag, name: str, references: References) -> Load:
-    return PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
+def _(element: declared.Drag, name: str, references: References) -> Load:
+    return records.PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
 
 
 @_load.register
-def _(element: Pull, name: str, references: References) -> Load:
+def _(element: declared.Pull, name: str, references: References) -> Load:
     """Return a pull; of a law of the distance and parameters alone with its potential, where a rule finds one."""
     distance = span_leaves(name)[0]
     known = all(
@@ -253,11 +225,11 @@ def _(element: Pull, name: str, references: References) -> Load:
         for leaf in leaves([element.value], "slot", "quantity", "symbol")
     )
     potential = antiderivative(element.value, distance) if known else None
-    return PointPull(name, references.pair(element.between), element.value, potential=potential)
+    return records.PointPull(name, references.pair(element.between), element.value, potential=potential)
 
 
 @_load.register
-def _(element: Potential, name: str, references: References) -> list[Load]:
+def _(element: declared.Potential, name: str, references: References) -> list[Load]:
     """Return the loads of a potential: one, or one for each joint that it is of."""
     if element.on is not None:
         _verify_names(element, "on", set(), references)
@@ -271,7 +243,7 @@ def _(element: Potential, name: str, references: References) -> list[Load]:
             with at("at"):
                 point = references.own_marker(element.on, element.at)
         x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
-        return [PlacePotential(name, point, frame, element.value, (x, y, z))]
+        return [records.PlacePotential(name, point, frame, element.value, (x, y, z))]
     if element.between is not None:
         _verify_names(element, "between", set(), references)
         return [_distance_potential(name, references.pair(element.between), element.value)]
@@ -286,12 +258,12 @@ def _(element: Potential, name: str, references: References) -> list[Load]:
     for joint, each in freedoms.items():
         slopes = [(x.rate, derivative(element.value, x.coordinate)) for x in each.values() if x.coordinate is not None]
         own = tuple((rate, slope) for rate, slope in slopes if slope is not ZERO)
-        found.append(JointPotential(name, joint, ZERO if found else element.value, own))
+        found.append(records.JointPotential(name, joint, ZERO if found else element.value, own))
     return found
 
 
 @_load.register
-def _(element: Gravitation, name: str, references: References) -> Load:
+def _(element: declared.Gravitation, name: str, references: References) -> Load:
     """Return Newton's attraction of two bodies."""
     ends, masses = _centres(element.between, references), element.masses
     if masses is None:
@@ -309,35 +281,35 @@ def _(element: Gravitation, name: str, references: References) -> Load:
 
 
 @_load.register
-def _(element: Coulomb, name: str, references: References) -> Load:
+def _(element: declared.Coulomb, name: str, references: References) -> Load:
     """Return the force between two charges."""
     strength = element.constant * element.charges[0] * element.charges[1]
     return _distance_potential(name, _centres(element.between, references), strength / span_leaves(name)[0])
 
 
 @_load.register
-def _(element: SpringDamper, name: str, references: References) -> Load:
+def _(element: declared.SpringDamper, name: str, references: References) -> Load:
     return _spring_load(element, name, references, element.stiffness, element.length)
 
 
 @_load.register
-def _(element: Damper, name: str, references: References) -> Load:
+def _(element: declared.Damper, name: str, references: References) -> Load:
     return _spring_load(element, name, references, ZERO, ZERO)
 
 
 def _spring_load(
-    element: SpringDamper | Damper, name: str, references: References, stiffness: Node, rest: Node
+    element: declared.SpringDamper | declared.Damper, name: str, references: References, stiffness: Node, rest: Node
 ) -> Load:
     if element.joint is None:
-        return PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
+        return records.PointSpring(name, references.pair(element.between or ()), stiffness, element.damping, rest)
     freedom = references.freedom(element.joint, element.freedom)
     if freedom.coordinate is None:
         with at("freedom"):
             raise ModelError(f"{element.freedom} has no coordinate that a spring or damper could act on")
-    return JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
+    return records.JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
 
 
-def _force_point(element: Force | Drag, references: References) -> Marker:
+def _force_point(element: declared.Force | declared.Drag, references: References) -> Marker:
     with at("on"):
         marker = references.marker(element.on)
     if element.at is None:
@@ -363,12 +335,12 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
     """
     changed: dict[str, Element] = {}
     for name, element in system.forces.items():
-        if not isinstance(element, (Pull, Potential, Distributed)):
+        if not isinstance(element, (declared.Pull, declared.Potential, declared.Distributed)):
             continue
         # the leaf of each name that the element's law has for itself
-        if isinstance(element, Distributed):
+        if isinstance(element, declared.Distributed):
             own = {_ARC: arc_leaf(name)}
-        elif isinstance(element, Pull):
+        elif isinstance(element, declared.Pull):
             own = dict(zip(_DISTANCE, span_leaves(name), strict=True))
         elif element.between is not None:
             own = {_DISTANCE[0]: span_leaves(name)[0]}
@@ -376,17 +348,17 @@ def with_own_names(system: System, names: Mapping[str, str]) -> System:
             own = dict(zip(map(symbol, AXES), place_leaves(name), strict=True))
         else:
             own = {}
-        placed = isinstance(element, Potential) and element.on is not None
-        along = isinstance(element, Distributed)
-        declared = element.value if isinstance(element, Distributed) else (element.value,)
-        for leaf in leaves(declared, "symbol"):
+        placed = isinstance(element, declared.Potential) and element.on is not None
+        along = isinstance(element, declared.Distributed)
+        laws = element.value if isinstance(element, declared.Distributed) else (element.value,)
+        for leaf in leaves(laws, "symbol"):
             if leaf in own and leaf.data in names:
                 with at("forces", name, "value"):
                     also, advice = names[leaf.data], _OR_IN_JOINT if placed else _AND_NOT_JOINTS
                     what = "the distance from the first point" if along else f"that of the point{'' if placed else 's'}"
                     raise ModelError(f"{leaf.data!r} is {what} here and {also} too{advice}", number="M113")
-        meant = {leaf: own.get(leaf, leaf) for leaf in leaves(declared, "symbol", "slot", "quantity")}
-        values = evaluate(declared, meant)
+        meant = {leaf: own.get(leaf, leaf) for leaf in leaves(laws, "symbol", "slot", "quantity")}
+        values = evaluate(laws, meant)
         changed[name] = element.with_fields({"value": tuple(values) if along else values[0]})
     return replace(system, forces={**system.forces, **changed}) if changed else system
 
@@ -431,12 +403,12 @@ def exert(load: Load, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> 
 
 
 @exert.register
-def _(load: PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.PointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     add_force(wrenches, motion, load.at, apply(motion.rotation(load.axes), motion.state.vector(load.value)))
 
 
 @exert.register
-def _(load: LineLoad, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.LineLoad, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     """Add its resultant and moment as two forces at its ends: F - G/L and G/L, with F and G its integrals over L."""
     (length,) = motion.state.values([load.length])
     force, moment = line_integrals(load, motion, length)
@@ -445,7 +417,7 @@ def _(load: LineLoad, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> 
     add_force(wrenches, motion, load.ends[1], far)
 
 
-def line_integrals(load: LineLoad, motion: Motion, s: S) -> tuple[Vec, Vec]:
+def line_integrals(load: records.LineLoad, motion: Motion, s: S) -> tuple[Vec, Vec]:
     """Return the integrals of a load and of s times it from 0 to s (N and N m), in world axes."""
     known = {arc_leaf(load.name): s}
     x, y, z, mx, my, mz = motion.state.values([*load.forces, *load.moments], known)
@@ -454,18 +426,18 @@ def line_integrals(load: LineLoad, motion: Motion, s: S) -> tuple[Vec, Vec]:
 
 
 @exert.register
-def _(load: BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.BodyTorque, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     world = apply(motion.rotation(load.axes), motion.state.vector(load.value))
     wrenches.add(load.body, ZERO_VECTOR, apply_transposed(motion.rotation(load.body), world))
 
 
 @exert.register
-def _(load: JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.JointForce, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     add_drive(motion, load.rate, motion.state.values([load.value])[0], of_speed)
 
 
 @exert.register
-def _(load: JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.JointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.rest])
     coordinate, rate = motion.state.values([load.coordinate, load.rate])
     add_drive(motion, load.rate, -(stiffness * (coordinate - rest) + damping * rate), of_speed)
@@ -479,7 +451,7 @@ def add_drive(motion: Motion, rate: Node, force: S, of_speed: list[S]) -> None:
 
 
 @exert.register
-def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     stiffness, damping, rest = motion.state.values([load.stiffness, load.damping, load.length])
     if load.length is ZERO and load.damping is ZERO:  # F = k d, which has a value where the points coincide
         add_pair(wrenches, motion, load.ends, scale(stiffness, apart(motion, load.ends)))
@@ -490,7 +462,7 @@ def _(load: PointSpring, motion: Motion, wrenches: Wrenches, of_speed: list[S]) 
 
 
 @exert.register
-def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     length, direction = span(motion, load.ends, load.straight)
     known = zip(span_leaves(load.name), (length, span_rate(motion, load.ends, direction)), strict=True)
     (pull,) = motion.state.values([load.value], dict(known))
@@ -498,13 +470,13 @@ def _(load: PointPull, motion: Motion, wrenches: Wrenches, of_speed: list[S]) ->
 
 
 @exert.register
-def _(load: JointPotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.JointPotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     for rate, slope in load.slopes:
         add_drive(motion, rate, -motion.state.values([slope])[0], of_speed)
 
 
 @exert.register
-def _(load: PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     x, y, z = motion.state.values(load.slopes, own_leaves(load, motion))
     force = apply(_axes_of(motion, load.frame), scale(-1, (x, y, z)))
     add_force(wrenches, motion, load.at, force)
@@ -513,14 +485,14 @@ def _(load: PlacePotential, motion: Motion, wrenches: Wrenches, of_speed: list[S
 
 def own_leaves(load: Load, motion: Motion) -> dict[Node, S]:
     """Return the values of the leaves that a potential has of its own: a distance, a place."""
-    if isinstance(load, PointPull):
+    if isinstance(load, records.PointPull):
         return {span_leaves(load.name)[0]: span(motion, load.ends, load.straight)[0]}
-    if isinstance(load, PlacePotential):
+    if isinstance(load, records.PlacePotential):
         return dict(zip(place_leaves(load.name), place(load, motion), strict=True))
     return {}
 
 
-def place(load: PlacePotential, motion: Motion) -> Vec:
+def place(load: records.PlacePotential, motion: Motion) -> Vec:
     """Return the place of the point on which a potential depends, in its frame."""
     return apply_transposed(_axes_of(motion, load.frame), apart(motion, (load.frame, load.at)))
 
@@ -530,7 +502,7 @@ def _axes_of(motion: Motion, frame: Marker) -> Mat:
 
 
 @exert.register
-def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     linear, quadratic = motion.state.values([load.linear, load.quadratic])
     v = velocity(motion, load.at)
     if load.quadratic is ZERO:
@@ -543,7 +515,7 @@ def _(load: PointDrag, motion: Motion, wrenches: Wrenches, of_speed: list[S]) ->
 
 
 @exert.register
-def _(load: MassFlow, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
+def _(load: records.MassFlow, motion: Motion, wrenches: Wrenches, of_speed: list[S]) -> None:
     wrenches.add(load.body, *flow_wrench(load, motion))
 
 
@@ -695,7 +667,7 @@ def carried_energy(motion: Motion, index: int) -> S:
 
 def carried_by_flows(motion: Motion, loads: Iterable[Load]) -> S:
     """Return the rate at which T + V change with the masses of bodies alone, of those loads that are flows of mass."""
-    flows = [load.body for load in loads if isinstance(load, MassFlow)]
+    flows = [load.body for load in loads if isinstance(load, records.MassFlow)]
     return sum((carried_energy(motion, k) + carried_weight(motion, k) for k in flows), 0)
 
 
@@ -705,7 +677,7 @@ def carried_weight(motion: Motion, index: int) -> S:
     return -dot(motion.gravity, add(scale(rates.mass, p), apply(R, rates.static)))
 
 
-def flow_wrench(flow: MassFlow, motion: Motion) -> Spatial:
+def flow_wrench(flow: records.MassFlow, motion: Motion) -> Spatial:
     """Return force and moment (body axes, about the origin) of mass that leaves or joins a body."""
     velocity = motion.state.vector(flow.velocity)
     if flow.axes != flow.body:

@@ -263,29 +263,24 @@ def _constant(asked: Rubbing, kinds: tuple[type[Step], ...]) -> Made:
 def _guide(asked: Rubbing) -> Made:
     asked.without("radius", "a slider has none; give the length over which its pads are apart, or nothing")
     axis = unit_vector(asked.joint.moves[0].slides[0])
-    across, row = asked.across(axis), RubbingRow(f"{asked.name}.friction", asked.rates[0])
-    if asked.element.length is None:
-        normals = asked.reactions([(n, ORIGIN) for n in across])
-        return normals, [asked.part((row,), range(len(normals)), norm=len(normals) > 1)]
-    return _pads(asked, axis, across, row)
+    return _pads(asked, axis, asked.across(axis), RubbingRow(f"{asked.name}.friction", asked.rates[0]))
 
 
 def _journal(asked: Rubbing) -> Made:
     radius = asked.radius("a hinge rubs on a journal: give its radius")
     axis, row = unit_vector(asked.joint.moves[0].turns[0]), BrakingRow(f"{asked.name}.friction", asked.rates[0])
-    if asked.element.length is None:
-        normals = asked.reactions([(n, ORIGIN) for n in normals_of(axis)])
-        return normals, [asked.part((row,), range(2), radius, norm=True)]
     return _pads(asked, axis, normals_of(axis), row, radius)
 
 
 def _pads(asked: Rubbing, axis: Point, across: Sequence[Point], row: Row, arm: Node = ONE) -> Made:
-    """Return the reactions of two pads or bearings a length apart along an axis, and their friction.
+    """Return the reaction across an axis and its friction, or those of two pads or bearings a length apart along it.
 
-    In a plane it is one friction of both, in space one of each, from its own reaction across the axis.
+    Of two it is one friction of both in a plane, in space one of each, from its own reaction across the axis.
     """
     name, length = asked.name, asked.element.length
-    assert length is not None
+    if length is None:
+        normals = asked.reactions([(n, ORIGIN) for n in across])
+        return normals, [asked.part((row,), range(len(normals)), arm, norm=len(normals) > 1)]
     half = ONE / 2  # of the force of both, and the moment about the axis across that each takes
     shares = [
         [(scale(half, n), scale(side / length, cross(axis, n))) for n in across] for side in (ONE, -ONE)

@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 
 from multibody_sym.errors import InputError, at
+from multibody_sym.mechanics import row_records as records
 from multibody_sym.mechanics.contact_geometry import contact_direction, rim_across, touch
 from multibody_sym.mechanics.forces import applied_forces, span
 from multibody_sym.mechanics.law_elements import GivenRow, JumpRow, MeetingRow
@@ -40,30 +41,7 @@ from multibody_sym.mechanics.points import (
     velocity,
 )
 from multibody_sym.mechanics.ropes import Segment, pull, segments, wheel_at, wrap_angle
-from multibody_sym.mechanics.row_records import (
-    LOCAL,
-    AngleRow,
-    ContactRow,
-    ContactSurface,
-    DistanceRow,
-    Edge,
-    ExpressionRow,
-    GearRow,
-    Level,
-    Marker,
-    MeanTensionRow,
-    PositionRow,
-    ReactionRow,
-    Rim,
-    RopeRow,
-    RopeSlipRow,
-    RoundSurface,
-    Row,
-    Sliding,
-    SlidingRow,
-    TurningRow,
-    VelocityRow,
-)
+from multibody_sym.mechanics.row_records import LOCAL, ContactSurface, Marker, Row, Sliding
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import limits
@@ -154,13 +132,13 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
     names = [row.name for row in motion.mechanism.rows]
     for k, row in enumerate(motion.mechanism.rows):
         defining = row.plain
-        if isinstance(defining, MeanTensionRow):
+        if isinstance(defining, records.MeanTensionRow):
             found[k] = replace(
                 found[k], coupling={**_mean_tension(defining, motion), k: -motion.state.values([ONE])[0]}
             )
         if isinstance(row, GivenRow):
             found[k] = replace(found[k], coupling={k: motion.state.values([ONE])[0]})
-        if not isinstance(defining, ReactionRow):
+        if not isinstance(defining, records.ReactionRow):
             continue
         part = part_of_reaction(defining, motion, wrenches)
         share, rubbing, constant = motion.state.values([defining.share, defining.rubbing, defining.constant])
@@ -177,7 +155,7 @@ def with_reactions(motion: Motion, rows: Sequence[RowMotion]) -> list[RowMotion]
     return found
 
 
-def _mean_tension(row: MeanTensionRow, motion: Motion) -> dict[int, S]:
+def _mean_tension(row: records.MeanTensionRow, motion: Motion) -> dict[int, S]:
     """Return how the mean of the tensions at a rough wheel follows from other rows' multipliers, by their numbers."""
     names, found = [other.name for other in motion.mechanism.rows], dict[int, S]()
     (one, half) = motion.state.values([ONE, ONE / 2])
@@ -218,7 +196,7 @@ def row_motion(row: Row, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> Row
 
 
 @row_motion.register
-def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     difference = subtract(position(motion, row.ends[1]), position(motion, row.ends[0]))
     if row.straight is not None:
         straight = motion.state.vector(row.straight)
@@ -230,13 +208,13 @@ def _(row: DistanceRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
 
 
 @row_motion.register
-def _(row: RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.RopeRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     parts, length = segments(motion, row.path, row.straight)
     return _tension(motion, parts, row.length, length, bias)
 
 
 @row_motion.register
-def _(row: RopeSlipRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.RopeSlipRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     parts, _ = segments(motion, row.rope.path, row.rope.straight)
     wheel, k = wheel_at(motion, row.rope.path, row.bend), row.bend
     parts[k - 1] = replace(parts[k - 1], grips=(parts[k - 1].grips[0], wheel))
@@ -263,7 +241,7 @@ def _tension(
 
 
 @row_motion.register
-def _(row: PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     frame, point = row.frames
     axis, w = direction(motion, frame, row.axis), angular_velocity(motion, frame.body)
     # the motion relative to the body of the frame: v' = v - v_F - w x d, a' = a - a_F - ..
@@ -279,7 +257,7 @@ def _(row: PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowM
 
 
 @row_motion.register
-def _(row: AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     """d/dt e . d = (w_M - w_F) . (d x e)."""
     (frame, other), value = row.frames, motion.state.values([row.value])[0]
     e, d = direction(motion, frame, row.directions[0]), direction(motion, other, row.directions[1])
@@ -294,7 +272,7 @@ def _(row: AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMoti
 
 
 @row_motion.register
-def _(row: ContactRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.ContactRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     found = touch(row.skins, motion, bias)
     along = contact_direction(row, motion, found)
     wrenches = Wrenches(len(motion.bodies))
@@ -307,7 +285,7 @@ def _(row: ContactRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 
 
 @row_motion.register
-def _(row: TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     found = touch(row.skins, motion, bias)
     axis = contact_direction(row, motion, found)
     wrenches = Wrenches(len(motion.bodies))
@@ -319,7 +297,7 @@ def _(row: TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
 
 
 @row_motion.register
-def _(row: SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.SlidingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     normal = row_motion(row.of, motion, bias)
     exerts, of_body = list(normal.forces), list(normal.of_body)
     for sliding in row.frictions:
@@ -360,19 +338,19 @@ def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S
 
 
 @row_motion.register
-def _(row: ExpressionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.ExpressionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     return _along_motion(motion, row.zero)
 
 
 @row_motion.register
-def _(row: GearRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.GearRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     of_body = tooth_wrenches(motion, row, row.on)
     return replace(_along_motion(motion, row.zero), of_body=of_body, all_told=row.in_tree)
 
 
 def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> list[Wrench]:
     """Return the wrenches of the force at a gear's teeth, for a unit multiplier, on bodies (number, factor)."""
-    assert isinstance(row, GearRow)
+    assert isinstance(row, records.GearRow)
     place, force = position(motion, row.pitch), direction(motion, row.pitch, row.force)
     wrenches = Wrenches(len(motion.bodies))
     for body, factor in on:
@@ -380,16 +358,16 @@ def tooth_wrenches(motion: Motion, row: Row, on: Sequence[tuple[int, int]]) -> l
     return wrenches.of_body
 
 
-@row_motion.register(MeanTensionRow)
-@row_motion.register(ReactionRow)
-def _(row: MeanTensionRow | ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+@row_motion.register(records.MeanTensionRow)
+@row_motion.register(records.ReactionRow)
+def _(row: records.MeanTensionRow | records.ReactionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     """Return a row that exerts nothing; the force that it defines follows from all rows (`with_reactions`)."""
     nothing: list[S] = [0] * len(motion.state.u)
     return RowMotion(None, 0, nothing, 0, Wrenches(len(motion.bodies)).of_body, exerts=nothing)
 
 
 @row_motion.register
-def _(row: VelocityRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
+def _(row: records.VelocityRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMotion:
     return _of_speeds(motion, None, row.zero)
 
 
@@ -444,7 +422,7 @@ class PartOfReaction:
     of_rows: list[S]
 
 
-def part_of_reaction(row: ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
+def part_of_reaction(row: records.ReactionRow, motion: Motion, wrenches: Sequence[Sequence[Wrench]]) -> PartOfReaction:
     """Return the part of a reaction that a row names; `wrenches` are those of each row's unit multiplier on bodies."""
     child = row.frames[1]
     index = child.body
@@ -588,7 +566,7 @@ def _terms(row: Row, motion: Motion, bodies: Sequence[Terms]) -> float:
 
 
 @_terms.register
-def _(row: PositionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.PositionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     frame, point = (_of(motion, bodies, marker) for marker in row.frames)
     apart = sum(hypot(*position(motion, marker)) for marker in row.frames)
     relative = point.V + frame.V + frame.W * apart
@@ -608,18 +586,18 @@ def _(row: JumpRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 
 
 @_terms.register
-def _(row: AngleRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.AngleRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     frame, other = (_of(motion, bodies, marker) for marker in row.frames)
     return frame.L + other.L + (frame.W + other.W) ** 2
 
 
 @_terms.register
-def _(row: DistanceRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.DistanceRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _of_expression(motion, row.value, holonomic=True) + _stretch_terms(motion, bodies, row.ends)
 
 
 @_terms.register
-def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     markers = [bend.at for bend in row.path]
     pieces = sum(_stretch_terms(motion, bodies, ends) for ends in pairwise(markers))
     gripped = [bend for bend in row.path if bend.grip is not None and bend.at.body >= 0]
@@ -629,7 +607,7 @@ def _(row: RopeRow, motion: Motion, bodies: Sequence[Terms]) -> float:
 
 
 @_terms.register
-def _(row: RopeSlipRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.RopeSlipRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     bend = row.rope.path[row.bend]
     radius = abs(float(motion.state.values([bend.radius])[0]))
     rim = bodies[bend.at.body].turning * radius if bend.at.body >= 0 else 0.0
@@ -643,14 +621,14 @@ def _stretch_terms(motion: Motion, bodies: Sequence[Terms], ends: Sequence[Marke
 
 
 @_terms.register
-def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     first, second = (_of(motion, bodies, skin.place) for skin in row.skins)
-    if all(isinstance(skin, Edge) for skin in row.skins):
+    if all(isinstance(skin, records.Edge) for skin in row.skins):
         # the place of contact goes along both lines as fast as they are parallel
         apart = hypot(*subtract(*(position(motion, skin.place) for skin in row.skins)))
         courses = []
         for skin in row.skins:
-            assert isinstance(skin, Edge)
+            assert isinstance(skin, records.Edge)
             whole = subtract(position(motion, skin.tip), position(motion, skin.place))
             courses.append(scale(1.0 / hypot(*whole), whole))
         steep = max(hypot(*cross(*courses)), _PARALLEL)  # the sine of the angle between the lines
@@ -659,11 +637,11 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
         slip = first.V + second.V + turning * way
         carried = first.A + second.A + (first.turning + second.turning) * (way + apart)
         return carried + turning * passing + 4.0 * turning / steep * (slip + passing)
-    radii = [skin.radius if isinstance(skin, (RoundSurface, Rim)) else ZERO for skin in row.skins]
+    radii = [skin.radius if isinstance(skin, (records.RoundSurface, records.Rim)) else ZERO for skin in row.skins]
     sizes = [abs(float(radius)) for radius in motion.state.values(radii)]
     place = sum(hypot(*position(motion, skin.place)) for skin in row.skins) + sum(sizes)
     pairs = zip(row.skins, sizes, strict=True)
-    arms = [place if skin.plane is not None or isinstance(skin, Edge) else size for skin, size in pairs]
+    arms = [place if skin.plane is not None or isinstance(skin, records.Edge) else size for skin, size in pairs]
     tilting, turning = _normal_rates(row, motion, first, second)
     speeds = first.V + second.V
     slip = speeds + first.W * arms[0] + second.W * arms[1]
@@ -671,7 +649,7 @@ def _(row: ContactRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return carried + (first.W + second.W) * sum(sizes) * turning + tilting * slip + (first.W + second.W) * speeds
 
 
-def _normal_rates(row: ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
+def _normal_rates(row: records.ContactRow, motion: Motion, first: Terms, second: Terms) -> tuple[float, float]:
     """Return how fast the normal turns, and the way from a centre to the place of contact, at most."""
     flats = [terms for skin, terms in zip(row.skins, (first, second), strict=True) if skin.plane is not None]
     if flats:
@@ -684,9 +662,9 @@ def _normal_rates(row: ContactRow, motion: Motion, first: Terms, second: Terms) 
     return turning, turning
 
 
-def _level_curvature(skin: ContactSurface, motion: Motion, row: ContactRow) -> float:
+def _level_curvature(skin: ContactSurface, motion: Motion, row: records.ContactRow) -> float:
     """Return how much the normal of a smooth surface turns along a metre, at most, where a row's point is."""
-    if not isinstance(skin, Level):
+    if not isinstance(skin, records.Level):
         return 0.0
     point = row.skins[0] if row.skins[1] is skin else row.skins[1]
     apart = subtract(position(motion, point.place), position(motion, skin.place))
@@ -696,23 +674,23 @@ def _level_curvature(skin: ContactSurface, motion: Motion, row: ContactRow) -> f
 
 
 @_terms.register
-def _(row: SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.SlidingRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _terms(row.of, motion, bodies)
 
 
-@_terms.register(MeanTensionRow)
-@_terms.register(ReactionRow)
-def _(row: MeanTensionRow | ReactionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+@_terms.register(records.MeanTensionRow)
+@_terms.register(records.ReactionRow)
+def _(row: records.MeanTensionRow | records.ReactionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return 0.0
 
 
 @_terms.register
-def _(row: ExpressionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.ExpressionRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _of_expression(motion, row.zero, holonomic=True)
 
 
 @_terms.register
-def _(row: VelocityRow, motion: Motion, bodies: Sequence[Terms]) -> float:
+def _(row: records.VelocityRow, motion: Motion, bodies: Sequence[Terms]) -> float:
     return _of_expression(motion, row.zero, holonomic=False)
 
 
