@@ -250,8 +250,11 @@ def stage_systems(system: System) -> tuple[System, ...]:
     if system.simulation.coordinates == "absolute":
         with at("simulation", "coordinates"):
             raise ModelError("stages begin with coordinates of joints: leave out coordinates: absolute", number="M110")
-    with at("ask"):
-        _verify_numbers(system)
+    last = len(system.then) + 1
+    for name, question in system.ask.items():
+        if question.stage is not None and question.stage > last:
+            with at("ask", name, "stage"):
+                raise ModelError(f"there is no stage {question.stage}: `then` makes {last} stages", number="M109")
     absent = [name for stage in system.then for _, name in stage.beginning()]
     found = [_system(system, 1, absent, system.impact)]
     for k, stage in enumerate(system.then):
@@ -287,14 +290,6 @@ def _names(node: Node | StateCondition, absent: Collection[str]) -> bool:
         return any(node.element == name or node.element.startswith(f"{name}.") for name in absent)
     words = (word for leaf in leaves([node], "quantity") for word in leaf.data[1])
     return any(word == name or word.startswith(f"{name}.") for word in words for name in absent)
-
-
-def _verify_numbers(system: System) -> None:
-    last = len(system.then) + 1
-    for name, question in system.ask.items():
-        if question.stage is not None and question.stage > last:
-            with at(name, "stage"):
-                raise ModelError(f"there is no stage {question.stage}: `then` makes {last} stages", number="M109")
 
 
 def _verify_known(system: System, name: str) -> None:

@@ -216,13 +216,13 @@ SIDE_WORDS: Final = ("pressed", "0")
 
 
 def joint_frictions(references: References) -> Iterator[LawElement]:
-    flat = references.plane or in_plane(references.system)
+    """Yield the elements of friction that joints declare. Raises ModelError for joints whose friction has no model."""
     for name, element in references.system.frictions.items():
         with at("forces", name):
-            yield _joint_friction(name, element, references, flat)
+            yield _joint_friction(name, element, references)
 
 
-def _joint_friction(name: str, element: Friction, references: References, flat: bool) -> LawElement:
+def _joint_friction(name: str, element: Friction, references: References) -> LawElement:
     with at("joint"):
         references.verify_joint(element.joint)
     joint = references.system.joints[element.joint]
@@ -230,6 +230,7 @@ def _joint_friction(name: str, element: Friction, references: References, flat: 
     make = ball_friction if isinstance(joint, Spherical) else _MAKERS.get(kinds)
     if make is None and kinds and set(kinds) <= {Translate, Rotate} and isinstance(joint, Custom):
         make = stacked_friction
+    flat = references.plane or in_plane(references.system)
     asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()

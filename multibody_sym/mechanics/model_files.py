@@ -365,16 +365,12 @@ def dump(system: System, file: str | os.PathLike[str]) -> None:
 def dumps(system: System) -> str:
     """Return the text of a model file that describes the System. Raises InputError for what is no System."""
     verify_system(system)
-    return yaml_text(tree_from_system(system))
-
-
-def yaml_text(tree: Mapping[str, Any]) -> str:
-    """Return a tree of maps, lists and text as YAML: one line for each element that fits, else indented."""
-    return "".join(line + "\n" for key, value in tree.items() for line in _entry(key, value, 0, blocks=1))
+    lines = (line for key, value in tree_from_system(system).items() for line in _entry(key, value, 0, blocks=1))
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _entry(key: str, value: Any, indent: int, blocks: int) -> list[str]:
-    """Return the lines of `key: value`; `blocks` levels are indented even where one line would do."""
+    """Return `key: value`, in one line where it fits; `blocks` levels are indented even where one line would do."""
     head = " " * indent + _scalar(key) + ":"
     line = f"{head} {_flow(value)}"
     if not isinstance(value, (Mapping, list, tuple)) or not value:

@@ -28,7 +28,7 @@ from multibody_sym.model.constraints import (
 from multibody_sym.model.contacts_and_impacts import contact_names
 from multibody_sym.model.fields import AXES, QUATERNION, Element, dimension_of_unit, fields_of
 from multibody_sym.model.forces import Damper, SpringDamper, Torque
-from multibody_sym.model.joints import Foot, MovingJoint, guides
+from multibody_sym.model.joints import Foot, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions, unit_text
 from multibody_sym.model.settings import FORCED, MOMENTUM, Ask, Equation
 from multibody_sym.model.state_words import Moment, StateCondition
@@ -629,7 +629,7 @@ def verify_forces(system: System, elements: Iterable[LawElement], cut: Iterable[
     pulleys = [name for name, pulley in system.pulleys.items() if pulley.is_held]
     joints = dict.fromkeys((*pulleys, *ground, *system.joints), ("a joint", COMPONENTS))
     wires = dict.fromkeys(
-        (name for name, joint in system.joints.items() if guides(joint)),
+        (name for name, joint in system.joints.items() if joint.steps and joint.steps[0].curve is not None),
         ("a joint that guides along a curve", (*COMPONENTS, NORMAL)),
     )
     known = {**one_way, **joints, **wires}
@@ -834,9 +834,15 @@ def _verify_about_impact(questions: Mapping[str, Ask], taken: Collection[Node]) 
     for name, question in questions.items():
         with at("ask", name):
             value = _value_at_once(question)
-            impulses = [] if value is None else [x for x in leaves([value], "quantity") if x.data[0] in IMPULSES]
-            if name in at_impact and value is not None:
-                _verify_at_impact(value)
+            asked = [] if value is None else leaves([value], "quantity")
+            impulses = [leaf for leaf in asked if leaf.data[0] in IMPULSES]
+            if name in at_impact:
+                for leaf in asked:
+                    if QUANTITIES[leaf.data[0]].of_mode:
+                        raise ModelError(f"{leaf} is one of small oscillations; ask it without `impact`", number="M110")
+                    if leaf.data[0] in _UNDEFINED_AT_IMPACTS:
+                        message = f"{leaf.data[0]}(..) has no value in an impact, in which speeds jump"
+                        raise ModelError(message, number="M121")
             elif question.find is not None:
                 raise ModelError(
                     "a file with an `impact` answers no find; ask for the value itself and vary the parameter: "
@@ -852,15 +858,6 @@ def _verify_about_impact(questions: Mapping[str, Ask], taken: Collection[Node]) 
 
 IMPULSES: Final = ("reaction", "tension", "multiplier")
 """Quantities that are impulses in an impact."""
-
-
-def _verify_at_impact(value: Node) -> None:
-    """Raise ModelError where an expression has no value at the instant of an impact."""
-    for leaf in leaves([value], "quantity"):
-        if QUANTITIES[leaf.data[0]].of_mode:
-            raise ModelError(f"{leaf} is one of small oscillations; ask it without `impact`", number="M110")
-        if leaf.data[0] in _UNDEFINED_AT_IMPACTS:
-            raise ModelError(f"{leaf.data[0]}(..) has no value in an impact, in which speeds jump", number="M121")
 
 
 def in_order(questions: Mapping[str, Ask], taken: Collection[Node]) -> list[str]:

@@ -325,11 +325,6 @@ class MovingJoint(Joint):
             )
 
 
-def guides(joint: Joint) -> bool:
-    """Return whether a joint guides along a curve in its frame on the parent."""
-    return bool(joint.steps) and joint.steps[0].curve is not None
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Joints: each is declared as itself and moves by elementary steps, the last a ball where three angles would fail.
 #
