@@ -35,7 +35,7 @@ import numpy as np
 from chains import INERTIA
 from plain_sweep import Link, Matrix, links, plain_sweep, swept
 
-from multibody_sym.dynamics.formalisms.articulated_body import Sweep, block_ldl, swept_joints
+from multibody_sym.dynamics.formalisms.articulated_body import TreeFactors, block_ldl, swept_joints
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -85,7 +85,7 @@ def factorised(resolved: Mechanism) -> Sequence[Any]:
     """Return the accelerations of the sweep."""
     state = slot_state(resolved)
     motion = economical_motion(resolved, state)
-    return Sweep(motion, swept_joints(motion)).solve(composite_body(resolved, state).forcing)
+    return TreeFactors(motion, swept_joints(motion)).solve(composite_body(resolved, state).forcing)
 
 
 def block(resolved: Mechanism) -> Sequence[Any]:

@@ -23,9 +23,8 @@ from multibody_sym.analysis.positions import Positions
 from multibody_sym.dynamics.closing import ConstraintRows, closed_near
 from multibody_sym.dynamics.contact.contact_problem import OneWayRows, one_way_rows
 from multibody_sym.dynamics.programs.reactions import LawForces
-from multibody_sym.dynamics.start.assembly import NotClosedError
 from multibody_sym.dynamics.start.parameters import value_or_none
-from multibody_sym.dynamics.start.start import Start, start_beside
+from multibody_sym.dynamics.start.start import NotClosedError, Start, start_beside
 from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, short_repr
 from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.changes import start_value

@@ -48,13 +48,20 @@ from multibody_sym.derivation.notation import (
     upright,
     with_free_letters,
 )
-from multibody_sym.derivation.prepare import DerivationInput, constants_step, readable, tidy_record
-from multibody_sym.derivation.steps import coordinate_step, energy_steps, position_steps
+from multibody_sym.derivation.prepare import (
+    DerivationInput,
+    constants_step,
+    coordinate_step,
+    energy_steps,
+    position_steps,
+    readable,
+    tidy_record,
+)
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, FirstIntegral, in_order
 from multibody_sym.dynamics.conserved import Candidate, Conserved, candidates, find_conserved, freedom_name
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.programs.tree_functions import OF_MOMENTA
+from multibody_sym.dynamics.programs.state_functions import OF_MOMENTA
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, ModelError, MultibodyError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy, split

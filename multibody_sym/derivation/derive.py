@@ -41,25 +41,22 @@ from multibody_sym.derivation.prepare import (
     DerivationInput,
     budget_of,
     constants_step,
-    map_expressions,
-    prepare,
-    shortest,
-    tidy_record,
-)
-from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.derivation.steps import (
     coordinate_step,
     energy_steps,
     free_body_steps,
     lagrange_steps,
+    map_expressions,
     matrix_step,
     position_steps,
+    prepare,
     row_steps,
+    shortest,
+    tidy_record,
     with_force_letters,
 )
+from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
-from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix
-from multibody_sym.dynamics.formalisms.newton_euler import without_reactions
+from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, mass_matrix, without_reactions
 from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
@@ -158,7 +155,7 @@ def derive(
     if formalism is not None and formalism != route:
         raise InputError(_two_routes(method, formalism), number="M120")
     from multibody_sym.derivation.canonical import hamilton, routh, with_first_integrals
-    from multibody_sym.derivation.hamilton_jacobi import with_separation
+    from multibody_sym.derivation.symbolic_equations import with_separation
 
     make = hamilton if route == "hamilton" else routh
     with stage("derive"):

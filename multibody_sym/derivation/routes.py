@@ -18,7 +18,7 @@ from multibody_sym.records import dataclass
 
 
 def _by_newton_euler(mechanism: Mechanism, state: State) -> TreeDynamics:
-    from multibody_sym.dynamics.formalisms.newton_euler import newton_euler
+    from multibody_sym.dynamics.formalisms.composite_body import newton_euler
 
     return newton_euler(mechanism, state)
 

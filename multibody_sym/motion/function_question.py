@@ -25,9 +25,10 @@ from multibody_sym.dynamics.programs.state_functions import (
     FunctionOptions,
     Name,
     expressions_program,
+    verify_drives,
+    with_inputs_of_momenta,
 )
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.programs.tree_functions import verify_drives, with_inputs_of_momenta
 from multibody_sym.dynamics.start.declared_impact import PosedImpact, outcome, posed_impact
 from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import parameter_values

@@ -15,7 +15,7 @@ import multibody_sym as mbs
 from multibody_sym.analysis.phase_plane import PhasePlane
 from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.instant.instant import solved_start
-from multibody_sym.derivation.hamilton_jacobi import ENERGY, separated
+from multibody_sym.derivation.symbolic_equations import ENERGY, separated
 from multibody_sym.documents.diagrams import polhodes_of
 from multibody_sym.errors import MultibodyError
 from multibody_sym.scalars.functions import evaluate_float

@@ -18,7 +18,7 @@ from multibody_sym.dynamics.conserved import candidates
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.programs.tree_functions import canonical_programs
+from multibody_sym.dynamics.programs.state_functions import canonical_programs
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import State, coordinate_rates
 from multibody_sym.program.program import interpret, operation_count

@@ -27,7 +27,7 @@ from multibody_sym.dynamics.contact.impact_problem import (
     plane_element,
     struck_rows,
 )
-from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
+from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
 from multibody_sym.dynamics.formalisms.constrained import solve_constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
@@ -259,19 +259,19 @@ class _Scan:
         own, measured = _wrenches(pushed.get(number, []), R_WB, c, self.measured)
         carried = unpack_inertia(read["carried"][6 * c :])
         inertia = articulated_inertia(about_origin(body_mass(body, state))).plus(carried)
-        freedoms, left = eliminate_joint(body.u, moved, inertia)
+        joint, left = eliminate_joint(body.u, moved, inertia)
         turn = product(transpose(pose(state, body.frame_on_parent)[0]), moved.R_PB)
         point = pose(state, body.frame_on_body)[1]  # of the joint
         handed, jumps, in_joint, here = list[Node](), {}, {}, list[Wrench]()
         for j in range(c):
             force, moment = vectors(read["carried"][6 * j : 6 * j + 6])
             wrench = add(own[j][0], force), add(own[j][1], moment)
-            remaining, on = inward(freedoms, [0] * len(body.u), wrench)
+            remaining, on = joint.inward([0] * len(body.u), wrench)
             up = to_parent(moved, on)
             handed += [*map(as_node, (*up[0], *up[1]))]
             a, alpha = vectors(read["reached"][6 * j : 6 * j + 6])
-            rates = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
-            jumps[_array_name("jump", j)], reached = outward(freedoms, rates, from_parent(moved, (a, alpha)))
+            rates = joint.pivot.solve(remaining)
+            jumps[_array_name("jump", j)], reached = joint.outward(rates, from_parent(moved, (a, alpha)))
             here.append(reached)
             needed = inertia.wrench(*reached)
             force, moment = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])

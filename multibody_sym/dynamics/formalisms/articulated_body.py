@@ -17,20 +17,33 @@ Sources: Vereshchagin (1974); Featherstone, Rigid Body Dynamics Algorithms, chap
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
 from typing import Final, Protocol
 
-from multibody_sym.dynamics.formalisms.composite_body import needed_wrenches, unbalanced_wrenches
+from multibody_sym.dynamics.formalisms.composite_body import (
+    composite_body,
+    needed_wrenches,
+    summed_inward,
+    unbalanced_wrenches,
+    wrench_difference,
+    wrench_sum,
+)
 from multibody_sym.dynamics.formalisms.equations import (
     BodyAxes,
-    MassFactors,
     TreeDynamics,
     along_body_axes,
+    massless_speeds,
     tree_dynamics,
     verify_massive,
 )
-from multibody_sym.dynamics.formalisms.inertia import Inertia, articulated_inertia, base_inertias, rigid_inertia
+from multibody_sym.dynamics.formalisms.inertia import (
+    TRIANGLE,
+    Inertia,
+    articulated_inertia,
+    base_inertias,
+    rigid_inertia,
+)
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.mechanism import Mechanism
@@ -38,7 +51,6 @@ from multibody_sym.mechanics.motion import BodyMotion, Motion, State, from_paren
 from multibody_sym.mechanics.points import Wrench, generalized_forces, joint_projection, power, to_parent
 from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.functions import sqrt
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
@@ -48,7 +60,6 @@ from multibody_sym.scalars.vectors import (
     Vec,
     add,
     combination,
-    dot,
     factorize,
     negate,
     scale,
@@ -57,21 +68,111 @@ from multibody_sym.scalars.vectors import (
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Dynamics of a tree whose factors take wrenches on bodies: one inward pass carries and eliminates them.
+# The mass matrix factorised along the tree, whatever eliminates the freedoms of each joint.
+
+_NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
+"""No motion, or no wrench."""
 
 
-class TreeRecursion(MassFactors, Protocol):
-    """Factors of a mass matrix along a tree."""
+class Joint(Protocol):
+    """The freedoms of a body's joint, eliminated; `pivot` are the factors of their V = A^T M* A."""
+
+    @property
+    def speeds(self) -> tuple[int, ...]: ...
+
+    @property
+    def pivot(self) -> Factors: ...
+
+    def inward(self, right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
+        """Return e = Q + A^T p of each freedom, from the forces `right` on all speeds, and what is left of p."""
+
+    def outward(self, x: Sequence[S], above: tuple[Vec, Vec]) -> tuple[list[S], tuple[Vec, Vec]]:
+        """Return udot of each freedom from V^-1 e of all speeds, and the accelerations reached from those without."""
+
+
+@dataclass(frozen=True)
+class TreeFactors:
+    """The factorised mass matrix of a tree: all joints in tree order; free bodies `along` their axes."""
+
+    motion: Motion
+    joints: tuple[Joint, ...]
+    along: tuple[BodyAxes, ...] = ()
+
+    @property
+    def pivots(self) -> list[S]:
+        return [pivot for joint in self.joints for pivot in joint.pivot.pivots]
+
+    def solve(self, right: Sequence[S]) -> list[S]:
+        return self.accelerations(right, [_NOTHING] * len(self.joints))
 
     def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
         """Return M^-1 (Q + sum of A^T R) (n) for forces Q on the speeds and wrenches R on the bodies."""
+        return self.outward(self.inward(of_speed, of_body)[0])[0]
+
+    def weighted(self, right: Sequence[S]) -> list[S]:
+        """Return D^-1/2 L^-T right (n)."""
+        e, _ = self.inward(right, [_NOTHING] * len(self.joints))
+        return self._by_joint(e, lambda joint, own: joint.pivot.weighted(own))
+
+    def unweighted(self, x: Sequence[S]) -> list[S]:
+        """Return L^-1 D^-1/2 x (n)."""
+        return self._reached(self._by_joint(x, lambda joint, own: joint.pivot.unweighted(own)))[0]
+
+    def inward(self, right: Sequence[S], of_body: Sequence[Wrench]) -> tuple[list[S], list[Wrench]]:
+        """Return e of every freedom (n), from the leaves to the root, and what is left of the wrench on each body."""
+        for axes in self.along:
+            right = axes.forces(right)
+        carried, remaining = list(of_body), list(right)
+        for index in range(len(carried) - 1, -1, -1):
+            joint = self.joints[index]
+            if carried[index] is _NOTHING and all(right[k] is ZERO for k in joint.speeds):
+                continue
+            e, carried[index] = joint.inward(right, carried[index])
+            for k, x in zip(joint.speeds, e, strict=True):
+                remaining[k] = x
+            parent = self.motion.mechanism.bodies[index].parent
+            if parent >= 0:
+                carried[parent] = wrench_sum(carried[parent], to_parent(self.motion.bodies[index], carried[index]))
+        return remaining, carried
+
+    def outward(self, e: Sequence[S]) -> tuple[list[S], list[tuple[Vec, Vec]]]:
+        """Return udot (n), from the root to the leaves, and each body's accelerations without its own udot."""
+        return self._reached(self._by_joint(e, lambda joint, own: joint.pivot.solve(own)))
+
+    def _by_joint(self, values: Sequence[S], change: Callable[[Joint, list[S]], list[S]]) -> list[S]:
+        """Return values of the speeds (n) changed joint by joint, zero for those that no joint frees."""
+        found: list[S] = [0] * len(values)
+        for joint in self.joints:
+            for k, x in zip(joint.speeds, change(joint, [values[k] for k in joint.speeds]), strict=True):
+                found[k] = x
+        return found
+
+    def _reached(self, x: Sequence[S]) -> tuple[list[S], list[tuple[Vec, Vec]]]:
+        udot = list(x)
+        reached: list[tuple[Vec, Vec]] = []
+        carried: list[tuple[Vec, Vec]] = []
+        for index, (body, joint) in enumerate(zip(self.motion.mechanism.bodies, self.joints, strict=True)):
+            above = reached[body.parent] if body.parent >= 0 else _NOTHING
+            if above is not _NOTHING:
+                above = from_parent(self.motion.bodies[index], above)
+            carried.append(above)
+            if above is _NOTHING and all(x[k] is ZERO for k in joint.speeds):
+                reached.append(_NOTHING)
+                continue
+            rates, here = joint.outward(x, above)
+            for k, rate in zip(joint.speeds, rates, strict=True):
+                udot[k] = rate
+            reached.append(here)
+        for axes in self.along:
+            udot = axes.rates(udot)
+        return udot, carried
 
 
 @dataclass(frozen=True)
 class RecursiveDynamics(TreeDynamics):
     """The dynamics with f in parts: forces on the speeds, and wrenches on the bodies, applied ones and of inertia."""
 
-    factors: TreeRecursion
+    factors: TreeFactors
     of_speed: list[S]
     of_body: list[Wrench]
 
@@ -80,7 +181,7 @@ class RecursiveDynamics(TreeDynamics):
         return self.factors.accelerations(self.of_speed, self.of_body)
 
 
-def recursive_dynamics(motion: Motion, factors: TreeRecursion) -> RecursiveDynamics:
+def recursive_dynamics(motion: Motion, factors: TreeFactors) -> RecursiveDynamics:
     """Return the dynamics of a mechanism at a state by a recursion."""
     given = applied_forces(motion, weight=False)
     needed = needed_wrenches(motion, [0] * len(motion.state.u), given.of_body)
@@ -91,17 +192,14 @@ def recursive_dynamics(motion: Motion, factors: TreeRecursion) -> RecursiveDynam
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-
-_TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
-_NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
-"""No motion, or no wrench."""
+# The sweep: all freedoms of a joint at once.
 
 
 def sweep(mechanism: Mechanism, state: State) -> TreeDynamics:
     """Return the dynamics at a state. Raises NoSolutionError where only rows hold a freedom without mass."""
     verify_massive(mechanism, "sweep")
     motion = economical_motion(mechanism, state)
-    return recursive_dynamics(motion, Sweep(motion, swept_joints(motion)))
+    return recursive_dynamics(motion, TreeFactors(motion, swept_joints(motion)))
 
 
 def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -> tuple[list[S], list[S]]:
@@ -112,10 +210,14 @@ def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -
     """
     held = {k for index in given for k in motion.mechanism.bodies[index].u}
     begin = [x if k in held else 0 for k, x in enumerate(udot)]
-    forces = applied_forces(motion)
-    found, wrenches = Sweep(motion, swept_joints(motion, given)).swept(
-        unbalanced_wrenches(motion, begin, forces.of_body), forces.of_speed
-    )
+    forces, joints = applied_forces(motion), swept_joints(motion, given)
+    factors = TreeFactors(motion, joints)
+    e, left = factors.inward(forces.of_speed, unbalanced_wrenches(motion, begin, forces.of_body))
+    found, before = factors.outward(e)  # counted from the given ones
+    wrenches = [
+        wrench_difference(joint.handed_on.wrench(*reached), known)
+        for joint, reached, known in zip(joints, before, left, strict=True)
+    ]
     transmitted = joint_projection(motion, wrenches)
     needed = [transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)]
     return [a + b for a, b in zip(begin, found, strict=True)], needed
@@ -132,108 +234,48 @@ class SweptJoint:
     gains: tuple[Wrench, ...]
     handed_on: Inertia
 
+    @staticmethod
+    def over(
+        speeds: tuple[int, ...], linear: tuple[Vec, ...], angular: tuple[Vec, ...], inertia: Inertia
+    ) -> SweptJoint:
+        """Return a joint with K = U V^-1 and Ma = M* - U K^T, of which one triangle is formed."""
+        columns = [inertia.wrench(v, w) for v, w in zip(linear, angular, strict=True)]
+        pivot = factorize([[power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
+        rows = [pivot.solve([part[i] for part in parts]) for parts in zip(*columns, strict=True) for i in range(3)]
+        gains: list[Wrench] = [((x, y, z), (mx, my, mz)) for x, y, z, mx, my, mz in zip(*rows, strict=True)]
+
+        def left(m: Mat, part: int, i: int, other: int, j: int) -> S:
+            return m[i][j] - sum((u[part][i] * k[other][j] for u, k in zip(columns, gains, strict=True)), 0)
+
+        of_forces = symmetric([left(inertia.linear, 0, i, 0, j) for i, j in TRIANGLE])
+        of_moments = symmetric([left(inertia.angular, 1, i, 1, j) for i, j in TRIANGLE])
+        x, y, z = ([left(inertia.coupling, 0, i, 1, j) for j in range(3)] for i in range(3))
+        coupling = (x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])
+        return SweptJoint(speeds, linear, angular, pivot, tuple(gains), Inertia(of_forces, coupling, of_moments))
+
+    def inward(self, right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
+        partials = zip(self.speeds, self.linear, self.angular, strict=True)
+        e = [right[k] + power(linear, angular, wrench) for k, linear, angular in partials]
+        taken = combination([force for force, _ in self.gains], e), combination([moment for _, moment in self.gains], e)
+        return e, wrench_difference(wrench, taken)
+
+    def outward(self, x: Sequence[S], above: tuple[Vec, Vec]) -> tuple[list[S], tuple[Vec, Vec]]:
+        rates = [x[k] - power(*above, gain) for k, gain in zip(self.speeds, self.gains, strict=True)]
+        return rates, wrench_sum(above, (combination(self.linear, rates), combination(self.angular, rates)))
+
 
 def swept_joints(motion: Motion, given: Collection[int] = ()) -> tuple[SweptJoint, ...]:
     """Return all joints swept over from the leaves to the root; bodies in `given` have given accelerations."""
-    inertias = [rigid_inertia(mass) for mass in motion.masses]
     found: list[SweptJoint] = []
-    for index in range(len(inertias) - 1, -1, -1):
+
+    def hand_on(index: int, inertia: Inertia) -> Inertia:
         body, moved = motion.mechanism.bodies[index], motion.bodies[index]
         freedoms = (body.u, moved.linear, moved.angular) if index not in given else ((), (), ())
-        joint = _sweep_over(*freedoms, inertias[index])
-        found.append(joint)
-        if body.parent >= 0:
-            handed = joint.handed_on.moved(moved.R_PB, moved.p_PB)
-            inertias[body.parent] = inertias[body.parent].plus(handed)
+        found.append(SweptJoint.over(*freedoms, inertia))
+        return found[-1].handed_on.moved(moved.R_PB, moved.p_PB)
+
+    summed_inward(motion, [rigid_inertia(mass) for mass in motion.masses], hand_on)
     return tuple(reversed(found))
-
-
-def _sweep_over(
-    speeds: tuple[int, ...], linear: tuple[Vec, ...], angular: tuple[Vec, ...], inertia: Inertia
-) -> SweptJoint:
-    """Return a joint with K = U V^-1 and Ma = M* - U K^T, of which one triangle is formed."""
-    columns = [inertia.wrench(v, w) for v, w in zip(linear, angular, strict=True)]
-    pivot = factorize([[power(v, w, column) for column in columns] for v, w in zip(linear, angular, strict=True)])
-    rows = [pivot.solve([part[i] for part in parts]) for parts in zip(*columns, strict=True) for i in range(3)]
-    gains: list[Wrench] = [((x, y, z), (mx, my, mz)) for x, y, z, mx, my, mz in zip(*rows, strict=True)]
-
-    def left(m: Mat, part: int, i: int, other: int, j: int) -> S:
-        return m[i][j] - sum((u[part][i] * k[other][j] for u, k in zip(columns, gains, strict=True)), 0)
-
-    of_forces = symmetric([left(inertia.linear, 0, i, 0, j) for i, j in _TRIANGLE])
-    of_moments = symmetric([left(inertia.angular, 1, i, 1, j) for i, j in _TRIANGLE])
-    x, y, z = ([left(inertia.coupling, 0, i, 1, j) for j in range(3)] for i in range(3))
-    coupling = (x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])
-    return SweptJoint(speeds, linear, angular, pivot, tuple(gains), Inertia(of_forces, coupling, of_moments))
-
-
-@dataclass(frozen=True)
-class Sweep:
-    """A mass matrix factorised by sweeping: the joints of all bodies, in tree order."""
-
-    motion: Motion
-    joints: tuple[SweptJoint, ...]
-
-    def solve(self, right: Sequence[S]) -> list[S]:
-        return self.accelerations(right, [_NOTHING] * len(self.joints))
-
-    def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
-        return self.swept(of_body, of_speed)[0]
-
-    def weighted(self, right: Sequence[S]) -> list[S]:
-        """Return D^-1/2 L^-T e (n) with V = L^T D L of every joint."""
-        e, _ = self._inward([_NOTHING] * len(self.joints), right)
-        return [x for joint, part in zip(self.joints, e, strict=True) for x in joint.pivot.weighted(part)]
-
-    def unweighted(self, x: Sequence[S]) -> list[S]:
-        """Return the accelerations of which `weighted` are x (n)."""
-        return self._outward([joint.pivot.unweighted([x[k] for k in joint.speeds]) for joint in self.joints], len(x))[0]
-
-    def swept(self, forces: Sequence[Wrench], drives: Sequence[S]) -> tuple[list[S], list[Wrench]]:
-        """Return udot (n) and the joints' wrenches on their children (about the origin, in the body's axes).
-
-        `forces` f act on the bodies, `drives` Q (n) on the speeds; udot of given joints is zero: an acceleration
-        counted from the given one.
-        """
-        e, handed_on = self._inward(forces, drives)
-        free = [joint.pivot.solve(part) for joint, part in zip(self.joints, e, strict=True)]
-        udot, carried = self._outward(free, len(drives))
-        wrenches = []
-        for joint, (a, alpha), (force, moment) in zip(self.joints, carried, handed_on, strict=True):
-            needed = joint.handed_on.wrench(a, alpha)
-            wrenches.append((subtract(needed[0], force), subtract(needed[1], moment)))
-        return udot, wrenches
-
-    def _inward(self, forces: Sequence[Wrench], drives: Sequence[S]) -> tuple[list[list[S]], list[Wrench]]:
-        """Return e of every joint, and pa."""
-        total = list(forces)
-        remaining: list[list[S]] = [[] for _ in total]
-        for index in range(len(total) - 1, -1, -1):
-            joint, (force, moment) = self.joints[index], total[index]
-            for k, linear, angular in zip(joint.speeds, joint.linear, joint.angular, strict=True):
-                remaining[index].append(drives[k] + power(linear, angular, (force, moment)))
-            force = subtract(force, combination([gain[0] for gain in joint.gains], remaining[index]))
-            moment = subtract(moment, combination([gain[1] for gain in joint.gains], remaining[index]))
-            total[index] = force, moment
-            parent = self.motion.mechanism.bodies[index].parent
-            if parent >= 0:
-                handed, known = to_parent(self.motion.bodies[index], total[index]), total[parent]
-                total[parent] = add(known[0], handed[0]), add(known[1], handed[1])
-        return remaining, total
-
-    def _outward(self, free: Sequence[Sequence[S]], count: int) -> tuple[list[S], list[tuple[Vec, Vec]]]:
-        """Return udot and a = C^T w_k of every body from V^-1 e."""
-        udot: list[S] = [0] * count
-        reached: list[tuple[Vec, Vec]] = []
-        carried: list[tuple[Vec, Vec]] = []
-        for index, (body, joint) in enumerate(zip(self.motion.mechanism.bodies, self.joints, strict=True)):
-            a = from_parent(self.motion.bodies[index], reached[body.parent]) if body.parent >= 0 else _NOTHING
-            rates = [x - power(*a, gain) for x, gain in zip(free[index], joint.gains, strict=True)]
-            for k, rate in zip(joint.speeds, rates, strict=True):
-                udot[k] = rate
-            reached.append((add(a[0], combination(joint.linear, rates)), add(a[1], combination(joint.angular, rates))))
-            carried.append(a)
-        return udot, carried
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -255,132 +297,70 @@ def block_ldl(mechanism: Mechanism, state: State) -> TreeDynamics:
 
 @dataclass(frozen=True)
 class EliminatedFreedom:
-    """One eliminated freedom of a body: its speed, partial velocity A, pivot d and gain K = U / d."""
+    """One eliminated freedom of a body: its speed, partial velocity A and gain K = U / d."""
 
     speed: int
     linear: Vec
     angular: Vec
-    pivot: S
     gain: Wrench
 
 
 @dataclass(frozen=True)
-class TreeFactors:
-    """The factorised mass matrix of a tree: the freedoms of each body in tree order, free bodies `along` their axes."""
+class EliminatedJoint:
+    """The freedoms of a body's joint, eliminated from the last on."""
 
-    motion: Motion
-    freedoms: tuple[tuple[EliminatedFreedom, ...], ...]
-    along: tuple[BodyAxes, ...]
-
-    def solve(self, right: Sequence[S]) -> list[S]:
-        return self.accelerations(right, [_NOTHING] * len(self.freedoms))
-
-    def accelerations(self, of_speed: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
-        remaining = self._inward(of_speed, of_body)
-        return self._outward([e / d for e, d in zip(remaining, self._pivots(), strict=True)])
-
-    def weighted(self, right: Sequence[S]) -> list[S]:
-        """Return D^-1/2 L^-T right (n)."""
-        remaining = self._inward(right, [_NOTHING] * len(self.freedoms))
-        return [e if e is ZERO else e * root for e, root in zip(remaining, self._roots, strict=True)]
-
-    def unweighted(self, x: Sequence[S]) -> list[S]:
-        """Return L^-1 D^-1/2 x (n)."""
-        return self._outward([value * root for value, root in zip(x, self._roots, strict=True)])
+    freedoms: tuple[EliminatedFreedom, ...]
+    pivot: Factors
 
     @cached_property
-    def _roots(self) -> list[S]:
-        return [1 / sqrt(d) for d in self._pivots()]
+    def speeds(self) -> tuple[int, ...]:
+        return tuple(freedom.speed for freedom in self.freedoms)
 
-    def _pivots(self) -> list[S]:
-        return [freedom.pivot for of_body in self.freedoms for freedom in of_body]
+    def inward(self, right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
+        force, moment = wrench
+        remaining = []
+        for freedom in reversed(self.freedoms):
+            e = right[freedom.speed] + power(freedom.linear, freedom.angular, (force, moment))
+            remaining.append(e)
+            k_force, k_moment = freedom.gain
+            force, moment = subtract(force, scale(e, k_force)), subtract(moment, scale(e, k_moment))
+        return remaining[::-1], (force, moment)
 
-    def _inward(self, right: Sequence[S], of_body: Sequence[Wrench]) -> list[S]:
-        """Return e = Q + A^T p of every freedom, from the leaves to the root; p -= K e."""
-        for axes in self.along:
-            right = axes.forces(right)
-        carried, remaining = list(of_body), list(right)
-        for index in range(len(carried) - 1, -1, -1):
-            if carried[index] is _NOTHING and all(right[freedom.speed] is ZERO for freedom in self.freedoms[index]):
-                continue
-            left, wrench = inward(self.freedoms[index], right, carried[index])
-            for freedom, e in zip(self.freedoms[index], left, strict=True):
-                remaining[freedom.speed] = e
-            parent = self.motion.mechanism.bodies[index].parent
-            if parent >= 0:
-                handed, known = to_parent(self.motion.bodies[index], wrench), carried[parent]
-                carried[parent] = add(known[0], handed[0]), add(known[1], handed[1])
-        return remaining
-
-    def _outward(self, x: Sequence[S]) -> list[S]:
-        """Return udot from x = e / d, from the root to the leaves: udot = x - K . a, a += A udot."""
-        udot = list(x)
-        reached: list[tuple[Vec, Vec]] = []
-        for index, body in enumerate(self.motion.mechanism.bodies):
-            above = reached[body.parent] if body.parent >= 0 else _NOTHING
-            if above is _NOTHING and all(x[freedom.speed] is ZERO for freedom in self.freedoms[index]):
-                reached.append(_NOTHING)
-                continue
-            above = above if above is _NOTHING else from_parent(self.motion.bodies[index], above)
-            rates, here = outward(self.freedoms[index], x, above)
-            for freedom, rate in zip(self.freedoms[index], rates, strict=True):
-                udot[freedom.speed] = rate
-            reached.append(here)
-        for axes in self.along:
-            udot = axes.rates(udot)
-        return udot
-
-
-def inward(freedoms: Sequence[EliminatedFreedom], right: Sequence[S], wrench: Wrench) -> tuple[list[S], Wrench]:
-    """Return e = Q + A^T p of each freedom of a body, eliminated from the last on, and the rest of its wrench p."""
-    force, moment = wrench
-    remaining = []
-    for freedom in reversed(freedoms):
-        e = right[freedom.speed] + (dot(freedom.linear, force) + dot(freedom.angular, moment))
-        remaining.append(e)
-        k_force, k_moment = freedom.gain
-        force, moment = subtract(force, scale(e, k_force)), subtract(moment, scale(e, k_moment))
-    return remaining[::-1], (force, moment)
-
-
-def outward(
-    freedoms: Sequence[EliminatedFreedom], x: Sequence[S], above: tuple[Vec, Vec]
-) -> tuple[list[S], tuple[Vec, Vec]]:
-    """Return udot of each freedom of a body and the accelerations it reaches, from those without them."""
-    a, alpha = above
-    rates = []
-    for freedom in freedoms:
-        rate = x[freedom.speed] - (dot(freedom.gain[0], a) + dot(freedom.gain[1], alpha))
-        a, alpha = add(a, scale(rate, freedom.linear)), add(alpha, scale(rate, freedom.angular))
-        rates.append(rate)
-    return rates, (a, alpha)
+    def outward(self, x: Sequence[S], above: tuple[Vec, Vec]) -> tuple[list[S], tuple[Vec, Vec]]:
+        a, alpha = above
+        rates = []
+        for freedom in self.freedoms:
+            rate = x[freedom.speed] - power(a, alpha, freedom.gain)
+            a, alpha = add(a, scale(rate, freedom.linear)), add(alpha, scale(rate, freedom.angular))
+            rates.append(rate)
+        return rates, (a, alpha)
 
 
 def tree_factors(motion: Motion) -> TreeFactors:
     """Return the factors of a tree's mass matrix, from the leaves to the root."""
     motion, along = along_body_axes(motion)
-    inertias = [articulated_inertia(rigid) for rigid in base_inertias(motion)]
-    freedoms: list[tuple[EliminatedFreedom, ...]] = [()] * len(inertias)
-    for index in range(len(inertias) - 1, -1, -1):
-        body, moved = motion.mechanism.bodies[index], motion.bodies[index]
-        freedoms[index], left = eliminate_joint(body.u, moved, inertias[index])
-        if body.parent >= 0:
-            inertias[body.parent] = inertias[body.parent].plus(left.moved(moved.R_PB, moved.p_PB))
-    return TreeFactors(motion, tuple(freedoms), along)
+    joints: list[EliminatedJoint] = []
+
+    def hand_on(index: int, inertia: Inertia) -> Inertia:
+        moved = motion.bodies[index]
+        joint, left = eliminate_joint(motion.mechanism.bodies[index].u, moved, inertia)
+        joints.append(joint)
+        return left.moved(moved.R_PB, moved.p_PB)
+
+    summed_inward(motion, map(articulated_inertia, base_inertias(motion)), hand_on)
+    return TreeFactors(motion, tuple(reversed(joints)), along)
 
 
-def eliminate_joint(
-    speeds: Sequence[int], moved: BodyMotion, inertia: Inertia
-) -> tuple[tuple[EliminatedFreedom, ...], Inertia]:
+def eliminate_joint(speeds: Sequence[int], moved: BodyMotion, inertia: Inertia) -> tuple[EliminatedJoint, Inertia]:
     """Return a joint's freedoms, eliminated from the last on, and the inertia that the parent feels through it."""
-    freedoms = []
+    freedoms, pivots = [], list[S]()
     for speed, linear, angular in reversed(list(zip(speeds, moved.linear, moved.angular, strict=True))):
-        force, moment = inertia.wrench(linear, angular)
-        pivot = dot(linear, force) + dot(angular, moment)
-        gain = _over(force, pivot), _over(moment, pivot)
-        freedoms.append(EliminatedFreedom(speed, linear, angular, pivot, gain))
-        inertia = inertia.without((force, moment), gain)
-    return tuple(reversed(freedoms)), inertia
+        wrench = inertia.wrench(linear, angular)
+        pivots.append(power(linear, angular, wrench))
+        gain = _over(wrench[0], pivots[-1]), _over(wrench[1], pivots[-1])
+        freedoms.append(EliminatedFreedom(speed, linear, angular, gain))
+        inertia = inertia.without(wrench, gain)
+    return EliminatedJoint(tuple(reversed(freedoms)), Factors(((),) * len(pivots), tuple(reversed(pivots)))), inertia
 
 
 def _over(u: Vec, pivot: S) -> Vec:
@@ -388,3 +368,8 @@ def _over(u: Vec, pivot: S) -> Vec:
     inverse = 1 / pivot
     x, y, z = (1 if component is pivot else component * inverse for component in u)
     return x, y, z
+
+
+def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:
+    """Return the dynamics by the formalism that is linear in the bodies, where no freedom is massless."""
+    return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)

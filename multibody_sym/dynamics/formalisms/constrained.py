@@ -32,6 +32,7 @@ from multibody_sym.dynamics.formalisms.equations import (
     TreeDynamics,
     completed_matrix,
     massless_speeds,
+    vanishing_pivots,
 )
 from multibody_sym.errors import NoSolutionError, Where
 from multibody_sym.mechanics.motion import Motion, why_locked
@@ -135,16 +136,16 @@ def solve_constrained(
         return replace(found, along=exerts) if friction.beside else found
     matrix = [factors.weighted(row) for row in rows]
     first = solve(matrix, _residual(wanted, matrix, free), len(free))
-    near = factors.unweighted(_sums(free, first.solution))
+    near = factors.unweighted(sums(free, first.solution))
     second = solve(matrix, _residual(wanted, rows, near), len(free))
-    udot = _sums(near, factors.unweighted(list(second.solution)))
+    udot = sums(near, factors.unweighted(list(second.solution)))
     if sharing is not None:
-        left = _residual(_sums(first.solution, second.solution), _transpose(matrix), sharing.forces)
+        left = _residual(sums(first.solution, second.solution), _transpose(matrix), sharing.forces)
         multipliers = sharing.carried(list(solve(_transpose(sharing.of(matrix)), left, len(rows)).solution))
     elif minimum_norm and rows:
-        multipliers = least_multipliers(matrix, _sums(first.solution, second.solution), solve)
+        multipliers = least_multipliers(matrix, sums(first.solution, second.solution), solve)
     else:
-        multipliers = _sums(first.multipliers, second.multipliers)
+        multipliers = sums(first.multipliers, second.multipliers)
     return Constrained(udot, multipliers, first.report)
 
 
@@ -189,7 +190,7 @@ def _with_friction(
     unit = [[x / length for x in row] for row, length in zip(exerts, lengths, strict=True)]
     coupling = [[d / length for d, length in zip(row, lengths, strict=True)] for row in friction.coupling]
     size, count = len(free), len(rows)
-    sizes = [length if any(map(_acts, d)) else 1 for d, length in zip(friction.coupling, lengths, strict=True)]
+    sizes = [length if _may_act(d) else 1 for d, length in zip(friction.coupling, lengths, strict=True)]
     if once:
         square = [
             [s * (sum(x * y for x, y in zip(a, c, strict=True)) + e) for c, e in zip(unit, d, strict=True)]
@@ -208,12 +209,12 @@ def _with_friction(
         return both[:size], both[size:], found.report
 
     x, z, report = solve_both(_residual(wanted, matrix, free), [0] * size)
-    near = factors.unweighted(_sums(free, x))
+    near = factors.unweighted(sums(free, x))
     missing = _residual(_residual(wanted, rows, near), coupling, z)
     pushed = [sum(c[i] * y for c, y in zip(unit, z, strict=True)) - x[i] for i in range(size)]
     more, other, _ = solve_both(missing, pushed)
-    udot = _sums(near, factors.unweighted(more))
-    multipliers = [y / length for y, length in zip(_sums(z, other), lengths, strict=True)]
+    udot = sums(near, factors.unweighted(more))
+    multipliers = [y / length for y, length in zip(sums(z, other), lengths, strict=True)]
     rank, *rest = report
     return Constrained(udot, multipliers, [rank - size, *rest])
 
@@ -222,14 +223,14 @@ def _transpose(matrix: Matrix) -> list[list[S]]:
     return [list(column) for column in zip(*matrix, strict=True)]
 
 
-def _acts(x: S) -> bool:
-    """Return whether a number is not zero; an expression may be."""
-    return not is_exactly(x, 0)
+def _may_act(row: Sequence[S]) -> bool:
+    """Return whether an element is not zero; an expression may be."""
+    return not all(is_exactly(x, 0) for x in row)
 
 
 def _lengths(rows: Matrix) -> list[S]:
     """Return the lengths of the rows' forces, none much below the longest; 1 where a row exerts nothing."""
-    zero = [not any(map(_acts, row)) for row in rows]
+    zero = [not _may_act(row) for row in rows]
     found = [1 if nothing else sqrt(sum(x * x for x in row)) for nothing, row in zip(zero, rows, strict=True)]
     exerting = [length for nothing, length in zip(zero, found, strict=True) if not nothing]
     if not exerting:
@@ -265,7 +266,7 @@ def _residual(wanted: Sequence[S], matrix: Matrix, x: Sequence[S]) -> list[S]:
     return [value - product for value, product in zip(wanted, products, strict=True)]
 
 
-def _sums(a: Iterable[S], b: Iterable[S]) -> list[S]:
+def sums(a: Iterable[S], b: Iterable[S]) -> list[S]:
     return [x + y for x, y in zip(a, b, strict=True)]
 
 
@@ -327,12 +328,13 @@ def verify_inertia(motion: Motion) -> None:
     massless = massless_speeds(motion.mechanism)
     if not massless:  # pivots in time linear in the number of bodies
         with suppress(ZeroDivisionError):
-            pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
+            pivots = tree_factors(motion).pivots
             pairs = zip(pivots, mass_diagonal(motion), strict=True)
             if not any(vanishes(p, d, PIVOT * len(pivots)) for p, d in pairs):
                 return
     rows = row_motions(motion) if massless else []
-    index = speed_without_inertia(completed_matrix(motion, mass_matrix(motion), rows))
+    matrix = np.array(completed_matrix(motion, mass_matrix(motion), rows), dtype=float)
+    index = next(vanishing_pivots(matrix, PIVOT * len(matrix)), None)
     if index is not None:
         speed = motion.mechanism.speeds[index]
         place, body = next((k, body.name) for k, body in enumerate(motion.mechanism.bodies) if index in body.u)
@@ -354,17 +356,6 @@ def verify_inertia(motion: Motion) -> None:
             where=Where(path=("joints", speed.joint)),
             number="N102",
         )
-
-
-def speed_without_inertia(matrix: Sequence[Sequence[float]]) -> int | None:
-    """Return the speed at which M = L^T D L meets a pivot that is not positive beside its own diagonal element."""
-    m = np.array(matrix, dtype=float).reshape(len(matrix), len(matrix))
-    diagonal = m.diagonal().copy()
-    for k in range(len(m) - 1, -1, -1):
-        if vanishes(m[k, k], diagonal[k], PIVOT * len(m)):
-            return k
-        m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
-    return None
 
 
 def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0) -> Solution:

@@ -5,7 +5,7 @@ M udot = Q - c + H^T lambda        H udot = gamma        qdot = N u
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cache
 from random import Random
@@ -28,7 +28,7 @@ from multibody_sym.mechanics.motion import (
 )
 from multibody_sym.mechanics.row_kinematics import RowMotion
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import UNDEFINED
+from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.node import ZERO
 from multibody_sym.scalars.rank import DRAWN, vanishes
 from multibody_sym.scalars.vectors import (
@@ -99,13 +99,17 @@ def _without_pivot(mechanism: Mechanism) -> set[int]:
             m[np.ix_(list(partials), list(partials))] += at_com @ momenta.T
     except UNDEFINED:
         return set()
-    found, diagonal = set(), m.diagonal().copy()
+    return set(vanishing_pivots(m, DRAWN))
+
+
+def vanishing_pivots(matrix: Floats, part: float) -> Iterator[int]:
+    """Yield, from the last on, where M = L^T D L has no more than this part of its diagonal element as a pivot."""
+    m = matrix.copy()
     for k in range(len(m) - 1, -1, -1):
-        if vanishes(m[k, k], diagonal[k], DRAWN):
-            found.add(k)
+        if vanishes(m[k, k], matrix[k, k], part):
+            yield k
         else:
             m[:k, :k] -= np.outer(m[:k, k], m[k, :k] / m[k, k])
-    return found
 
 
 def _without_inertia(body: TreeBody, drawn: Callable[[], State]) -> list[int]:
@@ -153,30 +157,27 @@ def verify_massive(mechanism: Mechanism, formalism: str) -> None:
 
 def completed_matrix(motion: Motion, matrix: list[list[S]], rows: Sequence[RowMotion]) -> list[list[S]]:
     """Return M + w H^T H where there are massless speeds, else M."""
-    if not rows or not massless_speeds(motion.mechanism):
-        return matrix
-    weight, held = _weight(motion), [row for row in rows if row.kinematic]
+    weight, held = _completing(motion, rows)
     return [
         [m + weight * sum((row.jacobian[i] * row.jacobian[j] for row in held), 0) for j, m in enumerate(line)]
         for i, line in enumerate(matrix)
-    ]
+    ] if held else matrix
 
 
-def completed_forces(motion: Motion, forces: Sequence[S], rows: Sequence[RowMotion]) -> Sequence[S]:
-    """Return Q + w H^T gamma where there are massless speeds, else Q."""
+def _completing(motion: Motion, rows: Sequence[RowMotion]) -> tuple[S, list[RowMotion]]:
+    """Return w, small beside the masses, so that it rounds away little of the motion of light bodies, and the rows.
+
+    Without massless speeds there are none.
+    """
     if not rows or not massless_speeds(motion.mechanism):
-        return forces
-    weight, held = _weight(motion), [row for row in rows if row.kinematic]
-    return [q + weight * sum((row.jacobian[k] * row.gamma for row in held), 0) for k, q in enumerate(forces)]
-
-
-def _weight(motion: Motion) -> S:
-    """Return w: small beside the masses, so that it rounds away little of the motion of light bodies."""
+        return 0, []
     has_mass = any(body.mass.mass != ZERO for body in motion.mechanism.bodies)
-    return sum((mass.mass for mass in motion.masses), 0) / _LIGHTER if has_mass else 1
+    weight = sum((mass.mass for mass in motion.masses), 0) / _LIGHTER if has_mass else 1
+    return weight, [row for row in rows if row.kinematic]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+
 
 class MassFactors(Protocol):
     """A factorised mass matrix M = G^T G, formed or not."""
@@ -273,10 +274,14 @@ def equations(
     completed (`completed_matrix`), so that their matrix is regular.
     """
     matrix = completed_matrix(motion, mass_matrix, rows)
-    forces = list(completed_forces(motion, applied, rows))
     if forcing is None:
         forcing = [q - c for q, c in zip(applied, velocity_terms, strict=True)]
-    tree = tree_dynamics(motion, factorize(matrix), list(completed_forces(motion, forcing, rows)), rows)
+    weight, held = _completing(motion, rows)
+    forces, left = (  # Q + w H^T gamma
+        [q + weight * sum((row.jacobian[k] * row.gamma for row in held), 0) if held else q for k, q in enumerate(part)]
+        for part in (applied, forcing)
+    )
+    tree = tree_dynamics(motion, factorize(matrix), left, rows)
     return EquationsOfMotion(**vars(tree), mass_matrix=matrix, applied=forces, velocity_terms=list(velocity_terms))
 
 

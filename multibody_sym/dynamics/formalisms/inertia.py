@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from multibody_sym.mechanics.mechanism import TreeBody
 from multibody_sym.mechanics.motion import BodyMass, BodyMotion, Motion
 from multibody_sym.mechanics.points import Wrench
@@ -28,6 +30,9 @@ from multibody_sym.scalars.vectors import (
     turned_symmetric,
     turned_tensor,
 )
+
+TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
+"""Places of the six elements of a symmetric matrix."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +153,7 @@ def _minus_times_cross(m: Mat, p: Vec) -> Mat:
 
 def _lower_difference(m: Mat, u: Vec, k: Vec) -> Mat:
     """Return M - u k^T for symmetric M and u k^T; each element of a triangle is formed once."""
-    places = ((0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1))
-    return symmetric([m[i][j] - _share(u[i], k[i], u[j], k[j]) for i, j in places])
+    return symmetric([m[i][j] - _share(u[i], k[i], u[j], k[j]) for i, j in TRIANGLE])
 
 
 def _share(u_i: S, k_i: S, u_j: S, k_j: S) -> S:

@@ -6,8 +6,7 @@
     reactions          forces of joints, ropes and contacts; switching functions, which end a mode
     quantities         positions, reactions, momenta that outputs name; events: `stop`, kinks of inputs (`min`, `where`)
     sections           axial force, shear force and bending moment, by equilibrium of the part that is cut off
-    state_functions    the Programs of `function`: one entry a name
+    state_functions    the Programs of `function`, one entry a name; mass matrix, inverse and hybrid dynamics, momenta
     function_derivatives    derivatives of functions, alone or together with their values
-    tree_functions     mass matrix, inverse and hybrid dynamics, equations in momenta
     repeated_bodies, repeated_contacts    loops over like bodies; over contacts of a kind
 """

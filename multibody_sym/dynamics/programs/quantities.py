@@ -65,6 +65,9 @@ from multibody_sym.scalars.vectors import (
 from multibody_sym.text.parser import OWN_CENTRE, SYSTEM, WEIGHT
 from multibody_sym.text.printer import COMPONENTS
 
+MOMENTA: Final = "momenta"
+"""The array of Programs of momenta that stands where others have u."""
+
 # ----------------------------------------------------------------------------------------------------------------------
 # Momenta of bodies and of speeds, and Jacobi's integral, over any scalar.
 #

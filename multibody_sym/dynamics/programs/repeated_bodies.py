@@ -11,9 +11,9 @@ from functools import partial
 from itertools import accumulate, pairwise
 from typing import Any, Final
 
-from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint, inward, outward
+from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
-from multibody_sym.dynamics.formalisms.inertia import Inertia, about_origin, articulated_inertia
+from multibody_sym.dynamics.formalisms.inertia import TRIANGLE, Inertia, about_origin, articulated_inertia
 from multibody_sym.dynamics.programs.quantities import Sources
 from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
 from multibody_sym.mechanics.forces import applied_forces
@@ -35,7 +35,7 @@ from multibody_sym.mechanics.motion import (
     slot_state,
     spread,
 )
-from multibody_sym.mechanics.points import to_parent
+from multibody_sym.mechanics.points import power, to_parent
 from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, ExpressionRow, Marker, PositionRow, VelocityRow
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
 from multibody_sym.program.program import Program
@@ -51,7 +51,6 @@ from multibody_sym.scalars.vectors import (
     Mat,
     Vec,
     add,
-    dot,
     negate,
     subtract,
     symmetric,
@@ -327,9 +326,6 @@ class _Local:
 # expressions of parameters), and only the tree joins bodies: no rows, no loads but on a joint's own speed.
 
 
-_TRIANGLE: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-
-
 def scanned_bodies(mechanism: Mechanism, of_a_kind: int) -> LikeBodies | None:
     """Return the kinds of bodies of a mechanism that is scanned: one of so many bodies `of_a_kind` in the mean."""
     if mechanism.rows or massless_speeds(mechanism):
@@ -391,13 +387,12 @@ def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> V
 
     force, moment = vectors(read["carried"][:6])
     inertia = articulated_inertia(rigid).plus(unpack_inertia(read["carried"][6:]))
-    freedoms, left = eliminate_joint(body.u, moved, inertia)
-    remaining, wrench = inward(freedoms, forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
+    joint, left = eliminate_joint(body.u, moved, inertia)
+    remaining, wrench = joint.inward(forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
     handed = to_parent(moved, wrench)
 
     first, second = vectors(read["reached"])
-    x = [e / freedom.pivot for e, freedom in zip(remaining, freedoms, strict=True)]
-    udot, here = outward(freedoms, x, from_parent(moved, (first, second)))
+    udot, here = joint.outward(joint.pivot.solve(remaining), from_parent(moved, (first, second)))
     return {
         "motion": (*moved.w_WB, *reached[0], *reached[1]),
         "carried": (*handed[0], *handed[1], *pack_inertia(left.moved(moved.R_PB, moved.p_PB))),
@@ -516,7 +511,7 @@ def vectors(values: Sequence[Node]) -> list[Vec]:
 
 def pack_inertia(inertia: Inertia) -> tuple[Node, ...]:
     """Return the 21 elements of an inertia."""
-    triangles = [[m[i][j] for i, j in _TRIANGLE] for m in (inertia.linear, inertia.angular)]
+    triangles = [[m[i][j] for i, j in TRIANGLE] for m in (inertia.linear, inertia.angular)]
     return (*triangles[0], *triangles[1], *(x for row in inertia.coupling for x in row))
 
 
@@ -549,10 +544,10 @@ def _pivots_of_body(kinds: Sequence[BodyKind], least: float, number: int, read: 
     moved = body_motion(body, moving_parent(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR), state)
     own = articulated_inertia(about_origin(body_mass(body, state)))
     rigid = own.plus(unpack_inertia(read["carried"][_ARTICULATED:]))
-    freedoms, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
-    found = []
-    for freedom, linear, angular in zip(freedoms, moved.linear, moved.angular, strict=True):
-        force, moment = rigid.wrench(linear, angular)
-        found.append(as_node(freedom.pivot) - least * (dot(linear, force) + dot(angular, moment)))
+    joint, left = eliminate_joint(body.u, moved, own.plus(unpack_inertia(read["carried"][:_ARTICULATED])))
+    found = [
+        as_node(pivot) - least * power(linear, angular, rigid.wrench(linear, angular))
+        for pivot, linear, angular in zip(joint.pivot.pivots, moved.linear, moved.angular, strict=True)
+    ]
     handed = (*pack_inertia(left.moved(moved.R_PB, moved.p_PB)), *pack_inertia(rigid.moved(moved.R_PB, moved.p_PB)))
     return {"carried": handed, "pivots": found}

@@ -78,8 +78,7 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     factors = tree_factors(motion)
     lines = [(k, factors.weighted([as_node(x) for x in rows[k].jacobian])) for k in acting]
     weighted = [(k, j, as_node(x)) for k, line in lines for j, x in enumerate(line) if as_node(x) is not ZERO]
-    pivots = [freedom.pivot for of_body in factors.freedoms for freedom in of_body]
-    shares = [as_node(p) / d for p, d in zip(pivots, mass_diagonal(motion), strict=True)]
+    shares = [as_node(p) / d for p, d in zip(factors.pivots, mass_diagonal(motion), strict=True)]
     matrices = {"jacobian": jacobian, "weighted": weighted}
     markers = [position(motion, marker) for marker in motion.mechanism.markers.values()]
     squares = dict.fromkeys(as_node(dot(p, p)) for p in (*markers, *(p for _, p in motion.poses)))

@@ -535,8 +535,7 @@ def quick_look(system: System, mechanism: Mechanism) -> Program:
     like = worth_scanning(mechanism)
     if like is None:
         motion = motion_of(mechanism, slot_state(mechanism))
-        pivots = [freedom.pivot for of_body in tree_factors(motion).freedoms for freedom in of_body]
-        diagonals = zip(pivots, mass_diagonal(motion), strict=True)
+        diagonals = zip(tree_factors(motion).pivots, mass_diagonal(motion), strict=True)
         positive += [as_node(pivot) - _PIVOT * diagonal for pivot, diagonal in diagonals]
     else:  # by one pass inward: a long tree compiles for seconds
         from multibody_sym.dynamics.programs.repeated_bodies import scanned_pivots

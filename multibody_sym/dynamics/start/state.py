@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Final
 
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import CompiledRows, with_constants
-from multibody_sym.dynamics.start.assembly import ROUNDING
 from multibody_sym.dynamics.start.number_checks import check_numbers
 from multibody_sym.dynamics.start.parameters import value_at, verify_contact_values
-from multibody_sym.dynamics.start.start import Start, in_absolute_coordinates, start, with_rank
+from multibody_sym.dynamics.start.start import ROUNDING, Start, in_absolute_coordinates, start, with_rank
 from multibody_sym.errors import ModelError, NoSolutionError, Where, gathered
 from multibody_sym.mechanics.law_elements import LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism

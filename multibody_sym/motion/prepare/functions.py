@@ -20,9 +20,8 @@ from multibody_sym.dynamics.contact.impact_programs import (
     mode_found,
     verify_mode,
 )
-from multibody_sym.dynamics.programs.state_functions import Name
+from multibody_sym.dynamics.programs.state_functions import Name, canonical_programs
 from multibody_sym.dynamics.programs.system import inputs_program
-from multibody_sym.dynamics.programs.tree_functions import canonical_programs
 from multibody_sym.dynamics.start.declared_impact import (
     PosedImpact,
     coefficients_of,

@@ -328,7 +328,7 @@ def _resisting_shares(motion: Motion) -> Floats:
 
 def _pivots(motion: Motion) -> Floats:
     """Return (nu) the inertia along each speed while all speeds before it are free."""
-    pivots = [float(freedom.pivot) for of_body in tree_factors(motion).freedoms for freedom in of_body]
+    pivots = list(map(float, tree_factors(motion).pivots))
     return np.array(pivots, dtype=float)
 
 

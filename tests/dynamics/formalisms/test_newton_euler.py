@@ -13,9 +13,8 @@ from multibody_sym.derivation.derive import derive
 from multibody_sym.derivation.symbolic_equations import SymbolicEquations
 from multibody_sym.documents.derivation import derivation_data, derivation_document
 from multibody_sym.documents.document import write_document
-from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
+from multibody_sym.dynamics.formalisms.composite_body import free_bodies, joint_wrenches, newton_euler
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
-from multibody_sym.dynamics.formalisms.newton_euler import free_bodies, newton_euler
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.motion import Motion

@@ -23,8 +23,7 @@ from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.system import state_derivative
 from multibody_sym.dynamics.redundancy import redundancy
-from multibody_sym.dynamics.start.assembly import absolute_state
-from multibody_sym.dynamics.start.start import start
+from multibody_sym.dynamics.start.start import absolute_state, start
 from multibody_sym.mechanics.changes import with_settings
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.motion import (

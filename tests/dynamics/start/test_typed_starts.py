@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import multibody_sym as mbs
-from multibody_sym.dynamics.start import assembly
+from multibody_sym.dynamics.start import start as starting
 from multibody_sym.dynamics.start.start import Start, start
 from multibody_sym.mechanics.changes import with_initial
 
@@ -185,8 +185,8 @@ def test_a_typed_angle_that_does_not_close_moves_to_the_nearest_one_that_does(gu
 def test_what_nobody_gave_is_guessed_once_a_start(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each guess searches all around: one for every value that was tried held took four fifths of a start's time."""
     guessed: list[int] = []
-    of_assembly = assembly.best_guess
-    monkeypatch.setattr(assembly, "best_guess", lambda *of: guessed.append(1) or of_assembly(*of))
+    of_assembly = starting.best_guess
+    monkeypatch.setattr(starting, "best_guess", lambda *of: guessed.append(1) or of_assembly(*of))
     rod = mbs.Body(mass=1, inertia={"Izz": 1}, points={"end": [1, 0, 0]})
     starts = [{"q": 1.0}, {"q": 0.1}, {}]
     joints: dict[str, mbs.Joint] = {
