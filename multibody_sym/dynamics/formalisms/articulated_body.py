@@ -210,17 +210,27 @@ def hybrid_dynamics(motion: Motion, given: Collection[int], udot: Sequence[S]) -
     """
     held = {k for index in given for k in motion.mechanism.bodies[index].u}
     begin = [x if k in held else 0 for k, x in enumerate(udot)]
-    forces, joints = applied_forces(motion), swept_joints(motion, given)
-    factors = TreeFactors(motion, joints)
-    e, left = factors.inward(forces.of_speed, unbalanced_wrenches(motion, begin, forces.of_body))
-    found, before = factors.outward(e)  # counted from the given ones
-    wrenches = [
-        wrench_difference(joint.handed_on.wrench(*reached), known)
-        for joint, reached, known in zip(joints, before, left, strict=True)
-    ]
+    forces = applied_forces(motion)
+    missing = unbalanced_wrenches(motion, begin, forces.of_body)
+    found, wrenches = swept(motion, swept_joints(motion, given), missing, forces.of_speed)
     transmitted = joint_projection(motion, wrenches)
     needed = [transmitted[k] - drive if k in held else 0 for k, drive in enumerate(forces.of_speed)]
     return [a + b for a, b in zip(begin, found, strict=True)], needed
+
+
+def swept(
+    motion: Motion, joints: tuple[SweptJoint, ...], forces: Sequence[Wrench], drives: Sequence[S]
+) -> tuple[list[S], list[Wrench]]:
+    """Return udot (n) and the joints' wrenches on their children (about the origin, in the body's axes).
+
+    `forces` f act on the bodies, `drives` Q (n) on the speeds; udot of given joints is zero: an acceleration counted
+    from the given one.
+    """
+    factors = TreeFactors(motion, joints)
+    e, left = factors.inward(drives, forces)
+    udot, before = factors.outward(e)
+    every = zip(joints, before, left, strict=True)
+    return udot, [wrench_difference(joint.handed_on.wrench(*reached), known) for joint, reached, known in every]
 
 
 @dataclass(frozen=True)

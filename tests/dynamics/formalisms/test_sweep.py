@@ -9,7 +9,7 @@ from plain_sweep import inverted, plain_sweep
 
 from multibody_sym.analysis.check import LARGEST_ON_TREES, compare_formalisms, dalembert, ratio
 from multibody_sym.derivation.routes import FORMALISMS
-from multibody_sym.dynamics.formalisms.articulated_body import Sweep, hybrid_dynamics, swept_joints
+from multibody_sym.dynamics.formalisms.articulated_body import hybrid_dynamics, swept, swept_joints
 from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, joint_wrenches, unbalanced_wrenches
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
@@ -49,7 +49,7 @@ def test_wrenches_of_all_joints_are_those_of_inverse_dynamics(seed: int) -> None
     motion = random_motion(seed)
     forces = applied_forces(motion)
     left = unbalanced_wrenches(motion, [0] * len(motion.state.u), forces.of_body)
-    udot, found = Sweep(motion, swept_joints(motion)).swept(left, forces.of_speed)
+    udot, found = swept(motion, swept_joints(motion), left, forces.of_speed)
     expected = np.array(joint_wrenches(motion, udot, forces.of_body), dtype=float)
     np.testing.assert_allclose(np.array(found, dtype=float), expected, atol=1e-9 * sizes(expected))
 
