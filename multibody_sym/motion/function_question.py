@@ -24,7 +24,7 @@ from multibody_sym.dynamics.programs.state_functions import (
     Axes,
     FunctionOptions,
     Name,
-    expressions_program,
+    outputs_of_function,
     verify_drives,
     with_inputs_of_momenta,
 )
@@ -227,7 +227,7 @@ class FunctionQuestion:
                 raise InputError(f"joint {name!r} has no speed whose rate could be given")
         if not isinstance(self.what, str):
             with self._expression_errors():
-                return expressions_program(self.mechanism, options)
+                return outputs_of_function(self.mechanism, options, together=True)
         if options.drives:
             self._drives_exceed()  # raises before anything is derived
         if self.what == "outputs" and not self.mechanism.outputs:

@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Final
 
-from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing
+from multibody_sym.dynamics.formalisms.constrained import PASSES, Sharing, sums
 from multibody_sym.dynamics.formalisms.equations import Formalism
 from multibody_sym.dynamics.programs.law_programs import (
     STABILISING,
@@ -23,7 +23,6 @@ from multibody_sym.dynamics.programs.law_programs import (
     RowProgram,
     RowValues,
     SlidingForces,
-    column,
     combination,
     friction_power_program,
     law_program,
@@ -32,10 +31,17 @@ from multibody_sym.dynamics.programs.law_programs import (
     with_friction,
     with_sliding,
 )
-from multibody_sym.dynamics.programs.quantities import Sources, forces_of, with_quantities
+from multibody_sym.dynamics.programs.quantities import Sources, choose, column, forces_of, with_quantities
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import ContactKind
-from multibody_sym.dynamics.programs.system import energy_program, felt, inputs_program, outputs_program
+from multibody_sym.dynamics.programs.system import (
+    felt,
+    inputs_program,
+    normalize_program,
+    outputs_program,
+    residual_ahead,
+    sources_of,
+)
 from multibody_sym.mechanics.energy import split
 from multibody_sym.mechanics.law_elements import FrictionPart, sided_normals
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
@@ -61,15 +67,10 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import absolute, maximum, where
 from multibody_sym.scalars.limits import along, length, sliding, towards
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less_equal, real
-from multibody_sym.scalars.vectors import S, unit_quaternion
+from multibody_sym.scalars.vectors import S
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Friction and switching functions for the numbers of a mode, in Programs of all modes.
-
-
-def choose(number: Node, yes: S, no: S) -> Node:
-    """Return one of two values by a number that is not 0, or 0."""
-    return as_node(where(number, as_node(yes), as_node(no)))
 
 
 def is_of_normal(function: str) -> bool:
@@ -293,12 +294,8 @@ def every_mode_programs(
     known, mechanism = row_program(declared, formalism), in_every_mode(declared)
     laws, places = law_program(declared, known)
     modes = _EveryMode(mechanism, known)
-
-    def motion(_: Trace) -> Motion:
-        return motion_of(mechanism, slot_state(mechanism))
-
-    sources = Sources(modes.state_derivative(), energy_program(mechanism), motion)
-    missed, normalize = modes.missed(), modes.normalize()
+    sources = sources_of(mechanism, modes.state_derivative())
+    missed, normalize = modes.missed(), normalize_program(mechanism, modes.modes.held())
     every = {
         "inputs": inputs_program(mechanism),
         "state_derivative": sources.state_derivative,
@@ -376,11 +373,6 @@ class _EveryMode:
         return ModeNodes(self.mechanism)
 
     @cached_property
-    def values(self) -> ModeValues:
-        """Friction for the numbers of the mode."""
-        return ModeValues(self._motion)
-
-    @cached_property
     def _acts(self) -> list[Node]:
         rows = enumerate(self.mechanism.rows)
         return [self.modes.acts(row) if k in self.known.may_act else ZERO for k, row in rows]
@@ -450,12 +442,12 @@ class _EveryMode:
 
     def _frictions(self, speeds: Sequence[Node], limits: Sequence[Node]) -> list[SlidingForces]:
         """Return the friction beside contacts by kinds, from phidot of all rows and both coefficients of all parts."""
-        found, known = [], self._other_elements
+        found, known, values = [], self._other_elements, ModeValues(self._motion)
         left = {part.name for _, part in friction_parts(known)}
         for k, (element, part) in enumerate(friction_parts(self.mechanism)):
             if part.name in left:
                 tangents = [self._places[row.name] for row in part.rows]
-                forces = self.values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
+                forces = values.friction(part, [speeds[j] for j in tangents], limits[2 * k : 2 * k + 2])
                 normals = element.normals_of(part)
                 sides = [ONE if part.norm else self.modes.side(element, row) for row in normals]
                 places = [self._places[row.name] for row in normals]
@@ -498,14 +490,14 @@ class _EveryMode:
         if not (friction_parts(self.mechanism) or self._sharing or self.known.coupled):
             exerted = []
         first = self._solve(trace, now, right, exerted)
-        near = _sums(now.values["free"], now.unweighted(_sums(first.solution[:n], begun)))
+        near = sums(now.values["free"], now.unweighted(sums(first.solution[:n], begun)))
         left = self._at_rows(
             trace, missing_accelerations, gamma=pressed.gamma, jacobian=now.values["jacobian"], near=near
         )["missing"]
         for k in self._others:
             left[k] = pressed.gamma[k] - times(now.jacobian[k], near) - times(now.coupling[k], first.solution)
         second = self._solve(trace, now, [left[k] for k in range(self.known.count)], exerted)
-        udot = _sums(near, now.unweighted(second.solution[:n]))
+        udot = sums(near, now.unweighted(second.solution[:n]))
         multipliers = self._multipliers(trace, now, (first.multipliers, second.multipliers), frictions)
         outputs = {"udot": udot, "multipliers": multipliers, "report": first.report}
         return trace.finish({name: column(values) for name, values in outputs.items()})
@@ -556,7 +548,7 @@ class _EveryMode:
         self, trace: Trace, now: _RowsAtState, taken: Sequence[Sequence[Node]], frictions: Sequence[SlidingForces]
     ) -> list[Node]:
         """Return the multipliers of all rows from the numbers of each way in both solves."""
-        found = _sums(*taken)
+        found = sums(*taken)
         if self._sharing is not None:
             found = list(map(as_node, self._sharing.carried(found)))
         found = with_friction(found, frictions)
@@ -623,11 +615,8 @@ class _EveryMode:
         now, holonomic = self._rows(trace), [k for k, row in enumerate(self.mechanism.rows) if row.is_holonomic]
         change = self._least(trace, now, holonomic, now.values["phi"])
         of_q = coordinate_rates(self.mechanism, trace["q"], [-x for x in change])
-        given = {array.name: trace[array.name] for array in missed.inputs}
-        given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
-        residual = trace.call(missed, list(given.values()))[1]
         restricting = [k for k, row in enumerate(self.mechanism.rows) if row.restricts]
-        of_u = self._least(trace, now, restricting, residual)
+        of_u = self._least(trace, now, restricting, residual_ahead(trace, missed, of_q))
         return trace.finish({"of_q": column(of_q), "of_u": column([-x for x in of_u])})
 
     def _least(self, trace: Trace, now: _RowsAtState, places: Sequence[int], wanted: Sequence[Node]) -> list[Node]:
@@ -651,22 +640,6 @@ class _EveryMode:
         pairs = zip(self._moving(found.solution), now.unweighted(found.solution), strict=True)
         return [choose(some, a, b) for a, b in pairs]
 
-    def normalize(self) -> Program | None:
-        """Return -> q with unit quaternions, deviation; those of immobile bodies stay unchanged."""
-        trace, held = Trace("normalize", arrays(self.mechanism)), self.modes.held()
-        q, deviation = list(trace["q"]), ZERO
-        for body in self.mechanism.bodies:
-            for free in body.free_steps:
-                if not free.step.unit_quaternion:
-                    continue
-                stands = reduce(lambda a, b: a * b, [held[k] for k in free.u])
-                unit, off = unit_quaternion([q[k] for k in free.q])
-                deviation = as_node(maximum(deviation, choose(stands, ZERO, off)))
-                q[free.q[0] : free.q[-1] + 1] = [choose(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
-        if deviation is ZERO:
-            return None
-        return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
-
     # --- where a mode ends --------------------------------------------------------------------------------------------
 
     def events(self, sources: Sources) -> Program:
@@ -677,7 +650,7 @@ class _EveryMode:
         values = with_quantities(trace, sources, asked)
         known = self._functions(trace)
         values += [as_node(known[name]) for name in functions(mechanism)]
-        return trace.finish({"values": ((len(values),), values)})
+        return trace.finish({"values": column(values)})
 
     def _functions(self, trace: Trace) -> dict[str, Node]:
         """Return the switching functions by name, those of friction and ends of contacts by kinds where they touch."""
@@ -696,10 +669,6 @@ class _EveryMode:
                 found |= ends if of_normal else watch(ends)
         others = replace(self._motion, mechanism=self._other_elements)
         return found | watch(ModeValues(others).functions(trace["multipliers"]))
-
-
-def _sums(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
-    return [x + y for x, y in zip(a, b, strict=True)]
 
 
 def _largest(values: Iterable[Node]) -> Node:

@@ -16,8 +16,7 @@ from typing import Final, Literal, get_args
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed_wrenches
 from multibody_sym.dynamics.formalisms.equations import BodyAxes, along_body_axes, coupled_groups
 from multibody_sym.dynamics.formalisms.inertia import RigidInertia, base_inertias
-from multibody_sym.dynamics.programs.law_programs import column
-from multibody_sym.dynamics.programs.quantities import MOMENTA
+from multibody_sym.dynamics.programs.quantities import MOMENTA, column
 from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.forces import applied_forces, varies

@@ -12,9 +12,9 @@ from functools import cached_property, partial, reduce
 from itertools import accumulate, pairwise
 from typing import Final
 
-from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.equations import Formalism, coupled_groups, massless_speeds
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
+from multibody_sym.dynamics.formalisms.equations import Formalism, coupled_groups
+from multibody_sym.dynamics.programs.quantities import column
 from multibody_sym.dynamics.programs.reactions import SwitchingValues
 from multibody_sym.dynamics.programs.repeated_contacts import LikeContacts, Weighted, like_contacts
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
@@ -144,7 +144,7 @@ def law_program(mechanism: Mechanism, known: RowProgram) -> tuple[Program, dict[
             "returns": column([element.tangential_restitution for element in elements]),
             "reaches": column([_least(reach, element, motion) for element in elements]),
             "past_ends": column([_least(allowed_past_end, element, motion) for element in elements]),
-            "energy": ((), [as_node(kinetic_energy(motion))]),
+            "energy": ((), [kinetic_energy(motion)]),
         }
     )
     return with_loops(program), {name: list(places) for name, places in known.places.items()}
@@ -184,9 +184,8 @@ class RowProgram:
     def moves(self) -> list[set[int]]:
         """The speeds that each row names or acts on."""
         found = [set[int]() for _ in range(self.count)]
-        for name in ("jacobian", "matrix", "exerted"):
-            for place in self.places[name]:
-                found[place // self.size].add(place % self.size)
+        for place in (place for name in ("jacobian", "matrix", "exerted") for place in self.places[name]):
+            found[place // self.size].add(place % self.size)
         return found
 
     def columns(self) -> list[set[int]]:
@@ -201,12 +200,20 @@ class RowProgram:
 
     def matrix(self, name: str, outputs: Mapping[str, Sequence[Node]]) -> list[Row]:
         """Return a matrix row by row from the outputs of a call: the elements that may differ from zero."""
-        width = self.size if name != "coupling" else self.count
-        found: list[Row] = [{} for _ in range(self.size if name == "inverse" else self.count)]
-        for each in ("matrix", name) if name == "exerted" else (name,):
-            for place, node in zip(self.places[each], outputs[each], strict=True):
-                found[place // width][place % width] = node
-        return found
+        shape = self.size if name == "inverse" else self.count, self.size if name != "coupling" else self.count
+        return _by_rows(name, shape, self.places, outputs)
+
+
+def _by_rows(
+    name: str, shape: tuple[int, int], places: Mapping[str, Iterable[int]], elements: Mapping[str, Sequence[Node]]
+) -> list[Row]:
+    """Return a matrix row by row from its elements, which stand at places; those of C stand beside those of A."""
+    height, width = shape
+    found: list[Row] = [{} for _ in range(height)]
+    for each in ("matrix", name) if name == "exerted" else (name,):
+        for place, node in zip(places[each], elements[each], strict=True):
+            found[place // width][place % width] = node
+    return found
 
 
 def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> RowProgram:
@@ -221,7 +228,7 @@ def row_program(mechanism: Mechanism, formalism: Formalism | None = None) -> Row
     """
     state, size, every = slot_state(mechanism), len(mechanism.speeds), every_row(mechanism)
     motion = motion_of(mechanism, state)
-    dynamics = (formalism or (composite_body if massless_speeds(mechanism) else block_ldl))(mechanism, state)
+    dynamics = (formalism or tree_dynamics_of)(mechanism, state)
     weighted, free = dynamics.factors.weighted, [as_node(x) for x in dynamics.bias_acceleration]
     contacts = like_contacts(mechanism, motion, weighted)
     trace = Trace("rows", (*arrays(mechanism), Array("gates", (len(contacts.chosen),))))
@@ -330,11 +337,7 @@ class RowValues:
 
     def matrix(self, name: str, elements: Mapping[str, Sequence[Node]]) -> list[Row]:
         """Return a matrix row by row, of whose entries the values are known."""
-        width, found = len(self.matrices[name][0]), [Row() for _ in self.coupling]
-        for each in ("matrix", name) if name == "exerted" else (name,):
-            for place, node in zip(self.entries[each], elements[each], strict=True):
-                found[place // width][place % width] = node
-        return found
+        return _by_rows(name, (len(self.coupling), len(self.matrices[name][0])), self.entries, elements)
 
     @property
     def values(self) -> dict[str, list[Node]]:
@@ -370,12 +373,6 @@ class _AllRows:
         for name in rows.vectors:
             self.vectors[name] |= zip(limits if name == "coefficients" else places, values[name], strict=True)
         self.may_act |= {places[k] for k in rows.acting}
-
-
-def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
-    """Return values as an output of a Program."""
-    nodes = [as_node(x) for x in values]
-    return (len(nodes),), nodes
 
 
 def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None = None) -> dict[int, Node]:

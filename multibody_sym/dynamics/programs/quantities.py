@@ -47,7 +47,7 @@ from multibody_sym.program.statements import Array
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import atan2, evaluate, sqrt
+from multibody_sym.scalars.functions import atan2, evaluate, sqrt, where
 from multibody_sym.scalars.node import Node, as_node
 from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
@@ -67,6 +67,19 @@ from multibody_sym.text.printer import COMPONENTS
 
 MOMENTA: Final = "momenta"
 """The array of Programs of momenta that stands where others have u."""
+
+
+
+def column(values: Iterable[S]) -> tuple[tuple[int], list[Node]]:
+    """Return values as an output of a Program."""
+    nodes = [as_node(x) for x in values]
+    return (len(nodes),), nodes
+
+
+def choose(number: Node, yes: S, no: S) -> Node:
+    """Return one of two values by a number that is not 0, or 0."""
+    return as_node(where(number, as_node(yes), as_node(no)))
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Momenta of bodies and of speeds, and Jacobi's integral, over any scalar.
@@ -346,7 +359,7 @@ def events(mechanism: Mechanism, sources: Sources) -> Program | None:
     values = with_quantities(trace, sources, asked)
     if switching:
         values += map(as_node, SwitchingValues(sources.motion(trace), trace["multipliers"]).values(switching))
-    return trace.finish({"values": ((len(values),), values)})
+    return trace.finish({"values": column(values)})
 
 
 # ----------------------------------------------------------------------------------------------------------------------

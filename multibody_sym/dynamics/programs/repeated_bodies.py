@@ -326,14 +326,6 @@ class _Local:
 # expressions of parameters), and only the tree joins bodies: no rows, no loads but on a joint's own speed.
 
 
-def scanned_bodies(mechanism: Mechanism, of_a_kind: int) -> LikeBodies | None:
-    """Return the kinds of bodies of a mechanism that is scanned: one of so many bodies `of_a_kind` in the mean."""
-    if mechanism.rows or massless_speeds(mechanism):
-        return None
-    like = like_bodies(mechanism)
-    return like if like is not None and len(mechanism.bodies) >= of_a_kind * len(like.kinds) else None
-
-
 def scanned_sources(mechanism: Mechanism, like: LikeBodies) -> Sources:
     """Return the state derivative, the energies, and the motion of all bodies, by scans."""
     trace = Trace("energy", arrays(mechanism))

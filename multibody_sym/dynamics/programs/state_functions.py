@@ -16,20 +16,25 @@ from multibody_sym.dynamics.formalisms.composite_body import inverse_dynamics, m
 from multibody_sym.dynamics.formalisms.constrained import PASSES
 from multibody_sym.dynamics.formalisms.equations import Formalism, massless_speeds, verify_massive
 from multibody_sym.dynamics.programs.function_derivatives import directions, rates_along
-from multibody_sym.dynamics.programs.law_programs import column
 from multibody_sym.dynamics.programs.quantities import (
     MOMENTA,
-    Sources,
     angular_momentum,
     body_momenta,
     centre_marker,
     centre_of_mass,
+    column,
     generalized_momenta,
     momentum,
     with_quantities,
 )
 from multibody_sym.dynamics.programs.reactions import reactions
-from multibody_sym.dynamics.programs.system import constrained_motion, energy_program, inputs_program, state_derivative
+from multibody_sym.dynamics.programs.system import (
+    constrained_motion,
+    energy_program,
+    inputs_program,
+    sources_of,
+    state_derivative,
+)
 from multibody_sym.errors import InputError, ModelError, NoSolutionError, at
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
@@ -104,12 +109,22 @@ class FunctionOptions:
     axes: Axes = "world"
 
 
+StateFunction = Callable[[Mechanism, FunctionOptions], Program]
+
 # ----------------------------------------------------------------------------------------------------------------------
 # Functions of t, q, u.
 
 
-def _at_state(name: str, outputs: Callable[[Motion], Outputs], mechanism: Mechanism) -> Program:
-    return Trace(name, arrays(mechanism)).finish(outputs(motion_of(mechanism, slot_state(mechanism))))
+def _at_state(name: str, outputs: Callable[[Motion, FunctionOptions], Outputs]) -> StateFunction:
+    """Return the function whose outputs follow from the motion alone."""
+    return lambda mechanism, options: Trace(name, arrays(mechanism)).finish(
+        outputs(motion_of(mechanism, slot_state(mechanism)), options)
+    )
+
+
+def _with_udot(name: str, mechanism: Mechanism) -> Trace:
+    """Return a Trace to which accelerations are given, too."""
+    return Trace(name, (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
 
 
 def _matrix(rows: Sequence[Sequence[S]], columns: int) -> tuple[tuple[int, ...], list[Node]]:
@@ -138,45 +153,28 @@ def _inverse_dynamics(mechanism: Mechanism, options: FunctionOptions) -> Program
     return inverse_dynamics_program(mechanism)
 
 
-def _bias(mechanism: Mechanism, _: FunctionOptions) -> Program:
+def _bias(motion: Motion, _: FunctionOptions) -> Outputs:
     """Return -> bias (nu): c of M udot + c = Q, of velocities and weight, without applied loads."""
-
-    def outputs(motion: Motion) -> Outputs:
-        of_velocities = inverse_dynamics(motion, [0] * len(motion.state.u))
-        return {"bias": column([a + b for a, b in zip(of_velocities, _weight(motion), strict=True)])}
-
-    return _at_state("bias", outputs, mechanism)
-
-
-def _gravity(mechanism: Mechanism, _: FunctionOptions) -> Program:
-    """Return -> gravity (nu): the part of c that the weight has."""
-    return _at_state("gravity", lambda motion: {"gravity": column(_weight(motion))}, mechanism)
+    of_velocities = inverse_dynamics(motion, [0] * len(motion.state.u))
+    return {"bias": column(a + b for a, b in zip(of_velocities, _weight(motion), strict=True))}
 
 
 def _weight(motion: Motion) -> list[S]:
     return [-x for x in applied_generalized_forces(motion, applied_forces(motion, ()))]
 
 
-def _momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
+def _momentum(motion: Motion, _: FunctionOptions) -> Outputs:
     """Return -> linear (3), angular (3): the momentum of all bodies, about the world's origin."""
-
-    def outputs(motion: Motion) -> Outputs:
-        parts = body_momenta(motion)
-        return {"linear": column(momentum(parts)), "angular": column(angular_momentum(parts))}
-
-    return _at_state("momentum", outputs, mechanism)
+    parts = body_momenta(motion)
+    return {"linear": column(momentum(parts)), "angular": column(angular_momentum(parts))}
 
 
-def _centroidal_momentum(mechanism: Mechanism, _: FunctionOptions) -> Program:
+def _centroidal_momentum(motion: Motion, _: FunctionOptions) -> Outputs:
     """Return -> momentum (6), linear and about the centre of mass, and centre_of_mass (3)."""
-
-    def outputs(motion: Motion) -> Outputs:
-        parts = body_momenta(motion)
-        centre = centre_of_mass(parts)
-        both = [*momentum(parts), *angular_momentum(parts, centre)]
-        return {"momentum": column(both), "centre_of_mass": column(centre)}
-
-    return _at_state("centroidal_momentum", outputs, mechanism)
+    parts = body_momenta(motion)
+    centre = centre_of_mass(parts)
+    both = [*momentum(parts), *angular_momentum(parts, centre)]
+    return {"momentum": column(both), "centre_of_mass": column(centre)}
 
 
 def _coriolis_matrix(mechanism: Mechanism, _: FunctionOptions) -> Program:
@@ -216,7 +214,7 @@ def _regressor(mechanism: Mechanism, _: FunctionOptions) -> Program:
     Of each body in tree order: m, m c (3), Ixx, Ixy, Iyy, Ixz, Iyz, Izz about its origin, along its axes.
     Source: Siciliano, Sciavicco, Villani, Oriolo, Robotics (2009), 7.2.2.
     """
-    trace = Trace("regressor", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    trace = _with_udot("regressor", mechanism)
     motion = motion_of(mechanism, slot_state(mechanism))
     reached = accelerations(motion, trace["udot"], negate(motion.gravity))
     columns: list[list[S]] = []
@@ -248,19 +246,15 @@ def _unit_wrenches(w: Vec, a: Vec, alpha: Vec) -> Iterator[Wrench]:
         yield ZERO_VECTOR, add(apply(inertia, alpha), cross(w, apply(inertia, w)))
 
 
-def _constraints(mechanism: Mechanism, _: FunctionOptions) -> Program:
+def _constraints(motion: Motion, _: FunctionOptions) -> Outputs:
     """Return -> phi, phidot, gamma (ns) and jacobian H (ns, nu): phi = 0, H u + phi_t = 0, H udot = gamma."""
-
-    def outputs(motion: Motion) -> Outputs:
-        rows = row_motions(motion)
-        return {
-            "phi": column([row.gap for row in rows]),
-            "phidot": column([row.phidot for row in rows]),
-            "gamma": column([row.gamma for row in rows]),
-            "jacobian": _matrix([row.jacobian for row in rows], len(mechanism.speeds)),
-        }
-
-    return _at_state("constraints", outputs, mechanism)
+    rows = row_motions(motion)
+    return {
+        "phi": column(row.gap for row in rows),
+        "phidot": column(row.phidot for row in rows),
+        "gamma": column(row.gamma for row in rows),
+        "jacobian": _matrix([row.jacobian for row in rows], len(motion.mechanism.speeds)),
+    }
 
 
 def _reactions(mechanism: Mechanism, options: FunctionOptions) -> Program:
@@ -274,63 +268,44 @@ def _reactions(mechanism: Mechanism, options: FunctionOptions) -> Program:
     return trace.finish({"reactions": _matrix(rows, len(COMPONENTS))})
 
 
-def _outputs(mechanism: Mechanism, options: FunctionOptions) -> Program:
-    """Return -> the declared outputs by their names."""
-    trace, values = _answers(mechanism, options)
-    return trace.finish({name: ((), [x]) for name, x in zip(mechanism.outputs, values, strict=True)})
-
-
-def expressions_program(mechanism: Mechanism, options: FunctionOptions) -> Program:
-    """Return -> values (k) of the outputs of a mechanism, in their order."""
-    trace, values = _answers(mechanism, options)
-    return trace.finish({"values": column(values)})
-
-
-def _answers(mechanism: Mechanism, options: FunctionOptions) -> tuple[Trace, list[Node]]:
+def outputs_of_function(mechanism: Mechanism, options: FunctionOptions, *, together: bool = False) -> Program:
+    """Return -> the declared outputs by their names, or `together` -> values (k), in their order."""
     trace = Trace("outputs", arrays(mechanism))
     whole = state_derivative(mechanism, options.formalism(mechanism, slot_state(mechanism)))
-    sources = Sources(whole, energy_program(mechanism), lambda _: motion_of(mechanism, slot_state(mechanism)))
-    return trace, with_quantities(trace, sources, list(mechanism.outputs.values()))
+    values = with_quantities(trace, sources_of(mechanism, whole), list(mechanism.outputs.values()))
+    by_name: Outputs = {name: ((), [x]) for name, x in zip(mechanism.outputs, values, strict=True)}
+    return trace.finish({"values": column(values)} if together else by_name)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Frames: bodies, their points and named frames.
 
 
-def _frame(mechanism: Mechanism, options: FunctionOptions) -> Program:
+def _frame(motion: Motion, options: FunctionOptions) -> Outputs:
     """Return -> position (3), rotation (3, 3), velocity (6), drift (6): its rate at udot = 0, quaternion (4)."""
-    marker = _marker(mechanism, options)
-
-    def outputs(motion: Motion) -> Outputs:
-        moved = _Moved.of(motion, marker)
-        return {
-            "position": column(moved.position),
-            "rotation": _matrix(moved.rotation, 3),
-            "velocity": column(moved.velocity_in(options.axes)),
-            "drift": column(moved.acceleration_in(options.axes)),
-            "quaternion": column(rotation_quaternion(moved.rotation)),
-        }
-
-    return _at_state("frame", outputs, mechanism)
+    moved = _Moved.of(motion, options)
+    return {
+        "position": column(moved.position),
+        "rotation": _matrix(moved.rotation, 3),
+        "velocity": column(moved.velocity_in(options.axes)),
+        "drift": column(moved.acceleration_in(options.axes)),
+        "quaternion": column(rotation_quaternion(moved.rotation)),
+    }
 
 
 def _acceleration(mechanism: Mechanism, options: FunctionOptions) -> Program:
     """Return (.., udot) -> acceleration (6) of a frame: J udot + its drift."""
-    trace = Trace("acceleration", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
-    motion = motion_of(mechanism, slot_state(mechanism))
-    moved = _Moved.of(motion, _marker(mechanism, options), trace["udot"])
+    trace = _with_udot("acceleration", mechanism)
+    moved = _Moved.of(motion_of(mechanism, slot_state(mechanism)), options, trace["udot"])
     return trace.finish({"acceleration": column(moved.acceleration_in(options.axes))})
 
 
 def _jacobian(mechanism: Mechanism, options: FunctionOptions) -> Program:
     """Return -> jacobian J (6, nu), rate J' (6, nu): velocity = J u + its prescribed part."""
-    marker = _marker(mechanism, options)
-
-    def velocities(motion: Motion) -> Outputs:
-        return {"jacobian": column(_Moved.of(motion, marker).velocity_in(options.axes))}
-
-    jacobian = jacobian_along(_at_state("twist", velocities, mechanism), directions(mechanism, "u"), name="columns")
     state = slot_state(mechanism)
+    velocities = _Moved.of(motion_of(mechanism, state), options).velocity_in(options.axes)
+    twist = Trace("twist", arrays(mechanism)).finish({"jacobian": column(velocities)})
+    jacobian = jacobian_along(twist, directions(mechanism, "u"), name="columns")
     onward = {"t": (ONE,), "q": rates_along(mechanism, state.u)}
     rate = jacobian_along(jacobian, [onward], name="rates")
     trace = Trace("jacobian", arrays(mechanism))
@@ -391,8 +366,9 @@ class _Moved:
     acceleration: tuple[Vec, Vec]
 
     @staticmethod
-    def of(motion: Motion, marker: Marker, udot: Sequence[S] | None = None) -> _Moved:
-        """Return those of a marker; `udot` None is zero."""
+    def of(motion: Motion, options: FunctionOptions, udot: Sequence[S] | None = None) -> _Moved:
+        """Return those of the frame that is asked for; `udot` None is zero."""
+        marker = _marker(motion.mechanism, options)
         of_body = motion.rotation(marker.body)
         bodies = accelerations(motion, [0] * len(motion.state.u) if udot is None else udot)
         turning = motion.bodies[marker.body].w_WB if marker.body >= 0 else ZERO_VECTOR
@@ -427,84 +403,9 @@ class _Moved:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-
-Name = Literal[
-    "state_derivative",
-    "mass_matrix",
-    "inverse_dynamics",
-    "hybrid_dynamics",
-    "bias",
-    "gravity",
-    "energies",
-    "momentum",
-    "centroidal_momentum",
-    "constraints",
-    "reactions",
-    "coriolis_matrix",
-    "regressor",
-    "outputs",
-    "frame",
-    "acceleration",
-    "jacobian",
-    "operational_space",
-    "generalized_momenta",
-    "canonical_equations",
-    "hamiltonian",
-    "impact",
-]
-IMPACT: Final = "impact"
-"""The function of what a mode of an impact does (`dynamics/contact/impact_programs.py`)."""
-STATE_FUNCTIONS: Final[Mapping[str, Callable[[Mechanism, FunctionOptions], Program]]] = {
-    "state_derivative": _state_derivative,
-    "mass_matrix": lambda mechanism, _: mass_matrix_program(mechanism),
-    "inverse_dynamics": _inverse_dynamics,
-    "hybrid_dynamics": lambda mechanism, options: hybrid_dynamics_program(mechanism, options.given),
-    "bias": _bias,
-    "gravity": _gravity,
-    "energies": lambda mechanism, _: energy_program(mechanism),
-    "momentum": _momentum,
-    "centroidal_momentum": _centroidal_momentum,
-    "constraints": _constraints,
-    "reactions": _reactions,
-    "coriolis_matrix": _coriolis_matrix,
-    "regressor": _regressor,
-    "outputs": _outputs,
-    "frame": _frame,
-    "acceleration": _acceleration,
-    "jacobian": _jacobian,
-    "operational_space": _operational_space,
-    "generalized_momenta": lambda mechanism, _: canonical_program(mechanism, "momenta"),
-    "canonical_equations": lambda mechanism, _: canonical_program(mechanism, "canonical"),
-    "hamiltonian": lambda mechanism, _: canonical_program(mechanism, "hamiltonian"),
-}
-OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
-    "hybrid_dynamics": ("given",),
-    "inverse_dynamics": ("drives", "mode"),
-    **dict.fromkeys(
-        ("state_derivative", "canonical_equations", "constraints", "reactions", "outputs", IMPACT), ("mode",)
-    ),
-    **dict.fromkeys(("frame", "acceleration", "jacobian", "operational_space"), ("frame", "axes")),
-}
-"""The options that a function has; others have none."""
-
-
-def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
-    """Return the Program in which inputs have their declared expressions, whatever the array `inputs` holds."""
-    if not mechanism.inputs:
-        return program
-    trace = Trace(program.name, program.inputs)
-    inputs = inputs_program(mechanism, program.inputs)
-    (values,) = trace.call(inputs, [trace[array.name] for array in inputs.inputs])
-    given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
-    found = zip(program.outputs, trace.call(program, given), strict=True)
-    return trace.finish({output.name: (output.shape, list(map(callee_value, x, output.values))) for output, x in found})
-
-
-# ----------------------------------------------------------------------------------------------------------------------
 # Programs of a tree besides its motion: the mass matrix, inverse and hybrid dynamics, Hamilton's equations.
 #
 # Inputs are t, q, u, parameters, inputs, modes as of every system Program; where accelerations are given, udot follows.
-
 
 
 OF_MOMENTA: Final = "canonical equations are those of coordinates and momenta alone; choose the method multipliers"
@@ -515,7 +416,7 @@ def mass_matrix_program(mechanism: Mechanism) -> Program:
     """Return -> mass_matrix (nu, nu) of the tree, whatever its rows."""
     trace = Trace("mass_matrix", arrays(mechanism))
     matrix = mass_matrix(economical_motion(mechanism, slot_state(mechanism)))
-    return trace.finish({"mass_matrix": ((len(matrix), len(matrix)), [x for row in matrix for x in row])})
+    return trace.finish({"mass_matrix": _matrix(matrix, len(matrix))})
 
 
 def inverse_dynamics_program(mechanism: Mechanism) -> Program:
@@ -524,9 +425,9 @@ def inverse_dynamics_program(mechanism: Mechanism) -> Program:
     Raises ModelError where rows restrict the tree, whose forces are not determined.
     """
     _verify_tree(mechanism, "say which joints are driven (function(.., drives=[..])), ")
-    trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
-    forces = _needed_forces(economical_motion(mechanism, slot_state(mechanism)), trace["udot"])
-    return trace.finish({"forces": ((len(forces),), forces)})
+    trace = _with_udot("inverse_dynamics", mechanism)
+    motion = economical_motion(mechanism, slot_state(mechanism))
+    return trace.finish({"forces": column(_needed_forces(motion, trace["udot"]))})
 
 
 def _needed_forces(motion: Motion, udot: Sequence[S]) -> list[S]:
@@ -547,7 +448,7 @@ def driven_dynamics_program(mechanism: Mechanism, drives: Collection[str]) -> Pr
     depend on each other. Accelerations are taken as given: they should satisfy H udot = gamma.
     """
     count, driven = len(mechanism.speeds), driven_speeds(mechanism, drives)
-    trace = Trace("inverse_dynamics", (*arrays(mechanism), Array("udot", (count,))))
+    trace = _with_udot("inverse_dynamics", mechanism)
     motion, udot = motion_of(mechanism, slot_state(mechanism)), trace["udot"]
     every = row_motions(motion)
     rows = [every[k] for k in acting_rows(every)]
@@ -574,7 +475,7 @@ def driven_dynamics_program(mechanism: Mechanism, drives: Collection[str]) -> Pr
     found = solve([[ZERO] * count if k in beside else row for k, row in enumerate(exerts)] if beside else exerts)
     for _ in range(PASSES if beside else 0):
         found = solve(along_reactions(exerts, beside, found[count : count + len(rows)]))
-    return trace.finish({"forces": ((count,), [found[k] if k in driven else ZERO for k in range(count)])})
+    return trace.finish({"forces": column(found[k] if k in driven else ZERO for k in range(count))})
 
 
 def driven_speeds(mechanism: Mechanism, drives: Collection[str]) -> list[int]:
@@ -622,9 +523,9 @@ def hybrid_dynamics_program(mechanism: Mechanism, given: Collection[str]) -> Pro
             f"joint {massless[0].joint!r} moves nothing that has mass; give its acceleration, or the body a mass",
             number="N102",
         )
-    trace = Trace("hybrid_dynamics", (*arrays(mechanism), Array("udot", (len(mechanism.speeds),))))
+    trace = _with_udot("hybrid_dynamics", mechanism)
     udot, forces = hybrid_dynamics(motion_of(mechanism, slot_state(mechanism)), bodies, trace["udot"])
-    return trace.finish({"udot": ((len(udot),), udot), "forces": ((len(forces),), forces)})
+    return trace.finish({"udot": column(udot), "forces": column(forces)})
 
 
 def _verify_tree(mechanism: Mechanism, advice: str = "") -> None:
@@ -710,11 +611,11 @@ class _Canonical:
 
     def momenta_program(self) -> Program:
         """Return (.., u, ..) -> p (nu)."""
-        return Trace("momenta", arrays(self.mechanism)).finish({"p": ((len(self.of_speeds),), self.of_speeds)})
+        return Trace("momenta", arrays(self.mechanism)).finish({"p": column(self.of_speeds)})
 
     def speeds_program(self) -> Program:
         """Return (.., momenta, ..) -> u (nu)."""
-        return Trace("speeds", self._arrays()).finish({"u": ((len(self.speeds),), self.speeds)})
+        return Trace("speeds", self._arrays()).finish({"u": column(self.speeds)})
 
     def function_program(self) -> Program:
         """Return (.., momenta, ..) -> H."""
@@ -734,9 +635,8 @@ class _Canonical:
             _, multipliers, _ = constrained_motion(trace, self.mechanism, dynamics)
             for row, multiplier in zip(dynamics.rows, multipliers, strict=True):
                 rates = [rate + as_node(h) * multiplier for rate, h in zip(rates, row.jacobian, strict=True)]
-        qdot = [as_node(x) for x in coordinate_rates(self.mechanism, self.motion.state.q, self.speeds)]
-        outputs = {"qdot": ((len(qdot),), qdot), "pdot": ((len(rates),), rates)}
-        return trace.finish({**outputs, "multipliers": ((len(multipliers),), multipliers)})
+        qdot = coordinate_rates(self.mechanism, self.motion.state.q, self.speeds)
+        return trace.finish({"qdot": column(qdot), "pdot": column(rates), "multipliers": column(multipliers)})
 
     def _forces(self) -> list[Node]:
         """Return p' without rows, in slots of q and u."""
@@ -775,3 +675,77 @@ _PROGRAMS: Final[Mapping[str, Callable[[_Canonical], Program]]] = {
     "canonical": _Canonical.rates_program,
     "hamiltonian": _Canonical.function_program,
 }
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+Name = Literal[
+    "state_derivative",
+    "mass_matrix",
+    "inverse_dynamics",
+    "hybrid_dynamics",
+    "bias",
+    "gravity",
+    "energies",
+    "momentum",
+    "centroidal_momentum",
+    "constraints",
+    "reactions",
+    "coriolis_matrix",
+    "regressor",
+    "outputs",
+    "frame",
+    "acceleration",
+    "jacobian",
+    "operational_space",
+    "generalized_momenta",
+    "canonical_equations",
+    "hamiltonian",
+    "impact",
+]
+IMPACT: Final = "impact"
+"""The function of what a mode of an impact does (`dynamics/contact/impact_programs.py`)."""
+STATE_FUNCTIONS: Final[Mapping[str, StateFunction]] = {
+    "state_derivative": _state_derivative,
+    "mass_matrix": lambda mechanism, _: mass_matrix_program(mechanism),
+    "inverse_dynamics": _inverse_dynamics,
+    "hybrid_dynamics": lambda mechanism, options: hybrid_dynamics_program(mechanism, options.given),
+    "bias": _at_state("bias", _bias),
+    "gravity": _at_state("gravity", lambda motion, _: {"gravity": column(_weight(motion))}),
+    "energies": lambda mechanism, _: energy_program(mechanism),
+    "momentum": _at_state("momentum", _momentum),
+    "centroidal_momentum": _at_state("centroidal_momentum", _centroidal_momentum),
+    "constraints": _at_state("constraints", _constraints),
+    "reactions": _reactions,
+    "coriolis_matrix": _coriolis_matrix,
+    "regressor": _regressor,
+    "outputs": outputs_of_function,
+    "frame": _at_state("frame", _frame),
+    "acceleration": _acceleration,
+    "jacobian": _jacobian,
+    "operational_space": _operational_space,
+    "generalized_momenta": lambda mechanism, _: canonical_program(mechanism, "momenta"),
+    "canonical_equations": lambda mechanism, _: canonical_program(mechanism, "canonical"),
+    "hamiltonian": lambda mechanism, _: canonical_program(mechanism, "hamiltonian"),
+}
+OPTIONS: Final[Mapping[str, tuple[str, ...]]] = {
+    "hybrid_dynamics": ("given",),
+    "inverse_dynamics": ("drives", "mode"),
+    **dict.fromkeys(
+        ("state_derivative", "canonical_equations", "constraints", "reactions", "outputs", IMPACT), ("mode",)
+    ),
+    **dict.fromkeys(("frame", "acceleration", "jacobian", "operational_space"), ("frame", "axes")),
+}
+"""The options that a function has; others have none."""
+
+
+def with_declared_inputs(mechanism: Mechanism, program: Program) -> Program:
+    """Return the Program in which inputs have their declared expressions, whatever the array `inputs` holds."""
+    if not mechanism.inputs:
+        return program
+    trace = Trace(program.name, program.inputs)
+    inputs = inputs_program(mechanism, program.inputs)
+    (values,) = trace.call(inputs, [trace[array.name] for array in inputs.inputs])
+    given = [values if array.name == "inputs" else trace[array.name] for array in program.inputs]
+    found = zip(program.outputs, trace.call(program, given), strict=True)
+    return trace.finish({output.name: (output.shape, list(map(callee_value, x, output.values))) for output, x in found})

@@ -5,6 +5,7 @@ In: a Mechanism, a formalism and the form that a method needs. Out: Programs (`p
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, fields, replace
 from functools import cached_property, reduce
@@ -16,7 +17,7 @@ from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, tree_f
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.constrained import Matrix, Sharing, correction, solve_constrained
 from multibody_sym.dynamics.formalisms.equations import Formalism, FrictionTerms, TreeDynamics, massless_speeds
-from multibody_sym.dynamics.programs.quantities import Sources, events, with_quantities
+from multibody_sym.dynamics.programs.quantities import Sources, choose, column, events, with_quantities
 from multibody_sym.mechanics.alignment import economical_motion
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
 from multibody_sym.mechanics.mechanism import ALPHA, BETA, INDEPENDENT, Mechanism
@@ -84,20 +85,19 @@ def closing_programs(mechanism: Mechanism) -> dict[str, Program]:
     squares = dict.fromkeys(as_node(dot(p, p)) for p in (*markers, *(p for _, p in motion.poses)))
     closing = Trace(CLOSING, arrays(mechanism)).finish(
         {
-            **{name: ((len(rows),), values) for name, values in _row_values(motion, rows).items()},
+            **_row_values(motion, rows),
             "length": ((), [as_node(sqrt(reduce(maximum, squares, ZERO)))]),
-            "shares": ((len(shares),), shares),
-            **{name: ((len(elements),), [x for _, _, x in elements]) for name, elements in matrices.items()},
+            "shares": column(shares),
+            **{name: column(x for _, _, x in elements) for name, elements in matrices.items()},
         }
     )
-    acts = [ONE if k in acting else ZERO for k in range(len(rows))]
     pairs = {name: [as_node(x) for k, j, _ in elements for x in (k, j)] for name, elements in matrices.items()}
-    places = Trace(PLACES, arrays(mechanism)).finish(
-        {**{name: ((len(x) // 2, 2), x) for name, x in pairs.items()}, "acting": ((len(acts),), acts)}
-    )
+    of_elements = {name: ((len(x) // 2, 2), x) for name, x in pairs.items()}
+    acts = column(ONE if k in acting else ZERO for k in range(len(rows)))
+    places = Trace(PLACES, arrays(mechanism)).finish({**of_elements, "acting": acts})
     count = len(mechanism.speeds)
     trace = Trace(CHANGE, (*arrays(mechanism), Array("x", (count,))))
-    change = trace.finish({"change": ((count,), correction(factors, [], lambda _weighted: list(trace["x"])))})
+    change = trace.finish({"change": column(correction(factors, [], lambda _weighted: list(trace["x"])))})
     from multibody_sym.program.loops import with_loops  # which trees do without
 
     return {program.name: with_loops(program, _LONG) for program in (closing, places, change)}
@@ -109,7 +109,7 @@ def closes_by_programs(mechanism: Mechanism) -> bool:
     return bool(mechanism.rows) and not special and not massless_speeds(mechanism)
 
 
-def _row_values(motion: Motion, rows: Sequence[RowMotion]) -> dict[str, list[Node]]:
+def _row_values(motion: Motion, rows: Sequence[RowMotion]) -> dict[str, tuple[tuple[int], list[Node]]]:
     """Return the outputs of `closing` that have a value for each row."""
     exerted, aligned = [], []
     for row, declared in zip(rows, motion.mechanism.rows, strict=True):
@@ -120,15 +120,14 @@ def _row_values(motion: Motion, rows: Sequence[RowMotion]) -> dict[str, list[Nod
         if isinstance(declared, AngleRow) and declared.shared is not None:
             cosine = dot(*(direction(motion, frame, declared.shared) for frame in declared.frames))
         aligned.append(cosine)
-    values = {
-        "phi": [row.gap if row.kinematic else ZERO for row in rows],
-        "phidot": [row.phidot for row in rows],
-        "gamma": [row.gamma for row in rows],
-        "exerted": exerted,
-        "power": power_terms(motion, rows),
-        "aligned": aligned,
+    return {
+        "phi": column(row.gap if row.kinematic else ZERO for row in rows),
+        "phidot": column(row.phidot for row in rows),
+        "gamma": column(row.gamma for row in rows),
+        "exerted": column(exerted),
+        "power": column(power_terms(motion, rows)),
+        "aligned": column(aligned),
     }
-    return {name: [as_node(x) for x in own] for name, own in values.items()}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -220,10 +219,6 @@ class CompiledRows:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# From dynamics over Nodes to the Programs that a simulation runs: derivatives, projections, energy, outputs, events.
-
-
-# ----------------------------------------------------------------------------------------------------------------------
 # The equations of motion stabilised by rows on positions and on speeds, of index 2, with their exact derivatives.
 #
 #     qdot = N (u + M^-1 H^T mu)      M udot = f + H^T lambda      0 = phi(q, t)      0 = H u + phi_t
@@ -247,18 +242,17 @@ def index_2_programs(
     multipliers (2 ns,) are (mu, lambda). `index_2_by_state`: the derivative of all four by (q, u), through the inputs
     as well, which `inputs` gives from (t, q, u, parameters). `index_2_by_multipliers`: that of qdot and udot.
     """
-    rows = _Rows(mechanism, dynamics, derivative)
-    equations = _equations(mechanism, dynamics, rows)
+    rows = _Index2(mechanism, dynamics, derivative)
+    equations = rows.equations()
     outputs = [output.name for output in equations.outputs]
     from multibody_sym.program.derivatives import total_jacobian  # which few methods need
 
     by_state = total_jacobian(equations, outputs, ("q", "u"), inputs, name="index_2_by_state")
-    by_multipliers = _by_multipliers(mechanism, dynamics, rows)
-    return {program.name: program for program in (equations, by_state, by_multipliers)}
+    return {program.name: program for program in (equations, by_state, rows.by_multipliers())}
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _Index2:
     """The rows of a mechanism by their part in equations of index 2, with its state `derivative`.
 
     Rows that define a force are no equations, nor are rows that hold speeds at zero and bear on no others: their forces
@@ -279,11 +273,8 @@ class _Rows:
     @cached_property
     def given(self) -> list[int]:
         """The rows that are no equations."""
-        return [
-            k
-            for k, row in enumerate(self.dynamics.rows)
-            if not row.kinematic or (self.held and _places(row.jacobian) <= self.held)
-        ]
+        rows = enumerate(self.dynamics.rows)
+        return [k for k, row in rows if not row.kinematic or (self.held and _places(row.jacobian) <= self.held)]
 
     @cached_property
     def shifting(self) -> list[list[Node]]:
@@ -313,51 +304,47 @@ class _Rows:
     def unheld(self, values: Sequence[Node]) -> list[Node]:
         return [ZERO if k in self.held else x for k, x in enumerate(values)]
 
+    def equations(self) -> Program:
+        """Return -> qdot, udot, phi, residual."""
+        mechanism, dynamics, count = self.mechanism, self.dynamics, len(self.dynamics.rows)
+        trace = Trace("index_2", (*arrays(mechanism), Array("multipliers", (2 * count,))))
+        mu, multipliers = trace["multipliers"][:count], trace["multipliers"][count:]
+        pushing = _combination(self.pushing, multipliers)
+        udot = self.unheld(dynamics.factors.solve([f + x for f, x in zip(self.pushed(trace), pushing, strict=True)]))
+        shift = dynamics.factors.solve(_combination(self.shifting, mu))
+        shifted = self.unheld([u + x for u, x in zip(trace["u"], shift, strict=True)])
+        rows = [(row, k in self.given) for k, row in enumerate(dynamics.rows)]
+        return trace.finish(
+            {
+                "qdot": column(qdot_of(slot_state(mechanism), mechanism, shifted)),
+                "udot": column(udot),
+                "phi": column(ZERO if out else row.gap for row, out in rows),
+                "residual": column(ZERO if out else row.phidot for row, out in rows),
+            }
+        )
+
+    def by_multipliers(self) -> Program:
+        """Return d(qdot, udot) / d(mu, lambda) (nq + nu, 2 ns): N M^-1 H^T of holonomic rows, and M^-1 H^T.
+
+        Sliding parts push with other forces than H^T lambda.
+        """
+        mechanism, solve = self.mechanism, self.dynamics.factors.solve
+        trace = Trace("index_2_by_multipliers", arrays(mechanism))
+        shifting, pushing = ([self.unheld(solve(row)) for row in rows] for rows in (self.shifting, self.pushing))
+        nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
+        positions = [coordinate_rates(mechanism, trace["q"], column) for column in shifting]
+        columns = [*([*x, *[ZERO] * nu] for x in positions), *([*[ZERO] * nq, *x] for x in pushing)]
+        values = [column[k] for k in range(nq + nu) for column in columns]
+        return trace.finish({"jacobian": ((nq + nu, len(columns)), values)})
+
 
 def _places(jacobian: Sequence[Node]) -> frozenset[int]:
     return frozenset(k for k, x in enumerate(jacobian) if as_node(x) is not ZERO)
 
 
-def _equations(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Program:
-    count = len(dynamics.rows)
-    trace = Trace("index_2", (*arrays(mechanism), Array("multipliers", (2 * count,))))
-    mu, multipliers = trace["multipliers"][:count], trace["multipliers"][count:]
-    pushing = _combination(rows.pushing, multipliers)
-    udot = rows.unheld(dynamics.factors.solve([f + x for f, x in zip(rows.pushed(trace), pushing, strict=True)]))
-    shift = dynamics.factors.solve(_combination(rows.shifting, mu))
-    shifted = rows.unheld([u + x for u, x in zip(trace["u"], shift, strict=True)])
-    qdot = qdot_of(slot_state(mechanism), mechanism, shifted)
-    left_out = [k in rows.given for k in range(count)]
-    phi = [ZERO if out else row.gap for row, out in zip(dynamics.rows, left_out, strict=True)]
-    residual = [ZERO if out else row.phidot for row, out in zip(dynamics.rows, left_out, strict=True)]
-    return trace.finish(
-        {
-            "qdot": ((len(qdot),), qdot),
-            "udot": ((len(udot),), udot),
-            "phi": ((count,), phi),
-            "residual": ((count,), residual),
-        }
-    )
-
-
 def _combination(columns: Sequence[Sequence[Node]], weights: Sequence[Node]) -> list[Node]:
     """Return sum_j columns_j weights_j (nu)."""
     return [sum((x * w for x, w in zip(row, weights, strict=True)), ZERO) for row in zip(*columns, strict=True)]
-
-
-def _by_multipliers(mechanism: Mechanism, dynamics: TreeDynamics, rows: _Rows) -> Program:
-    """Return d(qdot, udot) / d(mu, lambda) (nq + nu, 2 ns): N M^-1 H^T of holonomic rows, and M^-1 H^T.
-
-    Sliding parts push with other forces than H^T lambda.
-    """
-    trace = Trace("index_2_by_multipliers", arrays(mechanism))
-    shifting = [rows.unheld(dynamics.factors.solve(row)) for row in rows.shifting]
-    pushing = [rows.unheld(dynamics.factors.solve(row)) for row in rows.pushing]
-    nq, nu = len(mechanism.coordinates), len(mechanism.speeds)
-    positions = [coordinate_rates(mechanism, trace["q"], column) for column in shifting]
-    columns = [*([*x, *[ZERO] * nu] for x in positions), *([*[ZERO] * nq, *x] for x in pushing)]
-    values = [column[k] for k in range(nq + nu) for column in columns]
-    return trace.finish({"jacobian": ((nq + nu, len(columns)), values)})
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -388,11 +375,12 @@ def with_constants(mechanism: Mechanism) -> Mechanism:
 
 def worth_scanning(mechanism: Mechanism) -> LikeBodies | None:
     """Return the kinds of bodies of a mechanism that is scanned, None for one whose Programs are written out."""
-    if len(mechanism.bodies) < _BODIES_OF_A_KIND:
+    if len(mechanism.bodies) < _BODIES_OF_A_KIND or mechanism.rows or massless_speeds(mechanism):
         return None
-    from multibody_sym.dynamics.programs.repeated_bodies import scanned_bodies
+    from multibody_sym.dynamics.programs.repeated_bodies import like_bodies
 
-    return scanned_bodies(mechanism, _BODIES_OF_A_KIND)
+    like = like_bodies(mechanism)
+    return like if like is not None and len(mechanism.bodies) >= _BODIES_OF_A_KIND * len(like.kinds) else None
 
 
 def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit") -> Programs:
@@ -407,17 +395,20 @@ def programs(mechanism: Mechanism, formalism: Formalism, form: Form = "explicit"
 
         return _programs(mechanism, scanned_sources(mechanism, like), scanned_normalize(mechanism, like))
     dynamics = formalism(mechanism, slot_state(mechanism))
-
-    def motion(trace: Trace) -> Motion:
-        return motion_of(mechanism, slot_state(mechanism))
-
-    sources = Sources(state_derivative(mechanism, dynamics), energy_program(mechanism), motion)
+    sources = sources_of(mechanism, state_derivative(mechanism, dynamics))
+    held = [ONE if k in mechanism.held else ZERO for k in range(len(mechanism.speeds))]
+    normalize = normalize_program(mechanism, held)
     if not mechanism.rows:
-        return _programs(mechanism, sources, _normalize(mechanism), None, form)
+        return _programs(mechanism, sources, normalize, None, form)
     from multibody_sym.program.loops import all_rolled
 
-    every = _programs(mechanism, sources, _normalize(mechanism), dynamics, form)
+    every = _programs(mechanism, sources, normalize, dynamics, form)
     return replace(every, **all_rolled(every.as_mapping()))
+
+
+def sources_of(mechanism: Mechanism, derivative: Program) -> Sources:
+    """Return the sources of quantities whose motion is written out."""
+    return Sources(derivative, energy_program(mechanism), lambda _: motion_of(mechanism, slot_state(mechanism)))
 
 
 def _programs(
@@ -433,32 +424,25 @@ def _programs(
         of_rows |= _row_programs(mechanism, constrained)
     if constrained and form == "index_2":
         of_rows |= index_2_programs(mechanism, constrained, inputs, derivative)
+    ends, jacobian = events(mechanism, sources), None
+    if ends is not None:
+        from multibody_sym.program.loops import with_loops  # which trees do without
+
+        ends = with_loops(ends)
+    if form == "implicit":
+        from multibody_sym.program.derivatives import total_jacobian  # which few methods need
+
+        jacobian = total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs)
     return Programs(
         inputs=inputs,
         state_derivative=derivative,
         normalize=normalize,
         energy=sources.energy,
         outputs=outputs_program(mechanism, sources),
-        events=_events(mechanism, sources),
-        jacobian=_jacobian(derivative, inputs) if form == "implicit" else None,
+        events=ends,
+        jacobian=jacobian,
         **of_rows,
     )
-
-
-def _events(mechanism: Mechanism, sources: Sources) -> Program | None:
-    """Return `events`, rolled up where many contacts are watched."""
-    found = events(mechanism, sources)
-    if found is None:
-        return None
-    from multibody_sym.program.loops import with_loops  # which trees do without
-
-    return with_loops(found)
-
-
-def _jacobian(derivative: Program, inputs: Program) -> Program:
-    from multibody_sym.program.derivatives import total_jacobian  # which few methods need
-
-    return total_jacobian(derivative, ("qdot", "udot"), ("q", "u"), inputs)
 
 
 def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
@@ -467,25 +451,17 @@ def state_derivative(mechanism: Mechanism, dynamics: TreeDynamics) -> Program:
     Without rows udot = M^-1 f, written out. Multipliers of dependent rows are zero, or of minimum norm.
     """
     trace = Trace("state_derivative", arrays(mechanism))
-    rows = len(dynamics.rows)
-    if rows == 0:
-        udot = dynamics.bias_acceleration
-        multipliers: Sequence[Node] = ()
-        report: Sequence[Node] = (ZERO,) * 3
-    else:
+    udot: Sequence[Node]
+    if dynamics.rows:
         udot, multipliers, report = constrained_motion(trace, mechanism, dynamics)
+    else:
+        udot, multipliers, report = dynamics.bias_acceleration, [], (ZERO,) * 3
     rates = dynamics.rates
     if mechanism.held:
         rates = qdot_of(slot_state(mechanism), mechanism, _zero_where_held(mechanism, trace["u"]))
         udot = _zero_where_held(mechanism, udot)
-    return trace.finish(
-        {
-            "qdot": ((len(rates),), rates),
-            "udot": ((len(udot),), udot),
-            "multipliers": ((rows,), multipliers),
-            "report": ((3,), report),
-        }
-    )
+    outputs = {"qdot": rates, "udot": udot, "multipliers": multipliers, "report": report}
+    return trace.finish({name: column(values) for name, values in outputs.items()})
 
 
 def constrained_motion(
@@ -579,79 +555,75 @@ def felt(x: Node, held: Node) -> Node:
 
 
 def _row_programs(mechanism: Mechanism, dynamics: TreeDynamics) -> dict[str, Program]:
-    """Return the Programs that measure and correct how rows are missed, in positions and in speeds."""
-    every, count = dynamics.rows, (len(dynamics.rows),)
-    phi, phidot = [row.gap for row in every], [row.phidot for row in every]
+    """Return the Programs that measure and correct how rows are missed, in positions and in speeds.
+
+    `put_back` has both corrections: that of u for phidot where that of q leads, with H of the start, which is as good.
+    With factors kept between steps one correction is not enough (docs/guide/methods.md has figures).
+    """
+    every = dynamics.rows
+    phi, phidot = column(row.gap for row in every), column(row.phidot for row in every)
     rows = [every[k] for k in acting_rows(every) if every[k].kinematic]
     holonomic = [row for row in rows if row.holonomic]
 
     trace = Trace("project_position", arrays(mechanism))
     change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
     of_q = coordinate_rates(mechanism, trace["q"], change)
-    position = trace.finish({"phi": (count, phi), "correction": ((len(of_q),), of_q)})
+    position = trace.finish({"phi": phi, "correction": column(of_q)})
 
     trace = Trace("project_velocity", arrays(mechanism))
     of_u = _correction(trace, mechanism, dynamics, rows, [-row.phidot for row in rows])
-    velocity = trace.finish({"residual": (count, phidot), "correction": ((len(of_u),), of_u)})
+    velocity = trace.finish({"residual": phidot, "correction": column(of_u)})
 
-    missed = Trace("missed", arrays(mechanism)).finish({"phi": (count, phi), "residual": (count, phidot)})
-    put_back = _put_back(mechanism, dynamics, rows, missed)
+    missed = Trace("missed", arrays(mechanism)).finish({"phi": phi, "residual": phidot})
+
+    trace = Trace("put_back", arrays(mechanism))
+    change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
+    of_q = coordinate_rates(mechanism, trace["q"], change)
+    residual = dict(zip(map(id, every), residual_ahead(trace, missed, of_q), strict=True))
+    of_u = _correction(trace, mechanism, dynamics, rows, [-residual[id(row)] for row in rows])
+    put_back = trace.finish({"of_q": column(of_q), "of_u": column(of_u)})
     return {"project_position": position, "project_velocity": velocity, "missed": missed, "put_back": put_back}
 
 
-def _put_back(mechanism: Mechanism, dynamics: TreeDynamics, rows: Sequence[RowMotion], missed: Program) -> Program:
-    """Return both corrections: that of u for phidot where that of q leads, with H of the start, which is as good.
-
-    With factors kept between steps one correction is not enough (docs/guide/methods.md has figures).
-    """
-    trace = Trace("put_back", arrays(mechanism))
-    holonomic = [row for row in rows if row.holonomic]
-    change = _correction(trace, mechanism, dynamics, holonomic, [-row.phi for row in holonomic])
-    of_q = coordinate_rates(mechanism, trace["q"], change)
+def residual_ahead(trace: Trace, missed: Program, of_q: Sequence[Node]) -> tuple[Node, ...]:
+    """Return by how much rows are missed in speeds where coordinates have moved on."""
     given = {array.name: trace[array.name] for array in missed.inputs}
     given["q"] = tuple(as_node(x) + dx for x, dx in zip(given["q"], of_q, strict=True))
-    residual = dict(zip(map(id, dynamics.rows), trace.call(missed, list(given.values()))[1], strict=True))
-    of_u = _correction(trace, mechanism, dynamics, rows, [-residual[id(row)] for row in rows])
-    return trace.finish({"of_q": ((len(of_q),), of_q), "of_u": ((len(of_u),), of_u)})
+    return trace.call(missed, list(given.values()))[1]
 
 
-def _normalize(mechanism: Mechanism) -> Program | None:
+def normalize_program(mechanism: Mechanism, held: Sequence[Node]) -> Program | None:
+    """Return -> q with unit quaternions, deviation; None without any. `held` (nu): 1 where a speed is held.
+
+    Quaternions of immobile bodies stay unchanged.
+    """
     trace = Trace("normalize", arrays(mechanism))
-    q = list(trace["q"])
-    deviation: Node = ZERO
-    for body in mechanism.bodies:
-        for free in body.free_steps:
-            if not free.step.unit_quaternion or set(free.u) <= set(mechanism.held):
-                continue
-            places = free.q
-            unit, off = unit_quaternion([q[k] for k in places])
-            deviation = maximum(deviation, off)
-            q[places[0] : places[-1] + 1] = unit
-    if deviation is ZERO:
-        return None
-    return trace.finish({"q": ((len(q),), q), "deviation": ((), [deviation])})
+    q, deviation = list(trace["q"]), ZERO
+    for free in (free for body in mechanism.bodies for free in body.free_steps if free.step.unit_quaternion):
+        stands = reduce(operator.mul, (held[k] for k in free.u))
+        if stands is not ONE:
+            unit, off = unit_quaternion([q[k] for k in free.q])
+            deviation = as_node(maximum(deviation, choose(stands, ZERO, off)))
+            q[free.q[0] : free.q[-1] + 1] = [choose(stands, q[k], x) for k, x in zip(free.q, unit, strict=True)]
+    return None if deviation is ZERO else trace.finish({"q": column(q), "deviation": ((), [deviation])})
 
 
 def inputs_program(mechanism: Mechanism, given: Sequence[Array] = ()) -> Program:
     """Return (t, q, u, parameters) -> inputs (nw,), from their declared expressions; of the first `given` arrays."""
-    trace = Trace("inputs", (given or arrays(mechanism))[:4])
-    values = list(mechanism.inputs.values())
-    return trace.finish({"inputs": ((len(values),), values)})
+    return Trace("inputs", (given or arrays(mechanism))[:4]).finish({"inputs": column(mechanism.inputs.values())})
 
 
 def energy_program(mechanism: Mechanism) -> Program:
     """Return (t, q, u, ..) -> kinetic, potential."""
     motion = motion_of(mechanism, slot_state(mechanism))
-    trace = Trace("energy", arrays(mechanism))
-    kinetic, potential = as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
-    return trace.finish({"kinetic": ((), [kinetic]), "potential": ((), [potential])})
+    energies = {"kinetic": ((), [kinetic_energy(motion)]), "potential": ((), [potential_energy(motion)])}
+    return Trace("energy", arrays(mechanism)).finish(energies)
 
 
 def outputs_program(mechanism: Mechanism, sources: Sources) -> Program:
     """Return (t, q, u, ..) -> values of the declared outputs."""
     trace = Trace("outputs", arrays(mechanism))
-    values = with_quantities(trace, sources, list(mechanism.outputs.values()))
-    return trace.finish({"values": ((len(values),), values)})
+    return trace.finish({"values": column(with_quantities(trace, sources, list(mechanism.outputs.values())))})
 
 
 def _nodes(matrix: Sequence[Sequence[Node]]) -> list[list[Node]]:
