@@ -21,7 +21,6 @@ from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
 from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import ClosedForms, SymbolicState, closed_forms, linear_equations, unknowns
-from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import (
     Deciding,
     Following,
@@ -31,6 +30,7 @@ from multibody_sym.dynamics.contact.impact_problem import (
     plane_element,
 )
 from multibody_sym.dynamics.contact.impact_programs import StruckMode
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities

@@ -60,7 +60,7 @@ from multibody_sym.derivation.prepare import (
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, FirstIntegral, in_order
 from multibody_sym.dynamics.conserved import Candidate, Conserved, candidates, find_conserved, freedom_name
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
-from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.dynamics.formalisms.equations import coupled_groups, massless_speeds
 from multibody_sym.dynamics.programs.state_functions import OF_MOMENTA
 from multibody_sym.dynamics.start.start import start
 from multibody_sym.errors import ExpressionError, ModelError, MultibodyError
@@ -346,14 +346,10 @@ def _quadratic_parts(
     One is the whole, the other squares of L^-T (p - b): (p1 - p2 cos(a))^2/(2 A sin(a)^2) + p2^2/(2 C).
     """
     free = [p - terms.linear[k] for p, k in zip(momenta, left.replaced, strict=True)]
-    groups: list[set[int]] = []
-    for i in range(len(free)):
-        row = terms.mass_matrix[left.replaced[i]]
-        joined = {j for j, k in enumerate(left.replaced) if not row[k].is_zero} | {i}
-        groups, apart = [g for g in groups if not g & joined], [g for g in groups if g & joined]
-        groups.append(joined.union(*apart))
+    rows = (terms.mass_matrix[k] for k in left.replaced)
+    joined = ({j for j, k in enumerate(left.replaced) if not row[k].is_zero} | {i} for i, row in enumerate(rows))
     found = []
-    for group in sorted(map(sorted, groups)):
+    for group in sorted(map(sorted, coupled_groups(joined))):
         whole = [sum((free[k] * left.constant[k] for k in group), forms.zero) / 2]
         M = [[terms.mass_matrix[left.replaced[i]][left.replaced[j]] for j in group] for i in group]
         factors = factorize(M)
@@ -437,10 +433,6 @@ def _map_scalars(part: Any, change: Callable[[Any], Any]) -> Any:
     return [_map_scalars(x, change) for x in part] if isinstance(part, list | tuple) else change(part)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Equations of motion in momenta, from the same T and V as Lagrange's: Hamilton's and Routh's, with first integrals.
-
-
 _POINCARE: Final = (
     "Momenta of angular velocities in body axes are not canonical; their equations are Poincare's, "
     "p' = -N^T dH/dq - omega x p (Lie-Poisson where nothing depends on the attitude)."
@@ -497,7 +489,7 @@ def hamilton(ready: DerivationInput, names: Subexpressions, given: Energies) -> 
     steps = (
         Step("Canonical momenta", _paired_equations(momenta, parts.by_speeds), "by definition: p = dT/du"),
         Step("Speeds by momenta", _paired_equations(symbols.speeds, parts.speeds)),
-        *constants_step(mechanism, symbols, ready.naming.constants),
+        *constants_step(mechanism, symbols, ready.constants),
         Step(
             "Hamilton's function",
             (Equation(Label("H", "H"), parts.function),),
@@ -605,7 +597,7 @@ def routh(ready: DerivationInput, names: Subexpressions, given: Energies) -> Can
             _paired_equations(momenta, parts.by_speeds),
             "constant: no energy depends on these coordinates, and no force acts along them",
         ),
-        *constants_step(mechanism, symbols, ready.naming.constants),
+        *constants_step(mechanism, symbols, ready.constants),
         Step(
             "Routh's function",
             (Equation(Label("R", "R"), parts.function),),
@@ -732,7 +724,7 @@ def _momentum_notation(
 ) -> Notation:
     """Return the notation with the momenta's letters: p with the coordinate's."""
     mechanism, symbols = ready.mechanism, ready.symbols
-    plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, ready.naming.labels)
+    plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, ready.labels)
     pairs = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
     spelling = dict(plain.spelling)
     for k, p in enumerate(momenta):
@@ -771,7 +763,7 @@ def _common_fields(
         "generalized_forces": tuple(totals(shown.forces, len(symbols.speeds))),
         "definitions": definitions,
         "numbers": numbers,
-        "constants": ready.naming.constants,
+        "constants": ready.constants,
         "steps": with_free_letters((*first, *steps), mechanism),
         "notation": notation,
     }

@@ -13,7 +13,7 @@ import sympy
 
 from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import Subexpressions, value_of
-from multibody_sym.derivation.free_bodies import FreeBodies, free_bodies
+from multibody_sym.derivation.free_bodies import FreeBodies, force_letters, free_bodies
 from multibody_sym.derivation.lagrange import (
     Energies,
     LagrangeTerms,
@@ -52,7 +52,6 @@ from multibody_sym.derivation.prepare import (
     row_steps,
     shortest,
     tidy_record,
-    with_force_letters,
 )
 from multibody_sym.derivation.routes import FORMALISMS
 from multibody_sym.derivation.symbolic_equations import CanonicalEquations, SymbolicEquations
@@ -274,8 +273,11 @@ def _equations_of_motion(
     parts: EquationParts
     definitions, parts = tidy_record(written, raw, symbols.free_prefix)
     M, f, H, gamma, C, D = _matrices(parts, n)
-    plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, ready.naming.labels)
-    notation = with_force_letters(plain, mechanism, symbols, parts.bodies)
+    plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, ready.labels)
+    notation = plain
+    if parts.bodies:  # the forces have the letters of books
+        letters = force_letters(mechanism, symbols, {*symbols.multipliers, *parts.bodies.unknown})
+        notation = replace(plain, spelling={**plain.spelling, **letters})
     numbers = {symbol: value_of(node) for symbol, node in names.numbers.items()}
     equations = _equations(parts, symbols)
     states = symbols.coordinates[len(symbols.coordinates) - len(parts.rates) :]
@@ -307,7 +309,7 @@ def _equations_of_motion(
         numbers=numbers,
         steps=with_free_letters(tuple(steps), mechanism),
         notation=notation,
-        constants=ready.naming.constants,
+        constants=ready.constants,
         exerted=C,
         coupling=D,
         beside={k: row.beside for k, row in enumerate(parts.rows) if row.beside},
@@ -333,7 +335,7 @@ def _matrices(parts: EquationParts, n: int) -> tuple[Any, Any, Any, Any, Any, An
 
 def _first_steps(ready: DerivationInput, names: Subexpressions, parts: EquationParts, notation: Notation) -> Derivation:
     """Return the steps up to the equations of motion."""
-    mechanism, symbols, sides = ready.mechanism, ready.symbols, ready.naming.sides
+    mechanism, symbols, sides = ready.mechanism, ready.symbols, ready.sides
     translated = names.translated([side.length for side in sides], known_nodes(mechanism, symbols))
     lengths = [notation.text(names.name(length)) for length in translated]
     # the sides on which ropes and springs lie, as equations hold only there
@@ -347,7 +349,7 @@ def _first_steps(ready: DerivationInput, names: Subexpressions, parts: EquationP
         *(() if parts.bodies else energy_steps(mechanism, symbols, parts.energies, notation)),
         *(lagrange_steps(mechanism, symbols, notation, parts.terms) if parts.terms else ()),
         *((Step(SIDES, (), "\n".join(notes)),) if notes else ()),
-        *constants_step(mechanism, symbols, ready.naming.constants),
+        *constants_step(mechanism, symbols, ready.constants),
         *row_steps(mechanism, parts.rows),
         *(free_body_steps(mechanism, symbols, parts.bodies, parts.rows, notation) if parts.bodies else ()),
     )

@@ -245,7 +245,7 @@ def component_label(joint: str, component: str) -> Label:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Every body cut free, in symbols: balances of force and moment in which the joints' reactions are unknown.
+# The balances of each body.
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import sympy
 
 from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import LARGEST_SUM, Readable, Subexpressions, WrittenOut, tidy_definitions
-from multibody_sym.derivation.free_bodies import FreeBodies, describe_forces, force_letters
+from multibody_sym.derivation.free_bodies import FreeBodies, describe_forces
 from multibody_sym.derivation.lagrange import (
     Energies,
     LagrangeTerms,
@@ -67,21 +67,17 @@ _READABLE_ENERGY: Final = 300
 
 
 @dataclass(frozen=True)
-class Naming:
-    """The book's letters by name, the values of constants of the start, and the sides on which equations hold."""
-
-    labels: Mapping[str, str]
-    constants: Mapping[Any, float]
-    sides: tuple[SignedLength, ...]
-
-
-@dataclass(frozen=True)
 class DerivationInput:
-    """A mechanism in its state at the start, on the sides where things lie there; its symbols and their naming."""
+    """A mechanism in its state at the start, on the sides where things lie there, and its symbols.
+
+    The book's letters by name, the values of constants of the start, and the sides on which equations hold.
+    """
 
     mechanism: Mechanism
     symbols: Symbols
-    naming: Naming
+    labels: Mapping[str, str]
+    constants: Mapping[Any, float]
+    sides: tuple[SignedLength, ...]
 
 
 def prepare(model: System | Mechanism, changes: Overrides) -> DerivationInput:
@@ -101,8 +97,11 @@ def prepare(model: System | Mechanism, changes: Overrides) -> DerivationInput:
         raise ArgumentError("a Mechanism is what follows from a System and is not changed; hand over the System")
     else:
         mechanism = model
-    begin = _measured_start(mechanism, project=project)
-    sides, constants = tuple[SignedLength, ...](), dict[Any, float]()
+    begin, sides, constants = None, tuple[SignedLength, ...](), dict[Any, float]()
+    lines = (*(row.line for row in mechanism.rows), *(load.line for load in mechanism.loads))
+    if any(entry.measure for entry in mechanism.parameters) or any(lines):  # measured there, or on a side
+        with suppress(MultibodyError):
+            begin = start(mechanism, project=project)
     if begin is not None:
         mechanism = _without_zero_angles(mechanism, begin)
         mechanism, sides = fix_directions(mechanism, begin.q, begin.u, begin.parameters)
@@ -110,7 +109,7 @@ def prepare(model: System | Mechanism, changes: Overrides) -> DerivationInput:
     if begin is not None:
         values = zip(symbols.parameters, mechanism.parameters, begin.parameters, strict=True)
         constants = {symbol: value for symbol, entry, value in values if entry.measure is not None}
-    return DerivationInput(mechanism, symbols, Naming(labels, constants, sides))
+    return DerivationInput(mechanism, symbols, labels, constants, sides)
 
 
 def budget_of(value: object) -> Budget:
@@ -124,15 +123,6 @@ def budget_of(value: object) -> Budget:
 
 
 # --- constants of the start: a letter, its value beside it; zero where it is zero whatever the parameters are --------
-
-
-def _measured_start(mechanism: Mechanism, *, project: bool) -> Start | None:
-    """Return the start where something is measured there or lies on a side; None without, or where there is none."""
-    lines = (*(row.line for row in mechanism.rows), *(load.line for load in mechanism.loads))
-    if any(entry.measure for entry in mechanism.parameters) or any(lines):
-        with suppress(MultibodyError):
-            return start(mechanism, project=project)
-    return None
 
 
 def _without_zero_angles(mechanism: Mechanism, begin: Start) -> Mechanism:
@@ -287,9 +277,6 @@ def tidy_record(definitions: Mapping[Any, Any], part: Any, prefix: str) -> tuple
 
 
 _LONG: Final = 500
-_T: Final = Label("T", "T")
-_V: Final = Label("V", "V")
-_D: Final = Label("D", "D")
 DISSIPATION: Final = "Rayleigh's function"
 _RAYLEIGH: Final = "half the power that dampers take; -dD/du is their part of the generalised forces"
 _MESHCHERSKY: Final = (
@@ -372,8 +359,8 @@ def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notati
         if force != 0:
             label = Label(f"Q_{notation.text(by)}", f"Q_{{{notation.latex(by)}}}")
             equations.append(Equation(label, force))
-    kinetic = Step("Kinetic energy", (Equation(_T, given.kinetic),))
-    potential = Step("Potential energy", (Equation(_V, sympy.Add(*given.potential)),))
+    kinetic = Step("Kinetic energy", (Equation(Label("T", "T"), given.kinetic),))
+    potential = Step("Potential energy", (Equation(Label("V", "V"), sympy.Add(*given.potential)),))
     note = "by virtual work of all loads that V does not hold" if equations else "V holds all loads"
     # each input with its declared expression, in the model's words; of what is long the size alone
     symbol_of = {slot: symbol for symbol, slot in mechanism.symbols.items()}
@@ -388,8 +375,11 @@ def energy_steps(mechanism: Mechanism, symbols: Symbols, given: Energies, notati
             words = in_model_language(node)
         lines.append(f"{name} = {words if len(words) <= _LONG else f'... ({len(words)} characters)'}")
     notes = "\n".join([note, *lines])
-    lost = () if given.dissipation is None else (Step(DISSIPATION, (Equation(_D, given.dissipation),), _RAYLEIGH),)
-    return kinetic, potential, *lost, Step("Generalised forces", tuple(equations), notes)
+    forces = Step("Generalised forces", tuple(equations), notes)
+    if given.dissipation is None:
+        return kinetic, potential, forces
+    lost = Equation(Label("D", "D"), given.dissipation)
+    return kinetic, potential, Step(DISSIPATION, (lost,), _RAYLEIGH), forces
 
 
 def _by_coordinate(mechanism: Mechanism, symbols: Symbols, values: Sequence[Any]) -> list[tuple[Any, Any]]:
@@ -444,16 +434,6 @@ def _energy_gradient(
 
 
 # --- bodies cut free -------------------------------------------------------------------------------------------------
-
-
-def with_force_letters(
-    notation: Notation, mechanism: Mechanism, symbols: Symbols, bodies: FreeBodies | None
-) -> Notation:
-    """Return a notation in which the forces on bodies that are cut free have the letters of books."""
-    if bodies is None:
-        return notation
-    letters = force_letters(mechanism, symbols, {*symbols.multipliers, *bodies.unknown})
-    return replace(notation, spelling={**notation.spelling, **letters})
 
 
 def free_body_steps(

@@ -9,18 +9,12 @@ from collections.abc import Mapping
 from typing import Final
 
 from multibody_sym.dynamics.formalisms.articulated_body import block_ldl, sweep
-from multibody_sym.dynamics.formalisms.composite_body import composite_body, dalembert_lagrange
+from multibody_sym.dynamics.formalisms.composite_body import composite_body, dalembert_lagrange, newton_euler
 from multibody_sym.dynamics.formalisms.equations import Formalism, TreeDynamics, massless_speeds
 from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.motion import State
 from multibody_sym.records import dataclass
-
-
-def _by_newton_euler(mechanism: Mechanism, state: State) -> TreeDynamics:
-    from multibody_sym.dynamics.formalisms.composite_body import newton_euler
-
-    return newton_euler(mechanism, state)
 
 
 def _by_lagrange(mechanism: Mechanism, state: State) -> TreeDynamics:
@@ -61,7 +55,7 @@ class Route:
 MANY_SPEEDS: Final = 200
 """The most speeds for which formalisms that form M in floats take seconds."""
 ROUTES: Final[Mapping[str, Route]] = {
-    "newton_euler": Route(_by_newton_euler, MANY_SPEEDS),
+    "newton_euler": Route(newton_euler, MANY_SPEEDS),
     "dalembert_lagrange": Route(dalembert_lagrange, MANY_SPEEDS),
     "composite_body": Route(composite_body, MANY_SPEEDS),
     "block_ldl": Route(block_ldl, refuses_massless=True),

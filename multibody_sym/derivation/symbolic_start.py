@@ -67,6 +67,11 @@ class SymbolicState:
     letters: Mapping[Node, Letter]
     closings: Mapping[Node, Node] = field(default_factory=dict)
 
+    @property
+    def sample(self) -> dict[Node, float]:
+        """The sample of each letter."""
+        return {node: float(letter.sample) for node, letter in self.letters.items()}
+
     def translated(self, mechanism: Mechanism, node: Node) -> Node:
         """Return an expression in the names of the model as one in this state's symbols; quantities stay."""
         in_slots = evaluate([node], lambda leaf: mechanism.symbols.get(leaf, leaf))
@@ -373,6 +378,10 @@ def declared_state(mechanism: Mechanism, begin: Start) -> SymbolicState:
     return found.given()
 
 
+def _agrees(x: float, value: float) -> bool:
+    return abs(x - value) <= _AS_DECLARED * max(1.0, abs(value))
+
+
 @dataclass
 class _SymbolicStart:
     """The start as it becomes known: q (nq) and u (nu) over Nodes, letters by node.
@@ -403,7 +412,7 @@ class _SymbolicStart:
         ) -> tuple[list[Node], dict[int, Node]]:
             kept, guesses = list(nodes), {}
             for k, each in enumerate(named):
-                agrees = abs(evaluate_float([nodes[k]], sample)[0] - found[k]) <= _AS_DECLARED * max(1.0, abs(found[k]))
+                agrees = _agrees(evaluate_float([nodes[k]], sample)[0], found[k])
                 if agrees and each.name in assembled:
                     guesses[k] = nodes[k]
                 if not agrees or each.name in assembled:
@@ -427,6 +436,10 @@ class _SymbolicStart:
 
     def _motion(self, q: Sequence[Node], u: Sequence[Node]) -> Motion:
         return motion_of(self.mechanism, state_of(self.mechanism, Node, ZERO, list(q), list(u), self.parameters))
+
+    @property
+    def _sample(self) -> dict[Node, float]:
+        return {node: float(letter.sample) for node, letter in self.letters.items()}
 
     def _field(self, *, expands: bool = False) -> tuple[Field, dict[Node, Quotient]]:
         field = Field(_WORK, expands)
@@ -508,10 +521,8 @@ class _SymbolicStart:
         there = [k for k in places if q[k] in row.symbols]
         if len(there) != 1:
             return
-        sample = {node: float(letter.sample) for node, letter in self.letters.items()}
         for root in roots(row, q[there[0]]):
-            value = self.begin.q[there[0]]
-            if abs(evaluate_float([root], sample)[0] - value) <= _AS_DECLARED * max(1.0, abs(value)):
+            if _agrees(evaluate_float([root], self._sample)[0], self.begin.q[there[0]]):
                 yield there[0], root
 
     def _turned_slide(self, places: Sequence[int]) -> dict[Node, Node]:
@@ -533,16 +544,14 @@ class _SymbolicStart:
             return {}
         (a, b, c), (d, e, f) = linear
         across, x, y = a * e - b * d, b * f - c * e, c * d - a * f  # a cos + b sin + c = 0, d cos + e sin + f = 0
-        sample = {node: float(letter.sample) for node, letter in self.letters.items()}
         for root in roots(x * x + y * y - across * across, q[slide]):
-            value = self.begin.q[slide]
-            if abs(evaluate_float([root], sample)[0] - value) > _AS_DECLARED * max(1.0, abs(value)):
+            if not _agrees(evaluate_float([root], self._sample)[0], self.begin.q[slide]):
                 continue
             ratio = y / x
             side = 1 if (x / across).sample * field.whole(ratio.below).sample > 0 else -1
             sides = [book_form(field.whole(part) * side) for part in (ratio.above, ratio.below)]
             angle = BUILD["atan2"](*evaluate(sides, partial(_instead, q[slide], root)))
-            turns = round((self.begin.q[turn] - evaluate_float([angle], sample)[0]) / tau)
+            turns = round((self.begin.q[turn] - evaluate_float([angle], self._sample)[0]) / tau)
             return {q[slide]: root, q[turn]: angle + 2 * turns * PI if turns else angle}
         return {}
 
@@ -607,10 +616,7 @@ class _SymbolicStart:
         matrix = [exact(field, [as_node(row.jacobian[k]) for k in unknown.values()], known) for row in rows]
         found = exact_solve(matrix, [-x for x in exact(field, missed, known)])
         wanted = [list(values)[k] for k in unknown]
-        near = (
-            abs(float(x.sample) - value) <= _AS_DECLARED * max(1.0, abs(value))
-            for x, value in zip(found, wanted, strict=True)
-        )
+        near = (_agrees(float(x.sample), value) for x, value in zip(found, wanted, strict=True))
         return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
 
 
@@ -643,7 +649,7 @@ def with_directions(mechanism: Mechanism, given: SymbolicState) -> SymbolicState
     direction that was found; `begins_along` checks it with friction. Without such formulas the state is unchanged.
     """
     found: dict[Node, Node] = {}
-    sample = {node: float(letter.sample) for node, letter in given.letters.items()}
+    sample = given.sample
     for sliding in _starting_slides(mechanism):
         assert sliding.starts is not None
         numbers = evaluate_float(given.state.values(sliding.starts), sample)

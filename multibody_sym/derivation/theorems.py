@@ -36,7 +36,6 @@ from multibody_sym.mechanics.row_records import AngleRow, ContactRow, DistanceRo
 from multibody_sym.model.bodies import IDENTITY, ORIGIN
 from multibody_sym.model.fields import AXES
 from multibody_sym.model.system import System
-from multibody_sym.records import dataclass
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO, Node, as_node
 from multibody_sym.scalars.vectors import S, add
@@ -84,21 +83,14 @@ def with_theorems(equations: E, kept: Sequence[Conserved] = ()) -> E:
     if kept:
         steps = (*steps, Step(CONSERVED, (), "\n".join(f"{x.name}: {x.symmetry}" for x in kept)))
     plain, count = equations.notation, len(equations.notation.places)
-    spelling = {**plain.spelling, **{term.symbol: term.label for term in theorem.named}}
-    places = {**plain.places, **{term.symbol: (99, count + k) for k, term in enumerate(theorem.named)}}
-    notation = replace(plain, spelling=spelling, places=places)
+    places = {**plain.places, **{term: (99, count + k) for k, term in enumerate(theorem.named)}}
+    notation = replace(plain, spelling={**plain.spelling, **theorem.named}, places=places)
     return replace(equations, steps=(*equations.steps, *steps), notation=notation)
 
 
-@dataclass(frozen=True)
-class _Term:
-    """A named term: its symbol and how it is written."""
-
-    symbol: Any
-    label: Label
-
-
 class _Theorems:
+    """The theorems, and how their `named` terms are written, by symbols."""
+
     def __init__(self, equations: SymbolicEquations | CanonicalEquations) -> None:
         self._equations = equations
         self._mechanism = equations.mechanism
@@ -108,7 +100,7 @@ class _Theorems:
         self._idle = idle_reactions(self._mechanism)
         simplify = readable(equations.symbols, self._mechanism)
         self._names = WrittenOut(equations.symbols.free_prefix, Budget(), simplify)
-        self.named: list[_Term] = []
+        self.named: dict[Any, Label] = {}
 
     def of_vectors(self) -> Derivation:
         """Return the theorems of momentum and of angular momentum about the origin."""
@@ -137,10 +129,10 @@ class _Theorems:
         for name, vector in causes:
             if vector[k] != 0:
                 term = self._name(own, name, AXES[k])
-                found.append(Equation(term.label, vector[k]))
-                total += term.symbol
+                found.append(Equation(self.named[term], vector[k]))
+                total += term
         exerting = [body.joint_name for body in joints if self._exerts(body, k, turning=quantity == "L")]
-        total += sum(self._name(reaction, name, AXES[k]).symbol for name in exerting)
+        total += sum(self._name(reaction, name, AXES[k]) for name in exerting)
         rate = Label(f"d{left.text}/dt", rf"\frac{{\mathrm{{d}} {left.latex}}}{{\mathrm{{d}} t}}")
         return [*found, Equation(rate, total)]
 
@@ -150,11 +142,11 @@ class _Theorems:
         for name, power in self._powers():
             if power != 0:
                 term = self._name("P", name, "")
-                found.append(Equation(term.label, power))
-                total += term.symbol
+                found.append(Equation(self.named[term], power))
+                total += term
         for body in self._mechanism.bodies:
             if body.driven:
-                total += self._name("P", body.joint_name, "").symbol
+                total += self._name("P", body.joint_name, "")
         rate = Label("d(T + V)/dt", r"\frac{\mathrm{d}}{\mathrm{d} t}(T + V)")
         note = "" if found or total != 0 else "no force outside V does work"
         return Step("Theorem of energy", (*found, Equation(rate, total)), note)
@@ -227,13 +219,12 @@ class _Theorems:
 
     # --- symbols --------------------------------------------------------------------------------------------------
 
-    def _name(self, letter: str, element: str, axis: str) -> _Term:
+    def _name(self, letter: str, element: str, axis: str) -> Any:
         plain = re.sub(r"[^A-Za-z0-9]+", "_", element)
         text = "_".join(part for part in (letter, plain, axis) if part)
         under = ",".join(part for part in (rf"\mathrm{{{plain.replace('_', ' ')}}}", axis) if part)
-        term = _Term(sympy.Symbol(text, real=True), Label(text, f"{letter}_{{{under}}}"))
-        if term not in self.named:
-            self.named.append(term)
+        term = sympy.Symbol(text, real=True)
+        self.named.setdefault(term, Label(text, f"{letter}_{{{under}}}"))
         return term
 
     def _sympy(self, value: S) -> Any:

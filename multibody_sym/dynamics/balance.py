@@ -18,7 +18,7 @@ import numpy as np
 
 from multibody_sym.dynamics.formalisms.composite_body import composite_body, joint_wrenches
 from multibody_sym.dynamics.formalisms.constrained import Accelerations, forward_dynamics
-from multibody_sym.dynamics.programs.quantities import Momentum, angular_momentum, body_momenta, exertions, resultant
+from multibody_sym.dynamics.programs.quantities import Momentum, angular_momentum, body_momenta, exertions, in_world
 from multibody_sym.dynamics.programs.reactions import reactions, wrenches_on_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import MultibodyError
@@ -48,7 +48,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative, gradient, tangents
 from multibody_sym.scalars.functions import absolute, evaluate, evaluate_float
 from multibody_sym.scalars.node import ONE, Node, as_node, named_nodes, slot
-from multibody_sym.scalars.vectors import S, add, apply, cross, dot
+from multibody_sym.scalars.vectors import S, dot
 from multibody_sym.text.printer import COMPONENTS
 
 NEGLIGIBLE: Final = 1e-9
@@ -210,12 +210,9 @@ def _causes(motion: Motion, given: Sequence[Wrench], transmitted: Sequence[Wrenc
     on_ground = [k for k, body in enumerate(motion.mechanism.bodies) if body.parent < 0]
     flows = [load.body for load in motion.mechanism.loads if isinstance(load, MassFlow)]
     brought = [(k, carried_momentum(motion, k)) for k in flows]
-    in_world = []
-    for index, wrench in (*enumerate(given), *((k, transmitted[k]) for k in on_ground), *brought):
-        R, p = motion.poses[index]
-        force = apply(R, wrench[0])
-        in_world.append((force, add(apply(R, wrench[1]), cross(p, force))))
-    return np.array(in_world, dtype=float).reshape(-1, 2, 3).transpose(1, 0, 2)
+    acting = (*enumerate(given), *((k, transmitted[k]) for k in on_ground), *brought)
+    every = [in_world(motion, index, wrench) for index, wrench in acting]
+    return np.array(every, dtype=float).reshape(-1, 2, 3).transpose(1, 0, 2)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -315,8 +312,7 @@ def theorems_program(mechanism: Mechanism) -> Program:
         powers.append(as_node(each.power))
         for index, wrench in enumerate(each.of_body if each.from_outside else ()):
             if wrench is not NO_WRENCH:
-                only = [wrench if k == index else NO_WRENCH for k in range(len(motion.bodies))]
-                force, moment = resultant(motion, only)
+                force, moment = in_world(motion, index, wrench)
                 causes.append([*force, *moment])
                 lever = lever + _sum(map(absolute, motion.poses[index][1])) * _sum(map(absolute, force))
     moments = []  # the sums of the terms of each body's angular momentum (3)

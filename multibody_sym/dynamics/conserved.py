@@ -430,12 +430,13 @@ def find_conserved(mechanism: Mechanism, begin: Start) -> list[Conserved]:
     kinds = [x.kind for x in pool]
     columns = sorted(range(len(pool)), key=lambda k: (not alone or kinds[k] != "speed", _COMBINED.index(kinds[k])))
     decide = _Decision(mechanism, begin, pool, states)
-    trivial = table.constant(columns, alone)
+    trivial = list(table.dependent(table.values - table.values[0], columns, alone))  # of one value in all states
     known = [table.scaled(x) for x in trivial]
-    proposed = [x for x in table.vanishing(columns, alone) if not _in_span(table.scaled(x), known)]
+    proposed = [x for x in table.dependent(table.rates, columns, alone) if not _in_span(table.scaled(x), known)]
+    confirmed = {id(x): precise for x in proposed if (precise := decide.confirmed(x)) is not None}
     found = []
-    for x in _plainest(pool, table, [x for x in proposed if decide.confirms(x)], trivial):
-        precise = decide.precise_of(x)
+    for x in _plainest(pool, table, [x for x in proposed if id(x) in confirmed], trivial):
+        precise = confirmed[id(x)]
         named = {pool[k].name: c for k, c in precise.items()}
         parts = [(pool[k], c) for k, c in precise.items()]
         first = "energy" if any(p.kind == "energy" for p, _ in parts) else parts[0][0].kind
@@ -477,16 +478,8 @@ class _Table:
     rates: Floats
     sizes: Floats
 
-    def vanishing(self, columns: Sequence[int], alone: int) -> list[Combination]:
-        """Return the combinations whose rates vanish but for rounding."""
-        return list(self._dependent(self.rates, columns, alone))
-
-    def constant(self, columns: Sequence[int], alone: int) -> list[Combination]:
-        """Return the combinations that have one value in all states."""
-        return list(self._dependent(self.values - self.values[0], columns, alone))
-
-    def _dependent(self, matrix: Floats, columns: Sequence[int], alone: int) -> Iterator[Combination]:
-        """Yield each column as a combination of earlier ones; the first `alone` are combined with none."""
+    def dependent(self, matrix: Floats, columns: Sequence[int], alone: int) -> Iterator[Combination]:
+        """Yield combinations that vanish but for rounding: of each column with earlier ones, the first `alone` none."""
         basis: list[int] = []
         for place, k in enumerate(columns):
             column = matrix[:, k]
@@ -539,30 +532,22 @@ class _Decision:
         self._precise = Precise(mechanism, begin.parameters)
         self._states = iter(states)
         self._slots: list[Mapping[Node, Number]] = []
-        self._found: dict[int, Combination] = {}
 
-    def confirms(self, proposed: Combination) -> bool:
-        """Return whether a combination is conserved."""
-        key = id(proposed)
+    def confirmed(self, proposed: Combination) -> Combination | None:
+        """Return a combination with its coefficients in 50 digits, as far as there are; None where it changes."""
         others = list(proposed)[1:]
         rows = self._rates(list(proposed), len(others) + 2)
         if rows is None:
-            self._found[key] = proposed
-            return True
+            return proposed
         try:
             x = solve_precisely([row[1:] for row in rows[: len(others)]], [-row[0] for row in rows[: len(others)]])
         except MultibodyError:
-            return False
+            return None
         for row in rows:
             terms = [row[0], *(a * b for a, b in zip(row[1:], x, strict=True))]
             if abs(sum(terms)) > ZERO_BELOW * (1 + sum(map(abs, terms))):
-                return False
-        self._found[key] = dict(zip(proposed, [1.0, *map(float, x)], strict=True))
-        return True
-
-    def precise_of(self, proposed: Combination) -> Combination:
-        """Return a confirmed combination with its coefficients."""
-        return self._found[id(proposed)]
+                return None
+        return dict(zip(proposed, [1.0, *map(float, x)], strict=True))
 
     @property
     def exact(self) -> bool:

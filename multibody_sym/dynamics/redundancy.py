@@ -32,14 +32,6 @@ from multibody_sym.scalars.rank import CLOSED, last_share, null_space, rank, sca
 from multibody_sym.text.parser import force_name
 from multibody_sym.text.printer import COMPONENTS
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What redundant rows are said to be.
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Dependent rows: the rank of the constraints at a state, the rows left over, and the forces that are not unique.
-
-
 _SHARE: Final = 0.1
 
 
@@ -114,7 +106,7 @@ def restricting_rows(dynamics: TreeDynamics) -> TreeDynamics:
 
 
 @dataclass(frozen=True)
-class Dependence:
+class NearDependence:
     """The rows that come nearest to dependence, or to vanishing, as rows of unit length.
 
     `independence` is 1 for rows across each other, 0 for dependent ones.
@@ -124,7 +116,7 @@ class Dependence:
     independence: float
 
 
-def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
+def nearly_dependent(dynamics: TreeDynamics, independent: int) -> NearDependence:
     """Return the rows nearest to dependence, where `independent` of all rows are independent in general.
 
     Rows that define their force take no part, but count among the independent ones.
@@ -135,7 +127,7 @@ def nearly_dependent(dynamics: TreeDynamics, independent: int) -> Dependence:
     shares, independence = last_share(matrix, count)
     names = [dynamics.row_names[k] for k in own]
     named = tuple(name for name, share in zip(names, shares, strict=True) if share > _SHARE)
-    return Dependence(named, independence)
+    return NearDependence(named, independence)
 
 
 def approximate_rank(dynamics: TreeDynamics) -> int:

@@ -12,8 +12,8 @@ from impact_models import STRUCK, impact_of
 
 import multibody_sym as mbs
 from multibody_sym.answers.records import ImpactFound
-from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
 from multibody_sym.dynamics.contact.impact_problem import struck_rows
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.declared_impact import outcome, posed_impact
 from multibody_sym.errors import InputError, NoSolutionError

@@ -350,7 +350,7 @@ class CutBeam:
             yield equation(symbol(LETTERS[component]), reduce(add, forms))
 
     def _names(self, cut: Cut) -> list[str]:
-        """Return the elements that act on a part, in the order in which `Actions.on` has them."""
+        """Return the elements that act on a part, in the order in which `BeamActions.on` has them."""
         every = self._actions
         return [every.points[k].name for k in cut.points] + [every.lines[k].name for k in (*cut.wholes, *cut.parts)]
 

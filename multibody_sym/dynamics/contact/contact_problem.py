@@ -23,15 +23,14 @@ from multibody_sym.contact_laws.problem import (
     LawStates,
     Unilateral,
 )
-from multibody_sym.dynamics.formalisms.articulated_body import block_ldl
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
-from multibody_sym.dynamics.formalisms.equations import TreeDynamics, massless_speeds
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
+from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.errors import NoSolutionError
 from multibody_sym.mechanics.contact_geometry import allowed_past_end, reach
 from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode, Share, Shares
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.mechanics.modes import every_row, friction_parts
-from multibody_sym.mechanics.motion import Motion, State, motion_of, qdot_of, state_of
+from multibody_sym.mechanics.motion import Motion, motion_of, qdot_of, state_of
 from multibody_sym.mechanics.points import position, velocity
 from multibody_sym.mechanics.row_kinematics import RowMotion, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
@@ -491,11 +490,6 @@ class Posed(PosedLaws):
         left = [A @ (C.T @ state.z) + D @ state.z - r for A, C, D, r in (now, later)]
         found: Floats = (left[1] - left[0]) / step
         return found
-
-
-def tree_dynamics_of(mechanism: Mechanism, state: State) -> TreeDynamics:
-    """Return the dynamics in floats by the formalism that is linear in the bodies, where no freedom is massless."""
-    return (composite_body if massless_speeds(mechanism) else block_ldl)(mechanism, state)
 
 
 def accelerations_of(dynamics: TreeDynamics, x: Floats) -> Floats:

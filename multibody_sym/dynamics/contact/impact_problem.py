@@ -17,7 +17,8 @@ import numpy as np
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, ImpactResult, Order
 from multibody_sym.contact_laws.problem import FrictionLaw, LawProblem
 from multibody_sym.contact_laws.routh_method import AT_REST
-from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, tree_dynamics_of, weighted_rows
+from multibody_sym.dynamics.contact.contact_problem import element_laws, friction_law, weighted_rows
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.errors import ModelError
 from multibody_sym.mechanics.impacts import impact_mechanism, jumping_motions, state_in_impact, with_meetings
@@ -118,6 +119,17 @@ class Blow:
         return tuple(row.name for row in self.motion.mechanism.rows)
 
     @cached_property
+    def places(self) -> dict[str, int]:
+        """The number of each row."""
+        return {name: k for k, name in enumerate(self.names)}
+
+    @cached_property
+    def parts(self) -> dict[str, int]:
+        """The number of each friction part."""
+        every = (part for x in (*self.elements, *self.rough) for part in friction_parts(x))
+        return {part.name: k for k, part in enumerate(every)}
+
+    @cached_property
     def dynamics(self) -> TreeDynamics:
         """The dynamics of the mechanism at rest with all rows, none of which jumps."""
         none = dict.fromkeys(range(len(self.names)), 0.0)
@@ -146,8 +158,7 @@ def pose(blow: Blow, law: ImpactLaw, order: Order, coefficients_of: Mapping[str,
     before[:own] -= blow.wanted[:own]
     pushed, right = -right, right - before
     e, tangential = np.zeros(len(blow.names)), list[float]()
-    places = {name: k for k, name in enumerate(blow.names)}
-    elements = (*blow.elements, *blow.rough)
+    places, elements = blow.places, (*blow.elements, *blow.rough)
     for element in elements:
         given_back = 0.0
         if element.unilateral:
@@ -195,12 +206,11 @@ class StruckRows:
 
 def struck_rows(blow: Blow, struck: ImpactResult) -> StruckRows:
     """Return the mechanism of an impact in the mode in which it was found."""
-    places = {name: k for k, name in enumerate(blow.names)}
+    places = blow.places
     acting = tuple(x for x in blow.elements if places[x.normals[0].name] in struck.closed)
-    numbers = {part.name: k for k, part in enumerate(p for x in blow.elements for p in friction_parts(x))}
     largest = float(np.abs(struck.impulses).max(initial=0.0))
     slips = {
-        part.name: _constant(set(struck.course(numbers[part.name]))) for x in acting for part in friction_parts(x)
+        part.name: _constant(set(struck.course(blow.parts[part.name]))) for x in acting for part in friction_parts(x)
     }
 
     def sticks(part: FrictionPart) -> bool:
@@ -265,7 +275,7 @@ def rows_in_words(blow: Blow, words: Mapping[str, str]) -> StruckRows:
 
 def _with_own_impulses(blow: Blow, struck: ImpactResult, slips: Mapping[str, int]) -> frozenset[str]:
     """Return the rows of parts that slide in the end, but not one way throughout, or in space."""
-    places = {name: k for k, name in enumerate(blow.names)}
+    places = blow.places
     speeds = [k for k, row in enumerate(blow.rows) if row.kinematic]
     small = _AT_REST * float(np.abs(np.concatenate([struck.before[speeds], struck.after[speeds]])).max(initial=0.0))
     found = set[str]()
@@ -281,9 +291,7 @@ def _rough_mode(blow: Blow, struck: ImpactResult, small: float) -> tuple[Mode, t
 
     A part that does not slide one way throughout, pressed from one side, sticks in the mode: it has its own impulse.
     """
-    places = {name: k for k, name in enumerate(blow.names)}
-    parts = (part for x in (*blow.elements, *blow.rough) for part in friction_parts(x))
-    numbers = {part.name: k for k, part in enumerate(parts)}
+    places = blow.places
     sides: dict[str, int] = {}
     slips: dict[str, int] = {}
     rough: list[LawElement] = []
@@ -298,7 +306,7 @@ def _rough_mode(blow: Blow, struck: ImpactResult, small: float) -> tuple[Mode, t
         sides[element.name] = sides[element.normals[0].name]
         for part in friction_parts(element):
             rows = [places[r.name] for r in element.normals_of(part)], [places[r.name] for r in part.rows]
-            slips[part.name] = _joint_slip(struck, numbers[part.name], *rows)
+            slips[part.name] = _joint_slip(struck, blow.parts[part.name], *rows)
     return Mode(sides, slips), tuple(rough)
 
 

@@ -28,10 +28,11 @@ from multibody_sym.dynamics.contact.impact_problem import (
     struck_rows,
 )
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint
-from multibody_sym.dynamics.formalisms.composite_body import composite_body
+from multibody_sym.dynamics.formalisms.composite_body import composite_body, wrench_difference, wrench_sum
 from multibody_sym.dynamics.formalisms.constrained import solve_constrained
 from multibody_sym.dynamics.formalisms.equations import TreeDynamics
 from multibody_sym.dynamics.formalisms.inertia import about_origin, articulated_inertia
+from multibody_sym.dynamics.programs.quantities import column
 from multibody_sym.dynamics.programs.reactions import reactions
 from multibody_sym.dynamics.programs.repeated_bodies import (
     BodyKind,
@@ -63,6 +64,7 @@ from multibody_sym.mechanics.points import NO_WRENCH, Wrench, to_parent
 from multibody_sym.mechanics.row_kinematics import acting_rows, coefficients, row_motions
 from multibody_sym.mechanics.row_records import Row
 from multibody_sym.model.fields import Point
+from multibody_sym.model.system import with_expressions
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import Solve
 from multibody_sym.program.trace import Trace
@@ -78,7 +80,6 @@ from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
     S,
-    add,
     apply,
     apply_transposed,
     cross,
@@ -212,10 +213,10 @@ class _Scan:
         holds = self._holds(impulses, powers)
         return trace.finish(
             {
-                "after": ((len(after),), after),
-                "impulses": ((self.rows,), impulses),
+                "after": column(after),
+                "impulses": column(impulses),
                 "joints": ((count, len(COMPONENTS)), joints),
-                "holds": ((len(holds),), holds),
+                "holds": column(holds),
             }
         )
 
@@ -241,7 +242,7 @@ class _Scan:
                 if leaf not in known:
                     there = [x.data[1] for x in known.values() if x.data[0] == leaf.data[0]]
                     known[leaf] = slot(leaf.data[0], 1 + max(there, default=-1))
-            pushed[len(kinds)] = [_in_leaves_of_kind(push, known) for push in pushes]
+            pushed[len(kinds)] = [with_expressions(push, partial(_renamed, known)) for push in pushes]
             kind = kinds[chosen[body]]
             state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
             chosen[body], atoms[body] = len(kinds), tuple(known)
@@ -265,7 +266,7 @@ class _Scan:
         handed, jumps, in_joint, here = list[Node](), {}, {}, list[Wrench]()
         for j in range(c):
             force, moment = vectors(read["carried"][6 * j : 6 * j + 6])
-            wrench = add(own[j][0], force), add(own[j][1], moment)
+            wrench = wrench_sum(own[j], (force, moment))
             remaining, on = joint.inward([0] * len(body.u), wrench)
             up = to_parent(moved, on)
             handed += [*map(as_node, (*up[0], *up[1]))]
@@ -273,8 +274,7 @@ class _Scan:
             rates = joint.pivot.solve(remaining)
             jumps[_array_name("jump", j)], reached = joint.outward(rates, from_parent(moved, (a, alpha)))
             here.append(reached)
-            needed = inertia.wrench(*reached)
-            force, moment = subtract(needed[0], wrench[0]), subtract(needed[1], wrench[1])
+            force, moment = wrench_difference(inertia.wrench(*reached), wrench)
             in_joint[_array_name("told", j)] = [
                 *apply(turn, force), *apply(turn, subtract(moment, cross(point, force)))
             ]  # fmt: skip
@@ -347,16 +347,8 @@ def _array_name(word: str, number: int) -> str:
     return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
 
 
-def _in_leaves_of_kind(push: _Push, known: Mapping[Node, Node]) -> _Push:
-    """Return a push in the leaves of its kind."""
-
-    def local(nodes: Point) -> Point:
-        x, y, z = (as_node(n) for n in evaluate(nodes, lambda leaf: known.get(leaf, leaf)))
-        return x, y, z
-
-    point = None if push.point is None else local(push.point)
-    (factor,) = evaluate([push.factor], lambda leaf: known.get(leaf, leaf))
-    return replace(push, vector=local(push.vector), point=point, factor=as_node(factor))
+def _renamed(known: Mapping[Node, Node], node: Node) -> Node:
+    return as_node(evaluate([node], lambda leaf: known.get(leaf, leaf))[0])
 
 
 def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tuple[list[Wrench], list[Wrench]]:
@@ -366,10 +358,9 @@ def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tu
         vector = scale(push.factor, apply_transposed(R_WB, push.vector))
         wrench = (ZERO_VECTOR, vector) if push.point is None else (vector, cross(push.point, vector))
         if push.column is not None:
-            own[push.column] = add(own[push.column][0], wrench[0]), add(own[push.column][1], wrench[1])
+            own[push.column] = wrench_sum(own[push.column], wrench)
         if push.row is not None:
-            k = push.row
-            measured[k] = add(measured[k][0], wrench[0]), add(measured[k][1], wrench[1])
+            measured[push.row] = wrench_sum(measured[push.row], wrench)
     return own, measured
 
 
@@ -592,15 +583,15 @@ def impact_program(mode: StruckMode) -> Program:
     joints = reactions(motion, jumps, dynamics.rows, impulses)
     after = [u + du for u, du in zip(trace["u"], jumps, strict=True)]
     named = dict(zip(mode.told, impulses, strict=True))
-    holds = [as_node(x) for _, _, x in mode.holding(named, before, jumps)]
+    holds = [x for _, _, x in mode.holding(named, before, jumps)]
     names = mode.blow.mechanism.joint_names
     in_joints = [as_node(joints[name][component]) for name in names for component in COMPONENTS]
     return trace.finish(
         {
-            "after": ((len(after),), after),
-            "impulses": ((len(impulses),), impulses),
+            "after": column(after),
+            "impulses": column(impulses),
             "joints": ((len(names), len(COMPONENTS)), in_joints),
-            "holds": ((len(holds),), holds),
+            "holds": column(holds),
         }
     )
 

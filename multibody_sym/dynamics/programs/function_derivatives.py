@@ -13,7 +13,7 @@ from functools import cached_property
 from string import ascii_lowercase
 from typing import Final, Literal, get_args
 
-from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed_wrenches
+from multibody_sym.dynamics.formalisms.composite_body import mass_matrix, needed_wrenches, summed_inward
 from multibody_sym.dynamics.formalisms.equations import BodyAxes, along_body_axes, coupled_groups
 from multibody_sym.dynamics.formalisms.inertia import RigidInertia, base_inertias
 from multibody_sym.dynamics.programs.quantities import MOMENTA, column
@@ -143,16 +143,16 @@ def differentiated_accelerations(
     trace = Trace(f"{whole.name}_by_{'_'.join(variables)}", whole.inputs)
     tree = _Tree.of(mechanism)
     accelerations = tree.accelerations()
-    slopes = tree.forces_by(trace, accelerations, variables, declared=declared, hold=True)
-    columns = iter(tree.solved(trace, [[-x for x in each] for by in variables for each in slopes.columns[by]]))
+    slopes, shifts = tree.forces_by(trace, accelerations, variables, declared=declared, hold=True)
+    columns = iter(tree.solved(trace, [[-x for x in each] for by in variables for each in slopes[by]]))
     rates = column(qdot_of(slot_state(mechanism), mechanism))
     values: dict[str, Elements] = {qdot: rates, udot: column(tree.in_space(accelerations)), multipliers: ((0,), [])}
     of_q = Trace("qdot", whole.inputs).finish({qdot: rates})
     found = Derivatives(trace, values, differentiated(mechanism, of_q, variables, declared=declared).slopes)
     for by in variables:
-        own = [next(columns) for _ in slopes.columns[by]]
+        own = [next(columns) for _ in slopes[by]]
         if by == "q":
-            for k, shift in slopes.shifts.items():
+            for k, shift in shifts.items():
                 own[k] = [x - as_node(y) for x, y in zip(own[k], tree.in_space(shift), strict=True)]
         found.add(udot, by, own)
         found.add(multipliers, by, [()] * len(own))
@@ -166,12 +166,12 @@ def differentiated_forces(
     trace = Trace(f"{program.name}_by_{'_'.join(variables)}", program.inputs)
     tree = _Tree.of(mechanism)
     udot = tree.along_axes(trace["udot"])
-    slopes = tree.forces_by(trace, udot, variables, declared=declared, hold=False)
+    slopes, _ = tree.forces_by(trace, udot, variables, declared=declared, hold=False)
     (output,) = program.outputs
     needed = tree.needed(udot)
     found = Derivatives(trace, {output.name: column(tree.in_space(needed))})
     for by in variables:
-        columns = list(map(tree.in_space, slopes.columns[by]))
+        columns = list(map(tree.in_space, slopes[by]))
         for axes in tree.along if by == "q" else ():  # the axes turn with the body
             force = [needed[k] for k in axes.speeds]
             for k in mechanism.bodies[axes.body].u:
@@ -198,14 +198,6 @@ def derived(
     derive = differentiated if mechanism.rows else along_tree.get(name, differentiated)
     found = derive(mechanism, program, by, declared=declared)
     return found.with_values(of) if of else found.alone()
-
-
-@dataclass(frozen=True)
-class _Slopes:
-    """Derivatives of forces by variable, one column a direction, and the `shifts` of udot beside those by q."""
-
-    columns: dict[Variable, Columns]
-    shifts: dict[int, list[S]]
 
 
 @dataclass(frozen=True)
@@ -271,14 +263,15 @@ class _Tree:
 
     def forces_by(
         self, trace: Trace, udot: list[S], variables: Sequence[Variable], *, declared: Collection[str], hold: bool
-    ) -> _Slopes:
+    ) -> tuple[dict[Variable, Columns], dict[int, list[S]]]:
         """Return the derivatives of M udot + c - Q (n, along the axes of free bodies, as udot), at fixed T udot.
 
+        They have one column a direction; with `hold` the shifts of udot beside those by q follow.
         By q and u along the tree, loads forward; where masses change with the state, and by all others, forward.
         """
         columns, shifts, count = dict[Variable, Columns](), dict[int, list[S]](), len(udot)
         tree = not any(map(varies, self.mechanism.bodies))
-        found = force_slopes(self.motion, udot, self.along, hold=hold) if tree else None
+        found = _Sweep(self.motion, udot, {axes.body for axes in self.along}, hold).slopes() if tree else None
         for by in variables:
             of_tree = found is not None and by in ("q", "u")
             program = self._loads_program() if of_tree else self._needed_program()
@@ -297,7 +290,7 @@ class _Tree:
                 shifts[k] = [0] * count
                 for i, x in zip(axes.speeds, shift, strict=True):
                     shifts[k][i] = x
-        return _Slopes(columns, shifts)
+        return columns, shifts
 
     def _loads_program(self) -> Program:
         """Return -> Q (n) of all loads but the weight."""
@@ -569,17 +562,6 @@ class ForceSlopes:
     shifts: dict[int, Vec] = field(default_factory=dict)
 
 
-def force_slopes(motion: Motion, udot: Sequence[S], along: Sequence[BodyAxes], *, hold: bool) -> ForceSlopes:
-    """Return the derivatives of inverse dynamics over Nodes, with q and u in slots; loads count as constant.
-
-    `motion` and `along` as `along_body_axes` returns them: forces and udot are along the axes of free bodies. With
-    `hold` the accelerations of their origins are held, not udot: what is carried then feels nothing where they turn.
-    """
-    return _Sweep(motion, udot, {axes.body for axes in along}, hold).slopes()
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
 @dataclass(frozen=True)
 class _Composite:
     """All that a body carries, in its axes about its origin: inertia, 2 P and 2 Q."""
@@ -662,7 +644,12 @@ class _Freedom:
 
 
 class _Sweep:
-    """The tree at a state: `reached` accelerations, the `total` wrenches that joints hand on, and composites."""
+    """The tree at a state: `reached` accelerations, the `total` wrenches that joints hand on, and composites.
+
+    `motion` and the `free` bodies as `along_body_axes` returns them: forces and udot are along the axes of free bodies.
+    With `hold` the accelerations of their origins are held, not udot: what is carried then feels nothing where they
+    turn. Loads count as constant.
+    """
 
     def __init__(self, motion: Motion, udot: Sequence[S], free: Collection[int], hold: bool) -> None:
         self.motion, self.udot, self.free, self.hold = motion, udot, free, hold
@@ -709,13 +696,9 @@ class _Sweep:
     @cached_property
     def composites(self) -> list[_Composite]:
         """What each body carries."""
-        motion = self.motion
-        pairs = zip(base_inertias(motion), motion.bodies, strict=True)
-        found = [_Composite.of(inertia, moved.w_WB) for inertia, moved in pairs]
-        for index in range(len(found) - 1, -1, -1):
-            if (parent := motion.mechanism.bodies[index].parent) >= 0:
-                found[parent] = found[parent].plus(found[index].moved(motion.bodies[index], self.departing[index]))
-        return found
+        bodies = self.motion.bodies
+        own = (_Composite.of(x, moved.w_WB) for x, moved in zip(base_inertias(self.motion), bodies, strict=True))
+        return summed_inward(self.motion, own, lambda index, x: x.moved(bodies[index], self.departing[index]))
 
     @cached_property
     def departing(self) -> list[Vec]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
-from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches
+from multibody_sym.dynamics.formalisms.composite_body import joint_wrenches, wrench_sum
 from multibody_sym.dynamics.programs.reactions import (
     LawForces,
     SwitchingValues,
@@ -194,8 +194,7 @@ def exertions(
         along = sum((force * u for force, u in zip(forces.of_speed, motion.state.u, strict=True)), 0)
         of_body, power = list(forces.of_body), power_of(motion, forces.of_body) + along
         if isinstance(load, MassFlow):  # the mass takes along or brings momentum and kinetic energy
-            force, moment = carried_momentum(motion, load.body)
-            of_body[load.body] = add(of_body[load.body][0], force), add(of_body[load.body][1], moment)
+            of_body[load.body] = wrench_sum(of_body[load.body], carried_momentum(motion, load.body))
             power = power + carried_energy(motion, load.body)
         found.append(Exertion(load.path, of_body, power, points=load.points))
     beside = {k: row.beside for k, row in enumerate(rows) if row.beside}
@@ -238,18 +237,22 @@ def power_of(motion: Motion, of_body: Sequence[Wrench]) -> S:
 
 def resultant(motion: Motion, of_body: Sequence[Wrench]) -> tuple[Vec, Vec]:
     """Return the sum of wrenches on the bodies, and of their moments about the origin, in world axes."""
-    force, moment = ZERO_VECTOR, ZERO_VECTOR
+    total: Wrench = ZERO_VECTOR, ZERO_VECTOR
     for index, wrench in enumerate(of_body):
-        if wrench is NO_WRENCH:
-            continue
-        R, p = motion.poses[index]
-        own = apply(R, wrench[0])
-        force, moment = add(force, own), add(moment, add(apply(R, wrench[1]), cross(p, own)))
-    return force, moment
+        if wrench is not NO_WRENCH:
+            total = wrench_sum(total, in_world(motion, index, wrench))
+    return total
+
+
+def in_world(motion: Motion, index: int, wrench: Wrench) -> Wrench:
+    """Return a wrench on a body (body axes, about its origin) in world axes, about the origin."""
+    R, p = motion.poses[index]
+    force = apply(R, wrench[0])
+    return force, add(apply(R, wrench[1]), cross(p, force))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Quantities of the moving system that outputs and questions name: positions, reactions, tensions, momenta.
+# A state with all that follows from its accelerations and multipliers.
 
 
 @dataclass(frozen=True)
@@ -506,10 +509,6 @@ def _energy(instant: StateQuantities, quantity: str, *store: str) -> S:
     return sum((stored_energy(load, motion) for load in own), 0)
 
 
-def _jacobi(instant: StateQuantities, _quantity: str) -> S:
-    return jacobi_integral(instant.motion)
-
-
 def _power(instant: StateQuantities, _quantity: str, name: str) -> S:
     return sum((each.power for each in instant.exerted_by(name)), 0)
 
@@ -554,7 +553,7 @@ _QUANTITIES: Final[dict[str, Callable[..., S]]] = {
     "momentum": _momentum,
     "angular_momentum": _momentum,
     "generalized_momentum": _of_speed,
-    "jacobi_integral": _jacobi,
+    "jacobi_integral": lambda instant, _: jacobi_integral(instant.motion),
     "power": _power,
     "work": _power,
     "impulse": _force,

@@ -9,12 +9,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from itertools import accumulate, pairwise
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from multibody_sym.dynamics.formalisms.articulated_body import eliminate_joint
+from multibody_sym.dynamics.formalisms.composite_body import wrench_difference, wrench_sum
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
 from multibody_sym.dynamics.formalisms.inertia import TRIANGLE, Inertia, about_origin, articulated_inertia
-from multibody_sym.dynamics.programs.quantities import Sources
+from multibody_sym.dynamics.programs.quantities import Sources, column
 from multibody_sym.mechanics.energy import body_kinetic_energy, springs_energy, weight_energy
 from multibody_sym.mechanics.forces import applied_forces
 from multibody_sym.mechanics.load_records import JointForce, JointSpring, Load
@@ -38,6 +39,7 @@ from multibody_sym.mechanics.motion import (
 from multibody_sym.mechanics.points import power, to_parent
 from multibody_sym.mechanics.row_records import AngleRow, DistanceRow, ExpressionRow, Marker, PositionRow, VelocityRow
 from multibody_sym.model.bodies import IDENTITY, ORIGIN, Pose
+from multibody_sym.model.system import with_expressions
 from multibody_sym.program.program import Program
 from multibody_sym.program.trace import Trace
 from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan_tree
@@ -50,9 +52,7 @@ from multibody_sym.scalars.vectors import (
     ZERO_VECTOR,
     Mat,
     Vec,
-    add,
     negate,
-    subtract,
     symmetric,
     unit_quaternion,
 )
@@ -230,10 +230,6 @@ _NAMES: Final = frozenset({"name", "joint", "joint_name", "parent", "q", "u"})
 """Fields in which bodies of a kind differ."""
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Programs of mechanisms with many like bodies, by scans with one kernel for each kind of body.
-
-
 @dataclass(frozen=True)
 class BodyKind:
     """A kind of body as a mechanism of this one body on ground, in slots of its own; `state` has these as values."""
@@ -265,19 +261,23 @@ def like_bodies(mechanism: Mechanism) -> LikeBodies | None:
     chosen, atoms = [], []
     for body, own in zip(mechanism.bodies, places, strict=True):
         local = _Local(body)
-        renamed = local.body(body)
+        q, u = tuple(range(len(body.q))), tuple(range(len(body.u)))
+        renamed = local.of(replace(body, name="", joint_name="", parent=-1, q=q, u=u))  # the first on ground
         of_joint = (load for k in own if isinstance(load := mechanism.loads[k], JointForce | JointSpring))
-        loads = local.loads([replace(load, name="", joint="") for load in of_joint])
+        loads = local.of(tuple([replace(load, name="", joint="") for load in of_joint]))
         identity = renamed, loads, tuple(local.slots.values())
         if identity not in numbers:
             numbers[identity] = len(kinds)
             alone = replace(mechanism, bodies=(renamed,), loads=loads, rows=(), coordinates=(), speeds=())
-            q, u = ([leaf for leaf in identity[2] if leaf.data[0] == array] for array in "qu")
-            kinds.append(BodyKind(alone, State(Node, tuple(q), tuple(u), {leaf: leaf for leaf in identity[2]})))
+            own_q, own_u = (tuple(leaf for leaf in identity[2] if leaf.data[0] == array) for array in "qu")
+            kinds.append(BodyKind(alone, State(Node, own_q, own_u, {leaf: leaf for leaf in identity[2]})))
             leaves.append(identity[2])
         chosen.append(numbers[identity])
         atoms.append(tuple(local.slots))
     return LikeBodies(tuple(kinds), Bodies(tuple(chosen), tuple(leaves), tuple(atoms)))
+
+
+T = TypeVar("T")
 
 
 class _Local:
@@ -290,25 +290,10 @@ class _Local:
             for place in places:
                 self._leaf(slot(array, place))
 
-    def body(self, body: TreeBody) -> TreeBody:
-        """Return the body as the first on ground."""
-        q, u = tuple(range(len(body.q))), tuple(range(len(body.u)))
-        renamed = replace(body, name="", joint_name="", parent=-1, q=q, u=u)
-        return self._renamed(renamed)  # type: ignore[no-any-return]
-
-    def loads(self, loads: Sequence[Load]) -> tuple[Load, ...]:
-        return self._renamed(tuple(loads))  # type: ignore[no-any-return]
-
-    def _renamed(self, part: Any) -> Any:
-        if isinstance(part, Node):
-            if part.shadow is not None:
-                return part
-            return self._leaf(part) if not part.args else evaluate([part], self._leaf)[0]
-        if type(part) is tuple:
-            return tuple(map(self._renamed, part))
-        if is_dataclass(part) and not isinstance(part, type):
-            return replace(part, **{field.name: self._renamed(getattr(part, field.name)) for field in fields(part)})
-        return part
+    def of(self, part: T) -> T:
+        """Return a part of the mechanism in its slots."""
+        renamed: T = with_expressions(part, lambda node: evaluate([node], self._leaf)[0])
+        return renamed
 
     def _leaf(self, leaf: Node) -> Node:
         """Return the slot of the same array that stands for a leaf."""
@@ -355,14 +340,8 @@ def _state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
     results = [_of_coordinates("qdot", mechanism), of_speeds]
     found = scan_tree(trace, _inputs(trace), like.bodies, passes, results, partial(_dynamics_of_body, like.kinds))
     qdot = [*found["qdot"], *mechanism.rates]
-    return trace.finish(
-        {
-            "qdot": ((len(qdot),), qdot),
-            "udot": ((len(found["udot"]),), found["udot"]),
-            "multipliers": ((0,), ()),
-            "report": ((3,), (ZERO,) * 3),
-        }
-    )
+    outputs = {"qdot": qdot, "udot": found["udot"], "multipliers": (), "report": (ZERO,) * 3}
+    return trace.finish({name: column(values) for name, values in outputs.items()})
 
 
 def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
@@ -375,12 +354,12 @@ def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> V
     forces = applied_forces(Motion(kind.mechanism, state, (moved,), (mass,), ZERO_VECTOR), weight=False)
     rigid = about_origin(mass)
     needed = rigid.rate_of_momentum(reached[0], spread(reached[1], moved.w_WB))
-    missing = [subtract(given, need) for given, need in zip(forces.of_body[0], needed, strict=True)]
+    missing = wrench_difference(forces.of_body[0], needed)
 
     force, moment = vectors(read["carried"][:6])
     inertia = articulated_inertia(rigid).plus(unpack_inertia(read["carried"][6:]))
     joint, left = eliminate_joint(body.u, moved, inertia)
-    remaining, wrench = joint.inward(forces.of_speed, (add(missing[0], force), add(missing[1], moment)))
+    remaining, wrench = joint.inward(forces.of_speed, wrench_sum(missing, (force, moment)))
     handed = to_parent(moved, wrench)
 
     first, second = vectors(read["reached"])
@@ -416,7 +395,7 @@ def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
     results = [_of_coordinates("q", mechanism), Result("deviation", count, tuple(range(count)))]
     found = scan_tree(trace, _inputs(trace), like.bodies, [largest], results, partial(_normalize_body, like.kinds))
     q = [*found["q"], *trace["q"][len(found["q"]) :]]
-    return trace.finish({"q": ((len(q),), q), "deviation": ((), found["deviation"][-1:])})
+    return trace.finish({"q": column(q), "deviation": ((), found["deviation"][-1:])})
 
 
 def _normalize_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
@@ -524,9 +503,8 @@ def scanned_pivots(mechanism: Mechanism, like: LikeBodies, trace: Trace, least: 
     """Return each pivot of the mass matrix less the part `least` of its diagonal."""
     carried = Pass("carried", tuple(body.parent for body in mechanism.bodies), 2 * _ARTICULATED)
     result = Result("pivots", len(mechanism.speeds), tuple(min(body.u, default=0) for body in mechanism.bodies))
-    given = [tuple(trace[array.name]) for array in trace.inputs]
     step = partial(_pivots_of_body, like.kinds, least)
-    return list(scan_tree(trace, given, like.bodies, [carried], [result], step)["pivots"])
+    return list(scan_tree(trace, _inputs(trace), like.bodies, [carried], [result], step)["pivots"])
 
 
 def _pivots_of_body(kinds: Sequence[BodyKind], least: float, number: int, read: Values) -> Values:

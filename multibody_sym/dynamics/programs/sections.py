@@ -89,7 +89,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Actions:
+class BeamActions:
     """All that acts on a beam; `homeless`: elements that act on it at no known place, or at several."""
 
     points: Sequence[PointAction]
@@ -109,12 +109,12 @@ def component_at(kind: str, x: S, resultant: Resultant) -> S:
     return {"axial": -X, "shear": Y, "moment": x * Y - m}[kind]
 
 
-def section_force(actions: Actions, kind: str, cut: Cut, x: S) -> S:
+def section_force(actions: BeamActions, kind: str, cut: Cut, x: S) -> S:
     """Return N, V or M of a section at x."""
     return reduce(lambda a, b: a + b, (component_at(kind, x, r) for _, r in actions.on(cut, x)), 0)
 
 
-def actions_on(instant: StateQuantities, beam: Beam) -> Actions:
+def actions_on(instant: StateQuantities, beam: Beam) -> BeamActions:
     """Return all that acts on a beam, in the same order at every instant."""
     body, motion = beam.axis.body, instant.motion
     loads = {load.name: load for load in motion.mechanism.loads if isinstance(load, LineLoad)}
@@ -134,7 +134,7 @@ def actions_on(instant: StateQuantities, beam: Beam) -> Actions:
             homeless.append((each.path[1], *wrench))
         else:
             points.append(PointAction(each.path[1], place, _resultant(instant, beam, *wrench)))
-    return Actions(points, lines, homeless)
+    return BeamActions(points, lines, homeless)
 
 
 def place_of(instant: StateQuantities, beam: Beam, marker: Marker) -> Vec:

@@ -10,8 +10,9 @@ from typing import Any, Final, cast
 import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactProblem, ImpactResult, Order
-from multibody_sym.dynamics.contact.contact_problem import OneWayRows, tree_dynamics_of
+from multibody_sym.dynamics.contact.contact_problem import OneWayRows
 from multibody_sym.dynamics.contact.impact_problem import Blow, friction_parts, pose, struck_rows
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.start.initial_geometry import SignedLength, fix_directions
 from multibody_sym.dynamics.start.number_checks import check_numbers
@@ -287,7 +288,7 @@ def from_impact(system: System) -> FromImpact:
     struck = outcome(posed)
     rows = struck_rows(posed.blow, struck)
     dynamics = tree_dynamics_of(rows.mechanism, state_in_impact(posed.blow.motion.state, rows.jumps))
-    jumps, places = forward_dynamics(dynamics).udot, {name: k for k, name in enumerate(posed.blow.names)}
+    jumps, places = forward_dynamics(dynamics).udot, posed.blow.places
     before, units = np.array(posed.begin.u, dtype=float), [speed.unit for speed in posed.mechanism.speeds]
     sizes = np.maximum(np.abs(before), np.abs(jumps))
     largest = {unit: max(x for x, own in zip(sizes, units, strict=True) if own == unit) for unit in units}

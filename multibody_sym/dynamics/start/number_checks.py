@@ -17,6 +17,7 @@ import numpy as np
 from multibody_sym.dynamics.formalisms.articulated_body import tree_factors
 from multibody_sym.dynamics.formalisms.composite_body import mass_diagonal
 from multibody_sym.dynamics.formalisms.equations import massless_speeds
+from multibody_sym.dynamics.programs.quantities import column
 from multibody_sym.dynamics.programs.system import closes_by_programs, worth_scanning
 from multibody_sym.dynamics.start.parameters import (
     ARITHMETIC,
@@ -542,8 +543,7 @@ def quick_look(system: System, mechanism: Mechanism) -> Program:
 
         positive += scanned_pivots(mechanism, like, trace, _PIVOT)
     positive = positive or [as_node(1)]
-    outputs = {FINITE: ((len(finite),), finite), POSITIVE: ((len(positive),), positive)}
-    return trace.finish(outputs)
+    return trace.finish({FINITE: column(finite), POSITIVE: column(positive)})
 
 
 def _partial_values(system: System, mechanism: Mechanism) -> Iterator[Node]:

@@ -15,6 +15,7 @@ from functools import cached_property, partial
 from itertools import chain, combinations, islice
 from typing import TYPE_CHECKING, Final
 
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.system import CompiledRows, with_constants
 from multibody_sym.dynamics.start.number_checks import check_numbers
@@ -376,11 +377,7 @@ def given_mode(declared: Mechanism, begin: Start, words: Mapping[str, str]) -> M
 
     Raises InputError for unknown names and words, NoSolutionError where reactions of joints have no consistent signs.
     """
-    return _with_sides(declared.relative or declared, begin, mode_of_words(declared.one_way, words))
-
-
-def _with_sides(base: Mechanism, begin: Start, mode: Mode) -> Mode:
-    """Return a mode with the signs of the reactions that press at the start."""
+    base, mode = declared.relative or declared, mode_of_words(declared.one_way, words)
     rubbing = [x for x in base.one_way if not x.unilateral]
     if not rubbing:
         return mode
@@ -401,8 +398,6 @@ def _sides_at(base: Mechanism, begin: Start, mode: Mode, rubbing: list[LawElemen
     mechanism = mechanism_in_mode(base, mode)
     there = start_in_mode(mechanism, base, begin)
     state = state_of(mechanism, float, 0.0, there.q, there.u, there.parameters)
-    from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
-
     forces = forward_dynamics(tree_dynamics_of(mechanism, state)).multipliers.tolist()
     signs = {row.name: -1 if force < 0.0 else 1 for row, force in zip(mechanism.rows, forces, strict=True)}
     sides = dict(mode.sides)
