@@ -32,7 +32,7 @@ from multibody_sym.answers.worked.questions import with_questions
 from multibody_sym.derivation.free_bodies import MOMENT
 from multibody_sym.derivation.notation import NAME, Label, Notation, Symbols, latex_name, notation_of, symbols_of
 from multibody_sym.derivation.symbolic_start import SymbolicState, any_state
-from multibody_sym.dynamics.contact.contact_problem import tree_dynamics_of
+from multibody_sym.dynamics.formalisms.articulated_body import tree_dynamics_of
 from multibody_sym.dynamics.formalisms.constrained import forward_dynamics
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.errors import ExpressionError
