@@ -413,7 +413,6 @@ def _verify_plain(nodes: Sequence[Node], positive: Collection[Node]) -> None:
 
 
 def _in_sympy(part: Any, names: Subexpressions, known: Mapping[Node, Any]) -> Any:
-    """Return a record of Nodes in sympy, each scalar by itself."""
     found: dict[Node, Any] = {}
 
     def keep(x: Any) -> Any:
@@ -722,7 +721,6 @@ def _tidy(names: Subexpressions, raw: Any, given: Energies, symbols: Symbols) ->
 def _momentum_notation(
     ready: DerivationInput, definitions: Sequence[tuple[Any, Any]], momenta: Sequence[Any], names: Subexpressions
 ) -> Notation:
-    """Return the notation with the momenta's letters: p with the coordinate's."""
     mechanism, symbols = ready.mechanism, ready.symbols
     plain = notation_of(mechanism, symbols, [name for name, _ in definitions], names.numbers, ready.labels)
     pairs = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}

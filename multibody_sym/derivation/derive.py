@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, Literal, overload
+from typing import Any, Final, Literal, TypedDict, Unpack, overload
 
 import sympy
 
@@ -76,18 +76,24 @@ RATES: Final = "Rates of the states"
 _ELIMINATED: Final = "what remains when the reactions are eliminated"
 
 
+class Changes(TypedDict, total=False):
+    """Changes of a system for one derivation, and its budget."""
+
+    parameters: Mapping[str, Any] | None
+    initial: Mapping[str, Any] | None
+    inputs: Mapping[str, Any] | None
+    coordinates: str | None
+    project: bool | None
+    budget: Budget | float | None
+
+
 @overload
 def derive(
     model: System | Mechanism,
     method: Literal["hamilton", "routh"],
     *,
     formalism: None = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    budget: Budget | float | None = None,
+    **changes: Unpack[Changes],
 ) -> CanonicalEquations: ...
 
 
@@ -97,12 +103,7 @@ def derive(
     method: Literal["lagrange", "multipliers", "newton_euler", "composite_body"] | None = None,
     *,
     formalism: str | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    budget: Budget | float | None = None,
+    **changes: Unpack[Changes],
 ) -> SymbolicEquations: ...
 
 
@@ -112,12 +113,7 @@ def derive(
     method: str | None = None,
     *,
     formalism: str | None = None,
-    parameters: Mapping[str, Any] | None = None,
-    initial: Mapping[str, Any] | None = None,
-    inputs: Mapping[str, Any] | None = None,
-    coordinates: str | None = None,
-    project: bool | None = None,
-    budget: Budget | float | None = None,
+    **changes: Unpack[Changes],
 ) -> SymbolicEquations | CanonicalEquations: ...
 
 
@@ -319,7 +315,6 @@ def _equations_of_motion(
 
 
 def _matrices(parts: EquationParts, n: int) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """Return M, f, H, gamma, and C and D where multipliers exert other forces than H^T lambda or define some."""
     rows, count = parts.rows, len(parts.rows)
     balance = zip(parts.forces, parts.potential_gradient, parts.velocity_terms, strict=True)
     M = sympy.ImmutableMatrix(n, n, [x for row in parts.mass_matrix for x in row])
@@ -334,7 +329,6 @@ def _matrices(parts: EquationParts, n: int) -> tuple[Any, Any, Any, Any, Any, An
 
 
 def _first_steps(ready: DerivationInput, names: Subexpressions, parts: EquationParts, notation: Notation) -> Derivation:
-    """Return the steps up to the equations of motion."""
     mechanism, symbols, sides = ready.mechanism, ready.symbols, ready.sides
     translated = names.translated([side.length for side in sides], known_nodes(mechanism, symbols))
     lengths = [notation.text(names.name(length)) for length in translated]

@@ -131,7 +131,6 @@ def held_letters(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
 
 
 def _motion_with_held_masses(mechanism: Mechanism) -> Motion:
-    """Return the motion over Nodes with masses that vary held."""
     state, held = slot_state(mechanism), held_masses(mechanism)
     if not held:
         return motion_of(mechanism, state)
@@ -274,7 +273,6 @@ class Lowered:
 
 
 def _cut(flat: Sequence[Any], like: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    """Return one list cut into lists as long as those of `like`."""
     values = iter(flat)
     return [[next(values) for _ in part] for part in like]
 

@@ -47,34 +47,22 @@ class Symbols:
 
 def symbols_of(mechanism: Mechanism) -> Symbols:
     """Return the symbols of a mechanism; characters that cannot stand in expressions are spelt as `_`."""
-    return _symbols(
-        mechanism,
-        [c.name for c in mechanism.coordinates],
-        [s.name for s in mechanism.speeds],
-        list(mechanism.inputs),
-        [p.name for p in mechanism.parameters],
-        [row.name for row in mechanism.rows],
-        [body.joint_name for body in mechanism.bodies],
-    )
+    m = mechanism
+    named = (m.coordinates, m.speeds, m.parameters, m.rows)
+    names = [[each.name for each in group] for group in named]
+    return _symbols(mechanism, *names, list(m.inputs), [body.joint_name for body in m.bodies])
 
 
 def numbered_symbols(mechanism: Mechanism) -> Symbols:
     """Return symbols called by their places, so that what is derived for programs does not depend on any name."""
     m = mechanism
-    groups = {"q": m.coordinates, "u": m.speeds, "w": m.inputs, "p": m.parameters.entries, "r": m.rows, "j": m.bodies}
+    groups = {"q": m.coordinates, "u": m.speeds, "p": m.parameters.entries, "r": m.rows, "w": m.inputs, "j": m.bodies}
     numbered = ([f"{letter}{i}" for i in range(len(group))] for letter, group in groups.items())
     return _symbols(mechanism, *numbered)
 
 
-def _symbols(
-    mechanism: Mechanism,
-    coordinate_names: Sequence[str],
-    speed_names: Sequence[str],
-    input_names: Sequence[str],
-    parameter_names: Sequence[str],
-    row_names: Sequence[str],
-    joint_names: Sequence[str],
-) -> Symbols:
+def _symbols(mechanism: Mechanism, *names: Sequence[str]) -> Symbols:
+    coordinate_names, speed_names, parameter_names, row_names, input_names, joint_names = names
     taken = {"t"}
     time = sympy.Symbol("t", real=True)
     coordinates, speeds = _make_symbols(coordinate_names, taken), _make_symbols(speed_names, taken)
@@ -371,7 +359,6 @@ class ReadableEquations:
         return sum(int(e.count_ops()) for e in (*parts, *(definitions[s] for s in needed_names(definitions, parts))))
 
     def _ordered(self) -> list[tuple[Any, Any]]:
-        """Return the definitions, each after those that it names."""
         return list(self.definitions)
 
     @door

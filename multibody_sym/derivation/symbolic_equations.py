@@ -292,7 +292,6 @@ class CanonicalEquations(ReadableEquations):
         return LambdifiedCanonical(self, evaluate)
 
     def _ordered(self) -> list[tuple[Any, Any]]:
-        """Return definitions and speeds in an order in which they can be evaluated."""
         return in_order({**dict(self.definitions), **self.speeds})
 
 

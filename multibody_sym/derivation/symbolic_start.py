@@ -696,7 +696,6 @@ def _smooth_direction(mechanism: Mechanism, given: SymbolicState, sliding: Slidi
 
 
 def _starting_slides(mechanism: Mechanism) -> Iterator[Sliding]:
-    """Yield the slides that begin in space from rest."""
     for row in mechanism.rows:
         for sliding in row.sliding:
             if sliding.starts is not None:

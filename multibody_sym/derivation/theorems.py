@@ -154,7 +154,6 @@ class _Theorems:
     # --- what acts ------------------------------------------------------------------------------------------------
 
     def _wrenches(self) -> list[tuple[str, tuple[Any, ...]]]:
-        """Return forces and moments about the origin (6, sympy) of the weight, the loads and the rows, by name."""
         motion, loads = self._motion, self._mechanism.loads
         acting = [(WEIGHT, applied_forces(motion, ()).of_body, sympy.S.One)]
         acting += [(load.name, self._exerted(load), sympy.S.One) for load in loads]

@@ -98,7 +98,6 @@ def rates_of(mechanism: Mechanism) -> EnergyRates:
 
 
 def _momenta_of(parts: Iterable[Momentum]) -> list[list[S]]:
-    """Return each body's momentum and its angular momentum about the origin (6), in world axes."""
     return [[*part.momentum, *angular_momentum([part])] for part in parts]
 
 
@@ -197,7 +196,6 @@ def _powers(
 
 
 def _power(motion: Motion, of_body: Sequence[Wrench]) -> float:
-    """Return the power of wrenches on the bodies: F . v + M . omega."""
     pairs = zip(motion.bodies, of_body, strict=True)
     return float(sum(dot(moved.v_WB, force) + dot(moved.w_WB, moment) for moved, (force, moment) in pairs))
 

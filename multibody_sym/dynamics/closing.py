@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
@@ -189,16 +189,8 @@ class ConstraintRows:
 
 
 def _remember_last(find: Callable[[Floats], Found]) -> Callable[[Floats], Found]:
-    """Return a function of a position that remembers its last result."""
-    last: list[tuple[bytes, Found]] = []
-
-    def found(q: Floats) -> Found:
-        key = q.tobytes()
-        if not last or last[0][0] != key:
-            last[:] = [(key, find(q))]
-        return last[0][1]
-
-    return found
+    found = lru_cache(maxsize=1)(lambda key: find(np.frombuffer(key)))
+    return lambda q: found(q.tobytes())
 
 
 def closed_from(rows: ConstraintRows, start: Floats, free: Sequence[int], weighted: bool) -> Floats | None:

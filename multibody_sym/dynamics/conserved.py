@@ -602,7 +602,6 @@ def _plainest(
 
 
 def _in_span(vector: Floats, known: Sequence[Floats]) -> bool:
-    """Return whether a unit vector is a combination of others."""
     if not known:
         return False
     basis = np.array(known).T

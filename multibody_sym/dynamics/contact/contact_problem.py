@@ -269,7 +269,6 @@ class RowNumbers(ABC):
 
     @cached_property
     def _problems(self) -> dict[frozenset[str], PosedLaws]:
-        """The problems that were posed here."""
         return {}
 
     def _pose(self, closed: Collection[str]) -> PosedLaws:

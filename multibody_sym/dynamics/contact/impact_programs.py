@@ -221,7 +221,6 @@ class _Scan:
         )
 
     def _holds(self, impulses: Sequence[Node], powers: Sequence[Sequence[Node]]) -> list[Node]:
-        """Return values that are positive where the mode holds."""
         names = [row.name for row in self.struck.mechanism.rows]
         first: list[S] = [power[self.columns] + power[0] for power in powers]
         after: list[S] = [
@@ -343,7 +342,6 @@ class _Scan:
 
 
 def _array_name(word: str, number: int) -> str:
-    """Return the name of an array of a column or row: a word and letters."""
     return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
 
 

@@ -404,13 +404,11 @@ class _EveryMode:
 
     @cached_property
     def _other_elements(self) -> Mechanism:
-        """The mechanism without contacts by kinds."""
         like = set(self.known.contacts.places)
         left = tuple(element for k, element in enumerate(self.mechanism.one_way) if k not in like)
         return replace(self.mechanism, one_way=left)
 
     def _given(self, trace: Trace) -> list[Sequence[Node]]:
-        """Return the inputs of Programs of the mechanism in no mode."""
         return [trace[array.name] if array.size else () for array in self.known.free.inputs]
 
     def _of_contacts(
@@ -593,7 +591,6 @@ class _EveryMode:
         return [friction.along(multipliers) for friction in frictions]
 
     def _moving(self, values: Sequence[Node]) -> list[Node]:
-        """Return values of the speeds, zero where they are held."""
         return [choose(held, ZERO, value) for held, value in zip(self.modes.held(), values, strict=True)]
 
     # --- positions and speeds -----------------------------------------------------------------------------------------

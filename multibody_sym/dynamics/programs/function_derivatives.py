@@ -244,7 +244,6 @@ class _Tree:
 
     @cached_property
     def _loads(self) -> tuple[list[Wrench], list[S]]:
-        """The loads but the weight: wrenches on bodies, forces on speeds."""
         loads = applied_forces(self.motion, weight=False)
         return loads.of_body, self.along_axes(loads.of_speed)
 
@@ -293,7 +292,6 @@ class _Tree:
         return columns, shifts
 
     def _loads_program(self) -> Program:
-        """Return -> Q (n) of all loads but the weight."""
         of_body, of_speed = self._loads
         forces = [a + b for a, b in zip(generalized_forces(self.motion, of_body), of_speed, strict=True)]
         return Trace("loads", arrays(self.mechanism)).finish({"forces": column(forces)})
@@ -421,7 +419,6 @@ class _Tree:
 
 
 def _letters(name: str, number: int) -> str:
-    """Return a name with a number in letters."""
     high, low = divmod(number, len(ascii_lowercase))
     return (_letters(name, high - 1) if high else f"{name}_") + ascii_lowercase[low]
 

@@ -383,7 +383,6 @@ def _entries(matrix: Sequence[Sequence[S]], beside: Sequence[Sequence[S]] | None
 
 
 def _least(measure: Callable[[ConstraintRow, Motion], list[S]], element: LawElement, motion: Motion) -> S:
-    """Return the least value of a measure of a contact."""
     found = [x for row in element.normals[:1] for x in measure(row, motion)]
     return reduce(minimum, found) if found else _ENDLESS
 

@@ -296,7 +296,6 @@ class _Local:
         return renamed
 
     def _leaf(self, leaf: Node) -> Node:
-        """Return the slot of the same array that stands for a leaf."""
         if leaf not in self.slots:
             array = leaf.data[0]
             self.slots[leaf] = slot(array, self.counts.setdefault(array, 0))
@@ -345,7 +344,6 @@ def _state_derivative(mechanism: Mechanism, like: LikeBodies) -> Program:
 
 
 def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
-    """Return the values that a body hands on in the passes of the state derivative."""
     kind = kinds[number]
     body, state = kind.body, kind.state
     w, a, alpha = vectors(read["motion"])
@@ -374,7 +372,6 @@ def _dynamics_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> V
 
 
 def _energies_of_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
-    """Return the motion that a body hands on, and its energies."""
     kind = kinds[number]
     moved, pose, gravity, handed = _motion_of_body(kind, read["motion"])
     mass = body_mass(kind.body, kind.state)
@@ -399,7 +396,6 @@ def scanned_normalize(mechanism: Mechanism, like: LikeBodies) -> Program | None:
 
 
 def _normalize_body(kinds: Sequence[BodyKind], number: int, read: Values) -> Values:
-    """Return a body's coordinates and the largest deviation of its quaternion and of those before."""
     body = kinds[number].body
     q = list(kinds[number].state.q[: len(body.q)])  # behind them stand those that its loads name
     largest = read["largest"][0]
@@ -459,7 +455,6 @@ def _numbers(part: Any) -> list[Any]:
 
 
 def _with_numbers(part: Any, numbers: Iterator[Any]) -> Any:
-    """Return a record like `part` with these numbers."""
     if is_dataclass(part) and not isinstance(part, type):
         new = {field.name: _with_numbers(getattr(part, field.name), numbers) for field in fields(part)}
         return replace(part, **new)

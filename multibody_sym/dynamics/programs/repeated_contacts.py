@@ -210,7 +210,6 @@ def alike_rows(mechanism: Mechanism) -> int:
 
 
 def _may_be_alike(element: LawElement) -> bool:
-    """Return whether a kind can name the surfaces of an element."""
     if any(row.surfaces is None for row in element.rows) or not element.unilateral:
         return False
     skins = element.surfaces or ()
@@ -444,7 +443,6 @@ class _Local:
         return self._done[part]
 
     def _leaf(self, leaf: Node) -> Node:
-        """Return the slot that stands for one of its declaration."""
         array = leaf.data[0]
         if array not in _OWN:
             raise _UnlikeError

@@ -141,16 +141,20 @@ def _state_derivative(mechanism: Mechanism, options: FunctionOptions) -> Program
 
 
 def _inverse_dynamics(mechanism: Mechanism, options: FunctionOptions) -> Program:
-    """Return (.., udot) -> forces (nu): of all joints, or of the `drives`.
+    """Return (.., udot) -> forces (nu): M udot + c - Q, the forces that the accelerations need on top of the loads.
 
-    Where rows only define forces, as of friction in joints, all joints are driven.
+    They are those of all joints, or of the `drives`; where rows only define forces, as of friction in joints, all
+    joints are driven. Raises ModelError where rows restrict the tree, whose forces are not determined.
     """
     drives = options.drives
     if mechanism.rows and not drives and not any(row.restricts for row in mechanism.rows):
         drives = tuple(body.joint_name for body in mechanism.bodies if body.u)
     if mechanism.rows and drives:
         return driven_dynamics_program(mechanism, drives)
-    return inverse_dynamics_program(mechanism)
+    _verify_tree(mechanism, "say which joints are driven (function(.., drives=[..])), ")
+    trace = _with_udot("inverse_dynamics", mechanism)
+    motion = economical_motion(mechanism, slot_state(mechanism))
+    return trace.finish({"forces": column(_needed_forces(motion, trace["udot"]))})
 
 
 def _bias(motion: Motion, _: FunctionOptions) -> Outputs:
@@ -417,17 +421,6 @@ def mass_matrix_program(mechanism: Mechanism) -> Program:
     trace = Trace("mass_matrix", arrays(mechanism))
     matrix = mass_matrix(economical_motion(mechanism, slot_state(mechanism)))
     return trace.finish({"mass_matrix": _matrix(matrix, len(matrix))})
-
-
-def inverse_dynamics_program(mechanism: Mechanism) -> Program:
-    """Return (.., udot) -> forces (nu): M udot + c - Q, the forces that the accelerations need on top of the loads.
-
-    Raises ModelError where rows restrict the tree, whose forces are not determined.
-    """
-    _verify_tree(mechanism, "say which joints are driven (function(.., drives=[..])), ")
-    trace = _with_udot("inverse_dynamics", mechanism)
-    motion = economical_motion(mechanism, slot_state(mechanism))
-    return trace.finish({"forces": column(_needed_forces(motion, trace["udot"]))})
 
 
 def _needed_forces(motion: Motion, udot: Sequence[S]) -> list[S]:

@@ -197,7 +197,6 @@ def _verify_met(blow: Blow, size: float) -> None:
 
 
 def _verify_begun(blow: Blow, size: float) -> None:
-    """Raise ModelError where rows that begin to hold do not close."""
     for owner, names in blow.impact.begins.items():
         missed = [
             (abs(float(row.gap)), name) for row, name in zip(blow.rows, blow.names, strict=True) if name in names
@@ -242,7 +241,6 @@ def _verify_strikes(blow: Blow, rows: OneWayRows) -> None:
 
 
 def _opening_speed(blow: Blow, element: LawElement) -> float:
-    """Return the speed at which an element opens before the impact."""
     return float(blow.rows[blow.names.index(element.normals[0].name)].phidot)
 
 

@@ -259,7 +259,6 @@ class _Decider:
         return True
 
     def _beside(self, leaf: Node, chance: random.Random) -> float:
-        """Return a value beside that at the start, for a slot."""
         here = float(self.there.state.slots.get(leaf, 0.0))
         if leaf.data[0] == "parameters" and here:
             return here * chance.uniform(0.7, 1.4)

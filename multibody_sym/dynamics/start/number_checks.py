@@ -40,7 +40,7 @@ from multibody_sym.mechanics.motion import (
     state_of,
 )
 from multibody_sym.mechanics.resolve import mechanism
-from multibody_sym.model.bodies import GROUND, Body
+from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.constraints import Distance, Rope
 from multibody_sym.model.forces import SpringDamper
 from multibody_sym.model.settings import Ask
@@ -119,7 +119,6 @@ def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[s
 
 
 def _welded_groups(mechanism: Mechanism, parameters: Sequence[float]) -> list[list[_Part]]:
-    """Return the moving bodies in welded groups."""
     q, u = [0.0] * len(mechanism.coordinates), [0.0] * len(mechanism.speeds)
     if any(varies(body) for body in mechanism.bodies):  # masses may name coordinates
         known = {slot("parameters", k): x for k, x in enumerate(parameters)}
@@ -228,18 +227,9 @@ Numbers = Mapping[Node, float]
 
 
 def _verify_ends(system: System, known: Numbers) -> None:
-    """Raise ModelError at the ends of planes that do not lie on them, by values of the parameters."""
     wrong = gathered()
-    for name, body in system.bodies.items():
-        for path, text in _ends_off_planes(body, known):
-            with wrong, at("bodies", name, "surfaces", *path):
-                raise ModelError(text, number="M114")
-    wrong.told()
-
-
-def _ends_off_planes(body: Body, known: Numbers) -> Iterator[tuple[tuple[object, ...], str]]:
-    """Yield the path of each end that does not lie on its plane, and how far off it is."""
-    for name, surface in body.surfaces.items():
+    surfaces = ((name, body, *pair) for name, body in system.bodies.items() for pair in body.surfaces.items())
+    for of_body, body, name, surface in surfaces:
         if surface.between is None or surface.plane is None:
             continue
         vectors = (surface.plane, surface.normal, *body.ends(surface.between))
@@ -253,11 +243,13 @@ def _ends_off_planes(body: Body, known: Numbers) -> Iterator[tuple[tuple[object,
             if abs(off) > _OFF * length:
                 place = ", ".join(f"{x + 0.0:.6g}" for x in end - off * upward)
                 side = "above" if off > 0.0 else "below"
-                yield (
-                    (name, "between", k),
-                    f"this end lies {abs(off):.3g} m {side} the plane: move it along the normal, to [{place}], or "
-                    "correct plane or normal",
-                )
+                with wrong, at("bodies", of_body, "surfaces", name, "between", k):
+                    raise ModelError(
+                        f"this end lies {abs(off):.3g} m {side} the plane: move it along the normal, to [{place}], or "
+                        "correct plane or normal",
+                        number="M114",
+                    )
+    wrong.told()
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -418,7 +410,6 @@ def _culprit(system: System) -> ModelError | None:
 
 
 def _parameters(base: Mechanism, values: Sequence[float]) -> dict[Node, float]:
-    """Return the values of declared parameters by their symbols."""
     pairs = zip(base.parameters, values, strict=True)
     return {symbol(entry.name): x for entry, x in pairs if entry.source is Source.DECLARED}
 

@@ -146,7 +146,6 @@ def start_beside(mechanism: Mechanism, begin: Start, values: Mapping[str, float]
 
 
 def _as_known(each: T, values: Mapping[str, float]) -> T:
-    """Return a coordinate or speed as known where it has a value here."""
     return replace(each, given=each.given or each.name in values, known=each.name in values)
 
 
@@ -304,7 +303,6 @@ def _verify_loads(motion: Motion) -> None:
 
 
 def _declared_state(mechanism: Mechanism, parameters: Sequence[float]) -> tuple[Floats, Floats]:
-    """Return q and u as declared, with unit quaternions."""
     values = {slot("parameters", i): value for i, value in enumerate(parameters)}
     found = []
     declared: Sequence[Coordinate | Speed] = (*mechanism.coordinates, *mechanism.speeds)

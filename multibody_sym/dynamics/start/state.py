@@ -331,7 +331,6 @@ def _nearly_closed(
 
 
 def _with_closed(base: Mechanism, near: Sequence[LawElement]) -> Mechanism:
-    """Return the mechanism in which these elements hold both ways."""
     rows = (*base.rows, *(element.normals[0] for element in near))
     return replace(base, rows=rows, parameters=base.parameters.with_rows(len(rows)))
 
@@ -372,6 +371,8 @@ def _verify_rough(problem: Posed, closing: Sequence[str]) -> None:
 
 _PASSES: Final = 8
 """Friction turns reactions by little: their signs settle at once, or not at all."""
+
+
 def given_mode(declared: Mechanism, begin: Start, words: Mapping[str, str]) -> Mode:
     """Return the mode with these words; elements without one are open, and friction without one sticks.
 
@@ -382,7 +383,13 @@ def given_mode(declared: Mechanism, begin: Start, words: Mapping[str, str]) -> M
     if not rubbing:
         return mode
     for _ in range(_PASSES):
-        found = _sides_at(base, begin, mode, rubbing)
+        mechanism = mechanism_in_mode(base, mode)
+        there = start_in_mode(mechanism, base, begin)
+        state = state_of(mechanism, float, 0.0, there.q, there.u, there.parameters)
+        forces = forward_dynamics(tree_dynamics_of(mechanism, state)).multipliers.tolist()
+        signs = {row.name: -1 if force < 0.0 else 1 for row, force in zip(mechanism.rows, forces, strict=True)}
+        normals = (row.name for element in rubbing for row in element.normals if row.name in signs)
+        found = {**mode.sides, **{name: signs[name] for name in normals}}
         if found == mode.sides:
             return mode
         mode = replace(mode, sides=found)
@@ -391,16 +398,3 @@ def given_mode(declared: Mechanism, begin: Start, words: Mapping[str, str]) -> M
         "mode; choose another one",
         number="N107",
     )
-
-
-def _sides_at(base: Mechanism, begin: Start, mode: Mode, rubbing: list[LawElement]) -> dict[str, int]:
-    """Return the sides of a mode, those of joints as their reactions are at the start."""
-    mechanism = mechanism_in_mode(base, mode)
-    there = start_in_mode(mechanism, base, begin)
-    state = state_of(mechanism, float, 0.0, there.q, there.u, there.parameters)
-    forces = forward_dynamics(tree_dynamics_of(mechanism, state)).multipliers.tolist()
-    signs = {row.name: -1 if force < 0.0 else 1 for row, force in zip(mechanism.rows, forces, strict=True)}
-    sides = dict(mode.sides)
-    for element in rubbing:
-        sides |= {row.name: signs[row.name] for row in element.normals if row.name in signs}
-    return sides

@@ -75,23 +75,6 @@ class _Place:
     of_branch: bool = False
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """An expression of time, the values of its other symbols, and the symbols that keep theirs, with the time."""
-
-    node: Node
-    known: tuple[tuple[Node, float], ...]
-    t_end: float
-    fixed: frozenset[Node]
-
-
-def _motion(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> _Motion:
-    """Return an expression of time with the values that it names alone, by which results are remembered."""
-    named = leaves([node], "symbol")
-    known = tuple((leaf, values[leaf]) for leaf in named if leaf in values)
-    return _Motion(node, known, t_end, frozenset(fixed & set(named)))
-
-
 def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -> None:
     """Raise ModelError, with path and time, where a prescribed motion jumps or has a pole, or its speed, before t_end.
 
@@ -103,7 +86,7 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
         of_constraint = path[0] == "constraints"
         if (of_constraint or path[2:3] == ("motion",)) and _T in leaves([node], "symbol"):
             of_speeds = of_constraint and isinstance(system.constraints[path[1]], VelocityConstraint)
-            jump = _first_jump(_motion(node, values, t_end, fixed), with_rate=not of_speeds)
+            jump = first_jump(node, values, t_end, fixed, with_rate=not of_speeds)
             if jump is not None:
                 with at(*path):
                     raise ModelError(
@@ -111,12 +94,17 @@ def verify_motions(system: System, values: Mapping[Node, float], t_end: float) -
                     )
 
 
-def first_jump(node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node]) -> Jump | None:
-    """Return the first jump or pole of an expression of time before t_end (s), None where there is none.
+def first_jump(
+    node: Node, values: Mapping[Node, float], t_end: float, fixed: Set[Node], *, with_rate: bool = False
+) -> Jump | None:
+    """Return the first jump or pole of an expression of time, or of its rate, before t_end (s); None where none is.
 
-    `values` by symbols; those that are `fixed` keep theirs, with the time.
+    `values` by symbols; those that are `fixed` keep theirs, with the time. Results are remembered by the values that
+    the expression names.
     """
-    return _first_jump(_motion(node, values, t_end, fixed), with_rate=False)
+    named = leaves([node], "symbol")
+    known = tuple((leaf, values[leaf]) for leaf in named if leaf in values)
+    return _first_jump(node, known, t_end, frozenset(fixed & set(named)), with_rate)
 
 
 def motions(system: System) -> list[Node]:
@@ -141,14 +129,15 @@ def _message(jump: Jump, what: str, of_speeds: bool) -> str:
 
 
 @lru_cache(maxsize=64)
-def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
-    """Return the first jump or pole of an expression of time, or of its rate; None where it has no value."""
-    node, values, t_end = motion.node, dict(motion.known), motion.t_end
+def _first_jump(
+    node: Node, known_values: tuple[tuple[Node, float], ...], t_end: float, fixed: frozenset[Node], with_rate: bool
+) -> Jump | None:
+    values = dict(known_values)
     nodes = {"value": node, "rate": derivative(node, _T)} if with_rate else {"value": node}
-    jumps = list(_jump_places(motion))
+    jumps = list(_jump_places(node, values, t_end))
     pole_places: list[_Place] = []
     for branch in poles(nodes.values(), _T):
-        if _T in (named := set(leaves([branch.switch], "symbol"))) and named <= motion.fixed:
+        if _T in (named := set(leaves([branch.switch], "symbol"))) and named <= fixed:
             pole_places += _branch_places(branch, values, t_end)
     found: list[Jump] = []
     for of, n in nodes.items():
@@ -169,19 +158,17 @@ def _first_jump(motion: _Motion, *, with_rate: bool) -> Jump | None:
     return max(earliest, key=lambda jump: jump.pole, default=None)
 
 
-def _jump_places(motion: _Motion) -> Iterator[_Place]:
-    """Yield the places at which an expression or its rate may jump."""
-    tables = {g for n in postorder([motion.node]) if n.op == "table" for g in at_knots(n)}
-    for g in switching_functions([motion.node]):
+def _jump_places(node: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
+    tables = {g for n in postorder([node]) if n.op == "table" for g in at_knots(n)}
+    for g in switching_functions([node]):
         if g not in tables and _T in leaves([g], "symbol"):
-            yield from _switch_places(g, dict(motion.known), motion.t_end)
-    for branch in branches([motion.node], _T):
+            yield from _switch_places(g, values, t_end)
+    for branch in branches([node], _T):
         if _T in leaves([branch.switch], "symbol"):
-            yield from _branch_places(branch, dict(motion.known), motion.t_end)
+            yield from _branch_places(branch, values, t_end)
 
 
 def _switch_places(g: Node, values: Mapping[Node, float], t_end: float) -> Iterator[_Place]:
-    """Yield the sign changes of a switching function."""
     exact = known_zeros(g, _T, values)
     times = islice(zeros(_of_time(g, values), t_end), _MOST_ZEROS) if exact is None else exact
     yield from (_Place(time, (_BESIDE * t_end,)) for time in times if 0.0 < time < t_end)
