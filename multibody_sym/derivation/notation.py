@@ -339,14 +339,20 @@ def _places(mechanism: Mechanism, symbols: Symbols) -> dict[Any, tuple[int, int]
     return places
 
 
+@dataclass(frozen=True, repr=False)
 class ReadableEquations:
     """The part that all kinds of derived equations share: how they are counted, resolved and shown."""
 
     method: str
     mechanism: Mechanism
+    symbols: Symbols
+    kinetic_energy: Any
+    potential_energy: Any
+    generalized_forces: tuple[Any, ...]
     equations: tuple[Equation, ...]
     definitions: tuple[tuple[Any, Any], ...]
     numbers: Mapping[Any, Any]
+    steps: Derivation
     notation: Notation
 
     @property

@@ -18,10 +18,8 @@ from numpy.typing import ArrayLike
 from multibody_sym.algebra.quotients import Budget
 from multibody_sym.algebra.simplify import Subexpressions, value_of
 from multibody_sym.derivation.notation import (
-    Derivation,
     Equation,
     Label,
-    Notation,
     ReadableEquations,
     Step,
     Symbols,
@@ -115,23 +113,12 @@ class SymbolicEquations(ReadableEquations):
     their part of the direction of the vector of all their multipliers.
     """
 
-    method: str
-    mechanism: Mechanism
-    symbols: Symbols
-    kinetic_energy: Any
-    potential_energy: Any
-    generalized_forces: tuple[Any, ...]
     mass_matrix: Any
     forcing: Any
     constraint_jacobian: Any
     constraint_forcing: Any
     constraints: tuple[Any, ...]
-    equations: tuple[Equation, ...]
     reactions: tuple[Any, ...]
-    definitions: tuple[tuple[Any, Any], ...]
-    numbers: Mapping[Any, Any]
-    steps: Derivation
-    notation: Notation
     constants: Mapping[Any, float] = field(default_factory=dict)
     exerted: Any = None
     coupling: Any = None
@@ -245,22 +232,11 @@ class CanonicalEquations(ReadableEquations):
     stay constant. `constants` as in `SymbolicEquations`.
     """
 
-    method: str
-    mechanism: Mechanism
-    symbols: Symbols
     momenta: tuple[Any, ...]
-    kinetic_energy: Any
-    potential_energy: Any
-    generalized_forces: tuple[Any, ...]
     function: Any
     speeds: Mapping[Any, Any]
     rates: tuple[tuple[Any, ...], tuple[Any, ...]]
     constraints: tuple[Any, ...]
-    equations: tuple[Equation, ...]
-    definitions: tuple[tuple[Any, Any], ...]
-    numbers: Mapping[Any, Any]
-    steps: Derivation
-    notation: Notation
     constants: Mapping[Any, float] = field(default_factory=dict)
     energy: Any = None
     effective_potential: Any = None
