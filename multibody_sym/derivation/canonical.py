@@ -72,7 +72,7 @@ from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative, gradient
 from multibody_sym.scalars.elementary import leaves, postorder
-from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.functions import evaluate, evaluate_float, substitute
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.scalars.vectors import S, factorize
@@ -152,9 +152,9 @@ def energy_terms(mechanism: Mechanism) -> EnergyTerms:
     speeds = [slot("u", k) for k in range(len(mechanism.speeds))]
     at_rest = dict.fromkeys(speeds, ZERO)
     linear = evaluate(gradient(kinetic, speeds), lambda leaf: at_rest.get(leaf, leaf))
-    (rest,) = evaluate([kinetic], lambda leaf: at_rest.get(leaf, leaf))
+    rest = substitute(kinetic, at_rest)
     matrix = [[as_node(x) for x in row] for row in mass_matrix(motion)]
-    return EnergyTerms(matrix, [as_node(x) for x in linear], as_node(rest), as_node(potential_energy(motion)))
+    return EnergyTerms(matrix, [as_node(x) for x in linear], rest, as_node(potential_energy(motion)))
 
 
 def reduce_energies(terms: EnergyTerms, replaced: Sequence[int], momenta: Sequence[S]) -> Reduction:

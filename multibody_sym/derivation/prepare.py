@@ -53,7 +53,7 @@ from multibody_sym.model.bodies import GROUND, Pose
 from multibody_sym.model.system import System, with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves, postorder
-from multibody_sym.scalars.functions import evaluate
+from multibody_sym.scalars.functions import evaluate, substitute
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.numbers import number
 from multibody_sym.scalars.vectors import ZERO_VECTOR, apply
@@ -139,7 +139,7 @@ def _without_zero_angles(mechanism: Mechanism, begin: Start) -> Mechanism:
     }
     if not zeros:
         return mechanism
-    rows = with_expressions(mechanism.rows, lambda node: evaluate([node], lambda x: zeros.get(x, x))[0])
+    rows = with_expressions(mechanism.rows, lambda node: substitute(node, zeros))
     return replace(mechanism, rows=rows)
 
 

@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from fractions import Fraction
-from functools import partial
 from itertools import combinations
 from math import inf, tau
 from typing import Any, Final
@@ -47,7 +46,7 @@ from multibody_sym.mechanics.row_records import RopeSlipRow, Row, Sliding
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import functions
 from multibody_sym.scalars.elementary import BUILD, leaves
-from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.functions import evaluate, evaluate_float, substitute
 from multibody_sym.scalars.node import PI, ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.vectors import S
 from multibody_sym.text.units import ENERGY, FORCE
@@ -74,8 +73,7 @@ class SymbolicState:
 
     def translated(self, mechanism: Mechanism, node: Node) -> Node:
         """Return an expression in the names of the model as one in this state's symbols; quantities stay."""
-        in_slots = evaluate([node], lambda leaf: mechanism.symbols.get(leaf, leaf))
-        return as_node(evaluate(in_slots, lambda leaf: self.state.slots.get(leaf, leaf))[0])
+        return substitute(substitute(node, mechanism.symbols), self.state.slots)
 
 
 def any_state(mechanism: Mechanism, begin: Start, start: State | None = None) -> SymbolicState:
@@ -550,7 +548,7 @@ class _SymbolicStart:
             ratio = y / x
             side = 1 if (x / across).sample * field.whole(ratio.below).sample > 0 else -1
             sides = [book_form(field.whole(part) * side) for part in (ratio.above, ratio.below)]
-            angle = BUILD["atan2"](*evaluate(sides, partial(_instead, q[slide], root)))
+            angle = BUILD["atan2"](*(substitute(side, {q[slide]: root}) for side in sides))
             turns = round((self.begin.q[turn] - evaluate_float([angle], self._sample)[0]) / tau)
             return {q[slide]: root, q[turn]: angle + 2 * turns * PI if turns else angle}
         return {}
@@ -618,10 +616,6 @@ class _SymbolicStart:
         wanted = [list(values)[k] for k in unknown]
         near = (_agrees(float(x.sample), value) for x, value in zip(found, wanted, strict=True))
         return dict(zip(unknown, map(book_form, found), strict=True)) if all(near) else None
-
-
-def _instead(letter: Node, value: Node, leaf: Node) -> Node:
-    return value if leaf is letter else leaf
 
 
 def _parts_by(row: Quotient, sine: Quotient, cosine: Quotient) -> tuple[Quotient, Quotient, Quotient] | None:

@@ -72,7 +72,7 @@ from multibody_sym.program.tree_passes import Bodies, Pass, Result, Values, scan
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, where
-from multibody_sym.scalars.functions import absolute, evaluate, maximum, sqrt
+from multibody_sym.scalars.functions import absolute, maximum, sqrt, substitute
 from multibody_sym.scalars.limits import room
 from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, less, slot
 from multibody_sym.scalars.vectors import (
@@ -241,7 +241,7 @@ class _Scan:
                 if leaf not in known:
                     there = [x.data[1] for x in known.values() if x.data[0] == leaf.data[0]]
                     known[leaf] = slot(leaf.data[0], 1 + max(there, default=-1))
-            pushed[len(kinds)] = [with_expressions(push, partial(_renamed, known)) for push in pushes]
+            pushed[len(kinds)] = [with_expressions(push, partial(substitute, meant=known)) for push in pushes]
             kind = kinds[chosen[body]]
             state = State(Node, kind.state.q, kind.state.u, {leaf: leaf for leaf in known.values()})
             chosen[body], atoms[body] = len(kinds), tuple(known)
@@ -343,10 +343,6 @@ class _Scan:
 
 def _array_name(word: str, number: int) -> str:
     return f"{word}_{''.join(chr(ord('a') + int(digit)) for digit in str(number))}"
-
-
-def _renamed(known: Mapping[Node, Node], node: Node) -> Node:
-    return as_node(evaluate([node], lambda leaf: known.get(leaf, leaf))[0])
 
 
 def _wrenches(pushes: Sequence[_Push], R_WB: Mat, columns: int, rows: int) -> tuple[list[Wrench], list[Wrench]]:

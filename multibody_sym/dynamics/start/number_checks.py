@@ -50,7 +50,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, postorder
-from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.functions import evaluate_float, substitute
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
 from multibody_sym.scalars.rank import TYPED, null_space
 from multibody_sym.scalars.vectors import ZERO_VECTOR
@@ -545,10 +545,10 @@ def _partial_values(system: System, mechanism: Mechanism) -> Iterator[Node]:
         named = leaves([written.node], "symbol", "quantity")
         if written.node.shadow is not None or not all(leaf in mechanism.symbols for leaf in named):
             continue
-        (node,) = evaluate([written.node], lambda leaf: known.get(leaf, leaf))
+        node = substitute(written.node, known)
         while any(leaf in inputs for leaf in leaves([node], "slot")):
-            (node,) = evaluate([node], lambda leaf: inputs.get(leaf, leaf))
-        (node,) = evaluate([node], lambda leaf: known.get(leaf, leaf))
+            node = substitute(node, inputs)
+        node = substitute(node, known)
         yield from (n for n in postorder([node]) if n.args and n.shadow is None and n.op not in _DEFINED)
         if node.shadow is None:
             yield node
