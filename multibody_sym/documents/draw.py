@@ -99,7 +99,6 @@ def draw(
 
 
 def _written(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
-    """Return a figure, written to a path if one is given."""
     if path is not None:
         figure.write(path)
     return figure

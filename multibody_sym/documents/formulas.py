@@ -287,7 +287,7 @@ def math_element(content: str) -> str:
     """Return a `<math>` element, its fractions as large as in a line of their own; one that paper is too narrow for
     says to which part it is set there (`--part`)."""
     letters = len(_SHOWN.sub("", content))
-    wide = _letters_across(content) if letters > _PAPER else 0
+    wide = _across(ElementTree.fromstring(f"<math>{content}</math>")) if letters > _PAPER else 0
     part = f' class="wide" style="--part:{_PAPER / wide:.2f}"' if wide > _PAPER else ""
     return f'<math displaystyle="true"{part}>{content}</math>'
 
@@ -296,12 +296,8 @@ _PAPER: Final = 75
 """Letters and signs that a line of paper has room for."""
 
 
-def _letters_across(content: str) -> int:
-    """Return how many letters stand beside each other, of a fraction those of its longer side."""
-    return _across(ElementTree.fromstring(f"<math>{content}</math>"))
-
-
 def _across(element: ElementTree.Element) -> int:
+    """Return how many letters stand beside each other, of a fraction those of its longer side."""
     each = [_across(child) for child in element]
     inside = max(each, default=0) if element.tag in ("mfrac", "mtable", "mover") else sum(each)
     return inside + len((element.text or "").strip())

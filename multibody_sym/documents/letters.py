@@ -71,8 +71,9 @@ class SystemLetters:
     def value(self, name: str, value: Value, *, formula: bool = True) -> Formula:
         """Return `name = formula = number unit`; no formula where it is that number, or is not asked for."""
         sides: tuple[Any, ...] = (self.label(name),)
-        if formula and value.expression is not None and value.unique and not _is_number(value.expression):
-            sides = (*sides, self.expression(value.expression))
+        found = value.expression if formula and value.unique else None
+        if found is not None and leaves([found], "symbol", "quantity"):
+            sides = (*sides, self.expression(found))
         number = None if value.value is None else Quantity(value.value, value.unit, value.error)
         return Formula(sides, value=number)
 
@@ -161,7 +162,3 @@ _RESIDUALS: Final = {"phi": r"\varphi", "phidot": r"\dot{\varphi}", "phiddot": r
 _WRITTEN: Final = {"<": "<", ">": ">", "<=": "\u2264", ">=": "\u2265"}
 _ENGLISH: Final = frozenset("a at by force in is load of on rod spring mass torque work".split())
 """Names that may be words of a sentence."""
-
-
-def _is_number(node: Node) -> bool:
-    return not (leaves([node], "symbol") or leaves([node], "quantity"))

@@ -44,7 +44,6 @@ from multibody_sym.mechanics.changes import with_overrides, with_values
 from multibody_sym.model.argument_checks import door, flag, text, whole_number
 from multibody_sym.model.run_options import MODEL_OVERRIDES, RunOptions, spelled_out
 from multibody_sym.model.system import System, angles_of, verify_system
-from multibody_sym.motion.results.trajectory import Trajectory
 from multibody_sym.pictures.draw import Figure
 from multibody_sym.pictures.page.files import figure_content, svg, tikz
 from multibody_sym.program.target_layout import fill_template, template_text
@@ -134,15 +133,10 @@ class ReportHtml(HtmlWriter):
         run = film.run
         moving = answer(lambda: player(run, frames_of(run), None, None, None, self.units, 1.0))
         screen = self.block(moving) if isinstance(moving, Missing) else moving
-        plot = answer(lambda: _plot(run, self.units))
-        curves = "" if isinstance(plot, Missing) else f'<figure><img alt="the motion over time" src="{plot}"></figure>'
+        plot = answer(lambda: base64.b64encode(figure_content(run.plot(None, self.units), "svg")).decode("ascii"))
+        image = f'<img alt="the motion over time" src="data:image/svg+xml;base64,{plot}">'
+        curves = "" if isinstance(plot, Missing) else f"<figure>{image}</figure>"
         return f'<div class="screen">{screen}</div><div class="paper">{self._pictures(film.stills)}{curves}</div>'
-
-
-def _plot(run: Trajectory, units: Any) -> str:
-    """Return the plot of a run as the address of an image."""
-    content = base64.b64encode(figure_content(run.plot(None, units), "svg")).decode("ascii")
-    return f"data:image/svg+xml;base64,{content}"
 
 
 _PACKAGES: Final = ("textcomp", "longtable", "tikz")
@@ -451,14 +445,11 @@ def _varied(system: System) -> list[_Varied]:
     texts: dict[tuple[Decimal, str], list[str]] = {}
     for name, parameter in system.parameters.items():
         given = parameter.given("value")
-        typed = None if name in falls or isinstance(given, bool) else _NUMBER.fullmatch(_text_of(given))
+        told = str(given).strip() if isinstance(given, (str, int, float)) and not isinstance(given, bool) else ""
+        typed = None if name in falls else _NUMBER.fullmatch(told)
         if typed is not None and Decimal(typed[1]) and (typed[2] or "." in typed[1]):
             texts.setdefault((Decimal(typed[1]), typed[2] or ""), []).append(name)
     return [_Varied(tuple(names), *key) for key, names in texts.items()]
-
-
-def _text_of(given: Any) -> str:
-    return str(given).strip() if isinstance(given, (str, int, float)) else ""
 
 
 def _kind(system: System) -> Any:

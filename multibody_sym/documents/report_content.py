@@ -332,9 +332,9 @@ def sections(found: Findings, units: Units, letters: SystemLetters) -> list[Sect
         "Motion": content.motion,
         "Details": content.details,
     }
-    told = {title: _told(part) for title, part in parts.items()}
-    top = Section("", (*content.question(), *_blocks(told.pop("Answer"))))
-    return [top, *(Section(title, _blocks(blocks)) for title, blocks in told.items() if blocks != ())]
+    told = {title: _blocks(part) for title, part in parts.items()}
+    top = Section("", (Statement(tuple(content.asked.paragraphs)), content.figure, *told.pop("Answer")))
+    return [top, *(Section(title, blocks) for title, blocks in told.items() if blocks)]
 
 
 def exercise_sections(found: Findings, units: Units, letters: SystemLetters) -> list[Section]:
@@ -342,9 +342,8 @@ def exercise_sections(found: Findings, units: Units, letters: SystemLetters) -> 
     content = _Content(found, units, letters)
     facts = tuple((told, "") for told, _ in content.asked.paragraphs if told)
     asked = tuple(("", question) for _, question in content.asked.paragraphs if question)
-    figure = found.figure if isinstance(found.figure, Missing) else Pictures({"": found.figure})
     return [
-        Section("", (Statement(facts), figure)),
+        Section("", (Statement(facts), content.figure)),
         Section("Given", tuple(content.givens())),
         *([Section("Asked", (Statement(asked),))] if asked else []),
     ]
@@ -354,15 +353,12 @@ def answer_sections(found: Findings, units: Units, letters: SystemLetters) -> li
     """Return the givens and the answers alone: a sheet for whoever corrects."""
     content = _Content(found, units, letters)
     statement = Statement(tuple(content.asked.paragraphs))
-    answers = _blocks(answer(lambda: tuple(content.answers())))
-    return [Section("", (statement, *answers)), Section("Given", tuple(content.givens()))]
+    return [Section("", (statement, *_blocks(content.answers))), Section("Given", tuple(content.givens()))]
 
 
-def _told(part: Callable[[], Iterator[Block]]) -> tuple[Block, ...] | Missing:
-    return answer(lambda: tuple(part()))
-
-
-def _blocks(found: tuple[Block, ...] | Missing) -> tuple[Block, ...]:
+def _blocks(part: Callable[[], Iterator[Block]]) -> tuple[Block, ...]:
+    """Return the blocks of a part of a report, or the reason why there are none."""
+    found = answer(lambda: tuple(part()))
     return (found,) if isinstance(found, Missing) else found
 
 
@@ -397,9 +393,9 @@ class _Content:
 
     # --- the question and its answers ------------------------------------------------------------------------------
 
-    def question(self) -> Iterator[Block]:
-        yield Statement(tuple(self.asked.paragraphs))
-        yield self.found.figure if isinstance(self.found.figure, Missing) else Pictures({"": self.found.figure})
+    @property
+    def figure(self) -> Block:
+        return self.found.figure if isinstance(self.found.figure, Missing) else Pictures({"": self.found.figure})
 
     def answers(self) -> Iterator[Block]:
         """Yield the box: answers to `ask`, or results that the question names; what it asks of a motion."""
@@ -436,7 +432,7 @@ class _Content:
         sizes = [abs(line.value.number) for line in told if line.value is not None]
         least = _ROUNDING * max(sizes, default=0.0)
         lines = [line for line in told if line.value is not None and abs(line.value.number) > least]
-        moves = any(self._moves(line, worked) for line in lines)
+        moves = any(line.sides and worked.notation.text(line.sides[0]).endswith("'") for line in lines)
         assert self.solved is not None
         still: list[Block] = []
         if self.solved.impact is None and not moves and len(lines) < len(told):
@@ -444,9 +440,6 @@ class _Content:
             still.append(Sentence((words,)))
         shown = sorted(lines, key=lambda line: self._rank(line, worked))[:_MOST_ANSWERS]
         return [*still, BlocksInLetters(worked.notation, tuple(self._short(line, worked) for line in shown))]
-
-    def _moves(self, line: Formula, worked: Worked) -> bool:
-        return bool(line.sides) and worked.notation.text(line.sides[0]).endswith("'")
 
     def _rank(self, line: Formula, worked: Worked) -> int:
         """Return the place of a result among the answers: accelerations or speeds, tensions, contacts, joints."""
@@ -510,18 +503,15 @@ class _Content:
             told.append(Sentence((str(run.stop["element"]), *self._when(run.t_final))))
         ends = self.found.system.simulation.t_end is not Settings().t_end
         if self.solved is None or run.stop is not None or ends:
-            told += self._end_of(run)[:_MOST_ANSWERS]
+            known = run.ready.told.state_units
+            values = [*{**run.final["speeds"], **run.final["coordinates"]}.items()][:_MOST_ANSWERS]
+            for name, x in values:
+                number, when = Quantity(x, known[name]), self._when(run.t_final)
+                told.append(Formula((self.letters.label(name),), value=number, after=when))
         return told
 
     def _when(self, t: float, error: float = 0.0) -> Words:
         return " at ", self.letters.label("t"), " = ", Quantity(t, "s", error)
-
-    def _end_of(self, run: Trajectory) -> list[Block]:
-        """Return the speeds at the end of a run and where it came to."""
-        when = self._when(run.t_final)
-        known = run.ready.told.state_units
-        values = {**run.final["speeds"], **run.final["coordinates"]}
-        return [Formula((self.letters.label(n),), value=Quantity(x, known[n]), after=when) for n, x in values.items()]
 
     # --- what is given, and the solution ---------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, Final
@@ -37,7 +37,11 @@ _SINGULAR: Final = "singular position"
 
 def run_summary(run: Trajectory, units: Units = SI) -> str:
     """Return how the run was done, where it ended, and how well energy and constraints were kept, in chosen units."""
-    parts = run_parts(run, units) | {"end": [f"at t = {_end_time(run, units)}:", *_end(run, units)]}
+    both = end_values(run)
+    width = max((len(name) for each in both for name in each), default=0)
+    asked, whole = ([f"  {name:{width}} {_end_text(x, units)}" for name, x in each.items()] for each in both)
+    end = [f"at t = {_end_time(run, units)}:", *asked, *_shortened(whole)]  # all outputs, for they were asked for
+    parts = run_parts(run, units) | {"end": end}
     order = ("method", "start", "end", "energy", "constraints", "withheld", "events", "remarks")
     return "\n".join(line for part in order for line in parts[part])
 
@@ -93,21 +97,6 @@ def _end_time(run: Trajectory, units: Units) -> str:
     return _time(run.t_final, units) if run.stop is None else _found_time(run, run.t_final, units)
 
 
-def _outputs(run: Trajectory, error: float) -> Iterator[tuple[str, Quantity]]:
-    """Yield the outputs at the end, whose relative error is that of the state; nan where one has no value."""
-    for name, values in run.outputs.items():
-        value = float(values[-1]) if len(values) else math.nan
-        told = 0.0 if _is_nothing(run, value) else value
-        yield name, Quantity(told, run.output_units[name], error * abs(told))
-
-
-def _state_error(run: Trajectory, errors: Mapping[str, float]) -> float:
-    """Return the largest error of the state, relative to the largest value of the same name along the run."""
-    courses: Mapping[str, Floats] = {**run.coordinates, **run.speeds}
-    sizes = {name: float(np.max(np.abs(courses[name]), initial=0.0)) for name in errors}
-    return max((min(error / sizes[name], 1.0) for name, error in errors.items() if sizes[name]), default=0.0)
-
-
 def end_values(run: Trajectory) -> tuple[dict[str, Quantity], dict[str, Quantity]]:
     """Return the outputs at the end of a run, and its state, by name, with their errors."""
     known = run.ready.told.state_units
@@ -117,15 +106,16 @@ def end_values(run: Trajectory) -> tuple[dict[str, Quantity], dict[str, Quantity
         name: Quantity(0.0 if _is_nothing(run, value) else value, known[name], errors.get(name, 0.0))
         for name, value in values.items()
     }
-    return dict(_outputs(run, _state_error(run, errors))), state
-
-
-def _end(run: Trajectory, units: Units) -> list[str]:
-    """Return the outputs at the end, all of them, for they were asked for; then the state."""
-    both = end_values(run)
-    width = max((len(name) for each in both for name in each), default=0)
-    asked, whole = ([f"  {name:{width}} {_end_text(x, units)}" for name, x in each.items()] for each in both)
-    return [*asked, *_shortened(whole)]
+    # the outputs have the largest error of the state, relative to the largest value of the same name along the run
+    courses: Mapping[str, Floats] = {**run.coordinates, **run.speeds}
+    sizes = {name: float(np.max(np.abs(courses[name]), initial=0.0)) for name in errors}
+    part = max((min(error / sizes[name], 1.0) for name, error in errors.items() if sizes[name]), default=0.0)
+    outputs = {}
+    for name, course in run.outputs.items():  # nan where one has no value
+        value = float(course[-1]) if len(course) else math.nan
+        told = 0.0 if _is_nothing(run, value) else value
+        outputs[name] = Quantity(told, run.output_units[name], part * abs(told))
+    return outputs, state
 
 
 def _end_text(value: Quantity, units: Units) -> str:
@@ -264,7 +254,9 @@ def _events(run: Trajectory, units: Units) -> dict[str, list[str]]:
 
 def _change_lines(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: Units) -> list[str]:
     """Return a line for each change; successive changes alike stand in one, of very many all that are alike."""
-    named = [(f"{x['element']} {_change_words(x)}", x["t"]) for x in changes]
+    several = f"one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
+    kinds = [f"{x['taken']}, {several}" if x["kind"] == SEVERAL else x["kind"] for x in changes]
+    named = [(f"{x['element']} {kind}", x["t"]) for x, kind in zip(changes, kinds, strict=True)]
     successive = [(words, [t for _, t in each]) for words, each in groupby(named, key=itemgetter(0))]
     if len(successive) > _MOST_LINES:
         alike: dict[str, list[float]] = {}
@@ -279,12 +271,6 @@ def _change_lines(run: Trajectory, changes: Sequence[Mapping[str, Any]], units: 
         else:
             lines.append(f"  t = {told[0]} to {told[-1]}: {words}, {len(times)} times")
     return _shortened(lines)
-
-
-def _change_words(change: Mapping[str, Any]) -> str:
-    if change["kind"] != SEVERAL:
-        return str(change["kind"])
-    return f"{change['taken']}, one of {SEVERAL}: the laws leave several motions, and nothing says which one happens"
 
 
 def _warning_text(kind: str, element: str, t: str) -> str:

@@ -154,7 +154,7 @@ def _solution_lines(solution: Solution, units: Units) -> list[str]:
     limits = {condition: broken for condition, broken in solution.limits.items() if broken is not None}
     sections: dict[str, Iterable[str]] = {
         SEVERAL_MOTIONS: several,
-        "answers": [f"{name} = {value.told(units)}" for name, value in solution.answers.items()],
+        "answers": _equations(solution.answers, units),
         _STATES: [*solution.found, *(f"{how}: a little further on {x}" for x, how in solution.at_limit.items())],
         **({} if solution.impact is None else impact_lines(solution.impact, units)),
         "at rest": ["constraints leave no freedom"] if solution.at_rest else [],
@@ -180,9 +180,7 @@ def _solution_lines(solution: Solution, units: Units) -> list[str]:
             solution.withheld, solution.withheld_reasons
         ),
         "conditions": [f"{x}, else {limits[x]}" if x in limits else x for x in solution.conditions],
-        "start values that follow from the constraints": [
-            f"{name} = {value.told(units)}" for name, value in solution.assembled.items()
-        ],
+        "start values that follow from the constraints": _equations(solution.assembled, units),
         _WHERE: list(_where(solution, primes, units)),
         "notes": solution.notes,
     }

@@ -96,14 +96,6 @@ MOST_LENGTHS: Final = 12
 _CENTRE: Final = ".com"
 
 
-def notes(shown: FigureContent) -> Iterator[LegendLine]:
-    """Yield what is to be said of forces that are not unique: dashed ones, and those that are left out."""
-    if any(arrow.open for arrow in shown.reactions):
-        yield from legend_lines("not unique", "dashed: not unique, other values would do as well", ())
-    if shown.undrawn:
-        yield from legend_lines("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
-
-
 def in_legend(scene: Scene) -> tuple[Scene, list[LegendLine]]:
     """Return a scene without the places of centres of mass, and these as a legend, where more lengths are named.
 
@@ -237,20 +229,16 @@ def scene_marks(
     if names == "none":
         found = [mark for mark in found if not isinstance(mark, AngleArc)]
     asked = [letters(each.letter) for each in scene.givens if each.name in scene.asked]
-    return [_ranked(mark, asked) for mark in found]
+    for k, mark in enumerate(found):
+        if isinstance(mark, Wish):
+            rank = _SMALL_NAME if mark.runs[0][1] == "small" else _RANKS.get(mark.role, 1)
+            found[k] = replace(mark, rank=0 if any(contains(mark.runs, each) for each in asked) else rank)
+    return found
 
 
 _RANKS: Final = {"force": 1, "torque": 1, "coordinate": 2, "angle": 3, "dimension": 4}
 """Which letters find room first, after those that are asked; bodies, springs and contacts come with forces."""
 _SMALL_NAME: Final = 5
-
-
-def _ranked(mark: Mark, asked: Sequence[Runs]) -> Mark:
-    """Return a mark with the rank of its letters."""
-    if not isinstance(mark, Wish):
-        return mark
-    rank = _SMALL_NAME if mark.runs[0][1] == "small" else _RANKS.get(mark.role, 1)
-    return replace(mark, rank=0 if any(contains(mark.runs, each) for each in asked) else rank)
 
 
 def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
@@ -340,7 +328,12 @@ def _marks(scene: Scene, placed: Placed, projection: Projection, shown: FigureCo
     found += cone_marks(Sheet(lettered, placed, lettered.at(), projection), shown.cones)
     if names != "none":
         told.extend(givens_not_drawn(scene, [*found, *told], dimensions=shown.dimensions))
-    return [*found, *told, *notes(shown)]
+    # what is to be said of forces that are not unique: dashed ones, and those that are left out
+    if any(arrow.open for arrow in shown.reactions):
+        told += legend_lines("not unique", "dashed: not unique, other values would do as well", ())
+    if shown.undrawn:
+        told += legend_lines("undrawn", "not unique, so not drawn: ", [letters(each) for each in shown.undrawn])
+    return [*found, *told]
 
 
 _DROP: Final = 40.0
@@ -349,7 +342,8 @@ _DROP: Final = 40.0
 
 def _largest_scale(scene: Scene) -> float:
     """Return the scale (pt/m) at which faces and springs are no larger than the masses without a size beside them."""
-    drops = [item.form for item in scene.items if isinstance(item.form, Sphere) and _has_mist(scene, item.body)]
+    misty = {item.body for item in scene.items if item.symbol is not None and item.symbol.kind == "mist"}
+    drops = [item.form for item in scene.items if isinstance(item.form, Sphere) and item.body in misty]
     if drops:
         return min(_DROP / drop.radius for drop in drops)
     bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
@@ -362,10 +356,6 @@ def _largest_scale(scene: Scene) -> float:
             heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
     loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
-
-
-def _has_mist(scene: Scene, body: int) -> bool:
-    return any(i.symbol is not None and (i.symbol.kind, i.body) == ("mist", body) for i in scene.items)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import base64
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from html import escape
 from itertools import cycle, groupby
@@ -53,6 +53,7 @@ from multibody_sym.pictures.page.picture import (
     Wanted,
     Wish,
     box_of,
+    fields_of,
     letters,
     simple,
 )
@@ -162,7 +163,8 @@ def animate(
         raise ArgumentError(f"speed: expected a positive number, got {shown_value(speed)}")
     names = _names(trace)
     content = player(run, frames, names, view, show, chosen_units(units), fast)
-    found = Animation(frames, page(run, content), view, tuple(names or ()))
+    whole = page(run.ready.mechanism.name, run.ready.system.description, content)
+    found = Animation(frames, whole, view, tuple(names or ()))
     if path is not None:
         found.write(path, on_progress)
     return found
@@ -177,13 +179,12 @@ def _names(trace: str | Sequence[str] | None) -> list[str] | None:
     return [name.strip() for name in names]
 
 
-def page(run: Samples, content: str) -> str:
-    """Return the whole page of an animation around its player: its name, what the model says of itself, the player."""
-    name, statement = escape(run.ready.mechanism.name), run.ready.system.description
-    said = f"<p>{escape(statement)}</p>" if statement else ""
-    style = template_text("html/animation.css") + template_text("html/alone.css")
-    body = f'<main class="alone"><h1>{name}</h1>{said}{content}</main>'
-    return fill_template("html/page.html.in", title=name, style=style, body=body)
+def page(name: str, statement: str | None, content: str, *styles: str) -> str:
+    """Return a whole page around its player: the name of a model, what it says of itself, the player."""
+    title, said = escape(name), f"<p>{escape(statement)}</p>" if statement else ""
+    style = "".join(template_text(f"html/{name}.css") for name in ("animation", "alone", *styles))
+    body = f'<main class="alone"><h1>{title}</h1>{said}{content}</main>'
+    return fill_template("html/page.html.in", title=title, style=style, body=body)
 
 
 def player(
@@ -197,11 +198,7 @@ def player(
 ) -> str:
     """Return the player as a part of a page: stage, controls, plots, data and scripts."""
     projection = frames.projection(view)
-    traces = frames.traced(trace)
-    stage = plane_stage if projection.flat else space_stage
-    drawn, motion = stage(frames, projection, list(traces.values()))
-    for k, (name, point) in enumerate(zip(traces, motion["traces"], strict=True)):
-        point |= {"runs": letters(name), "colour": PATHS[k % len(PATHS)]}
+    drawn, motion = drawn_stage(frames, projection, trace)
     times = [short(float(t)) for t in frames.times]
     curves = plot_data(plot_of({"": run}, units, outputs_and_places(run) if show is None else show), units)
     data = json_in_page({"times": times, **motion, "plot": curves})
@@ -213,13 +210,30 @@ def player(
         kind=kind,
         title=escape(run.ready.mechanism.name),
         drawn=drawn,
-        speeds="".join(f'<option value="{x:g}"{" selected" if x == speed else ""}>{x:g} x</option>' for x in speeds),
+        speeds=speed_options(speeds, speed),
         whole=" selected" if trace else "",
         follow="true" if motion.get("follow") else "false",
         data=data,
         library="" if projection.flat else f"<script>{three()}</script>",
         scripts="".join(template_text(f"html/{name}.js") for name in parts),
     )
+
+
+def drawn_stage(
+    frames: Frames, projection: Projection, trace: Sequence[str] | None
+) -> tuple[str, dict[str, Any]]:
+    """Return a stage and its data; traced points have the colours of their paths."""
+    traces = frames.traced(trace)
+    stage = plane_stage if projection.flat else space_stage
+    drawn, data = stage(frames, projection, list(traces.values()))
+    for k, (name, point) in enumerate(zip(traces, data["traces"], strict=True)):
+        point |= {"runs": letters(name), "colour": PATHS[k % len(PATHS)]}
+    return drawn, data
+
+
+def speed_options(speeds: Iterable[float], chosen: float) -> str:
+    """Return the options of a choice of speeds."""
+    return "".join(f'<option value="{x:g}"{" selected" if x == chosen else ""}>{x:g} x</option>' for x in speeds)
 
 
 def json_in_page(data: Any) -> str:
@@ -527,8 +541,7 @@ def _simple(mark: Mark) -> list[Simple]:
         start, end = np.asarray(placed.points, dtype=float)
         along, deep = (end - start) / _length(placed.points), placed.tick * np.sqrt(0.5)
         away = placed.side * np.array([-along[1], along[0]]) * deep / 2
-        named: dict[str, Any] = {"role": placed.role, "name": placed.name, "layer": placed.layer, "depth": placed.depth}
-        ticks = Pen(deep, placed.pen.colour, (_TICK, placed.gap - _TICK))
+        named, ticks = fields_of(placed), Pen(deep, placed.pen.colour, (_TICK, placed.gap - _TICK))
         return [Stroke(placed.points, placed.pen, **named), Stroke(placed.points + away, ticks, **named)]
     return [] if isinstance(placed, Wanted) else simple(placed)
 

@@ -241,7 +241,9 @@ def film(
     def images() -> Iterator[Any]:
         for done, k in enumerate(at):
             show(done / count)
-            yield _image(frames, window, moved[k], [_path(way[: k + 1], colour) for way, colour in paths], int(k))
+            below: dict[str, Any] = {"role": "", "name": "", "layer": LAYER_GROUND, "depth": -np.inf}
+            ways = [Stroke(way[: k + 1], Pen(_PATH, colour), **below) for way, colour in paths]
+            yield _image(frames, window, moved[k], ways, int(k))
 
     return _gif(images(), span / count) if ending == ".gif" else _mp4(images(), count / span if span else _RATE)
 
@@ -261,11 +263,6 @@ def _image(frames: Frames, window: ViewWindow, sheet: Sheet, paths: Iterable[Str
         paper = [] if frames.stays_near_a_face else list(_squared_paper(window.size, shift))
         drawn = [*paper, *(_cut(mark, window.size) for mark in drawn)]
     return pixels(Picture(float(width), float(height), drawn, frames.scene.name), _DOTS)
-
-
-def _path(points: Floats, colour: str) -> Stroke:
-    """Return the path of a point as a line below all that moves."""
-    return Stroke(points, Pen(_PATH, colour), role="", name="", layer=LAYER_GROUND, depth=-np.inf)
 
 
 def _squared_paper(size: tuple[float, float], shift: Floats) -> Iterator[Stroke]:

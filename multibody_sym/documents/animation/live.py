@@ -13,11 +13,11 @@ import numpy as np
 
 from multibody_sym.derivation.derive import derive
 from multibody_sym.documents.animation.animate import (
-    PATHS,
+    drawn_stage,
     framed,
     json_in_page,
-    plane_stage,
-    space_stage,
+    page,
+    speed_options,
     three,
 )
 from multibody_sym.documents.animation.frames import ARC, Frames, frames_of
@@ -163,7 +163,7 @@ def _page(system: System, model: ExportedModel, frames: Frames, projection: Proj
         kind=kind,
         title=escape(system.name),
         drawn=drawn,
-        speeds="".join(f'<option value="{x:g}"{" selected" if x == 1.0 else ""}>{x:g} x</option>' for x in _SPEEDS),
+        speeds=speed_options(_SPEEDS, 1.0),
         equations=_equations(system),
         hint="Drag a body to where the motion shall begin." if projection.flat else "Drag to turn the view.",
         kept=_kept_sizes(system, [table["parameters"][k]["name"] for k in shown]),
@@ -172,13 +172,7 @@ def _page(system: System, model: ExportedModel, frames: Frames, projection: Proj
         scripts="".join(template_text(f"html/{name}.js") for name in (*_SCRIPTS, kind, "live")),
         model=_script(texts["model.mjs"]) + _script(texts["integrate.mjs"]),
     )
-    statement = f"<p>{escape(system.description)}</p>" if system.description else ""
-    return fill_template(
-        "html/page.html.in",
-        title=escape(system.name),
-        style="".join(template_text(f"html/{name}.css") for name in ("animation", "alone", "live")),
-        body=f'<main class="alone"><h1>{escape(system.name)}</h1>{statement}{body}</main>',
-    )
+    return page(system.name, system.description, body, "live")
 
 
 def _script(module: str) -> str:
@@ -272,11 +266,7 @@ def _anchored(motion: Motion, anchor: Anchor) -> Vec:
 
 def _stage(frames: Frames, projection: Projection) -> tuple[str, dict[str, Any]]:
     """Return the drawn stage and its data; on a plane one also how the world lies on the page (pt)."""
-    traces = frames.traced(None)
-    stage = plane_stage if projection.flat else space_stage
-    drawn, data = stage(frames, projection, list(traces.values()))
-    for k, (name, point) in enumerate(zip(traces, data["traces"], strict=True)):
-        point |= {"runs": letters(name), "colour": PATHS[k % len(PATHS)]}
+    drawn, data = drawn_stage(frames, projection, None)
     if not projection.flat:
         return drawn, data
     scene, home, seen = frames.scene, frames.placed[0], frames.window(projection).projection

@@ -42,7 +42,6 @@ from multibody_sym.pictures.page.picture import (
     Mark,
     Pen,
     Run,
-    Simple,
     Stroke,
     Wish,
     formula,
@@ -60,7 +59,7 @@ from multibody_sym.pictures.scene.items import (
     Sphere,
     Symbol,
     Vector,
-    across,
+    rim,
     unit,
 )
 from multibody_sym.records import dataclass
@@ -136,14 +135,6 @@ def zigzag(a: Floats, b: Floats) -> Floats:
     return np.vstack([a, turns, b])
 
 
-def _spring_marks(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
-    yield Stroke(zigzag(*pieces[0]), sheet.pen(placed.strand, SPRING), **named)
-
-
-def _damper(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, Any]) -> Iterator[Mark]:
-    yield from dashpot(pieces[0][0], pieces[0][1], sheet.pen(placed.strand, SPRING), named)
-
-
 def dashpot(a: Floats, b: Floats, pen: Pen, named: dict[str, Any]) -> Iterator[Mark]:
     """Yield a piston in a cup from a to b."""
     along, length = unit2(b - a), float(np.linalg.norm(b - a))
@@ -197,8 +188,12 @@ def _tie(sheet: Sheet, placed: PlacedStrand, pieces: Floats, named: dict[str, An
 
 
 STRANDS: Final[Mapping[str, Look]] = {
-    "spring": _spring_marks,
-    "damper": _damper,
+    "spring": lambda sheet, placed, pieces, named: iter(
+        [Stroke(zigzag(*pieces[0]), sheet.pen(placed.strand, SPRING), **named)]
+    ),
+    "damper": lambda sheet, placed, pieces, named: dashpot(
+        pieces[0][0], pieces[0][1], sheet.pen(placed.strand, SPRING), named
+    ),
     "spring_damper": _both,
     "rope": rope_marks,
     "rod": _rod,
@@ -235,8 +230,7 @@ _CLEAR: Final = 0.05
 
 def arrow_marks(sheet: Sheet, drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
     """Yield the arrows at bodies with their letters, those of loads where they cross the least that is `drawn`."""
-    placed = [mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow)) and mark.pen != HIDDEN]
-    lines = np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
+    lines = lines_of([mark for mark in drawn if getattr(mark, "pen", None) != HIDDEN])
     taken, rows = _Taken(), dict[str, list[Floats]]()
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         vector = now if np.any(now) else np.asarray(item.way)
@@ -372,36 +366,16 @@ def arrows_beside(sheet: Sheet, corner: Floats) -> Iterator[Mark]:
     for item, now in zip(sheet.scene.arrows, sheet.placed.vectors, strict=True):
         vector = now if np.any(now) else np.asarray(item.way)
         named: dict[str, Any] = {"role": item.role, "name": item.name, "layer": LAYER_ARROW}
-        if item.role == "gravity":
-            yield from _gravity(sheet, item, vector, named, corner)
-        elif item.role == "motion":
-            yield from _ground_motion(sheet, item, vector, named, corner)
-
-
-def _gravity(
-    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
-) -> Iterator[Mark]:
-    way = sheet.projection.page(vector)
-    size = float(np.linalg.norm(way)) / sheet.projection.scale
-    if size < 0.05 * float(np.linalg.norm(vector)):
-        return
-    top = corner + np.array([30.0, 0.0])
-    points = np.array([top, top + _GRAVITY * unit2(way)])
-    yield Arrow(points, THIN, **named)
-    yield Wish(points.mean(axis=0)[None, :], formula(item.label), prefer=(1.0, 0.0), **{**named, "layer": LAYER_TEXT})
-
-
-def _ground_motion(
-    sheet: Sheet, item: ArrowItem, vector: Floats, named: dict[str, Any], corner: Floats
-) -> Iterator[Mark]:
-    """Yield the direction in which ground moves, below that of gravity."""
-    way = sheet.projection.page(vector) / sheet.projection.scale
-    if float(np.linalg.norm(way)) < 0.05:
-        return
-    points = corner + np.array([30.0, -_GRAVITY - _MOVING]) + np.outer([-0.5, 0.5], _MOVING * unit2(way))
-    yield Arrow(points, VELOCITY, open=True, **named)
-    about, colour = points.mean(axis=0)[None, :], VELOCITY.colour
-    yield Wish(about, formula(item.label), prefer=(1.0, 0.0), colour=colour, **{**named, "layer": LAYER_TEXT})
+        way, moves = sheet.projection.page(vector) / sheet.projection.scale, item.role == "motion"
+        if item.role not in ("gravity", "motion") or np.linalg.norm(way) < 0.05 * (moves or np.linalg.norm(vector)):
+            continue
+        along, top = unit2(way), corner + np.array([30.0, 0.0])
+        points, pen = top + np.outer([0.0, _GRAVITY], along), THIN
+        if moves:  # below gravity
+            points, pen = top - [0.0, _GRAVITY + _MOVING] + np.outer([-0.5, 0.5], _MOVING * along), VELOCITY
+        yield Arrow(points, pen, open=moves, **named)
+        text: dict[str, Any] = {**named, "layer": LAYER_TEXT}
+        yield Wish(points.mean(axis=0)[None, :], formula(item.label), prefer=(1.0, 0.0), colour=pen.colour, **text)
 
 
 def _force(
@@ -452,12 +426,8 @@ def _torque(
     size = float(np.linalg.norm(vector))
     if size == 0.0:
         return
-    axis = np.array(unit(vector))
-    e1 = np.array(across(axis))
-    e2 = np.cross(axis, e1)
-    angles = np.linspace(-0.5, 4.0, 36)[:, None]
-    rim = np.cos(angles) * e1 + np.sin(angles) * e2
-    points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
+    ways = sheet.projection.page(rim(unit(vector), np.linspace(-0.5, 4.0, 36)))
+    points = at + radius * ways / sheet.projection.scale
     yield Arrow(points, pen, head=5.0, **named)
     yield Wish(points, formula(label), colour=pen.colour, **{**named, "layer": LAYER_TEXT})
 
@@ -489,13 +459,10 @@ def _spin(
     span = span if sheet.flat else _SPIN_IN_SPACE
     wheel = round_radius(sheet, item.at.body, at, axis)
     radius = max(radius, wheel + beyond) if wheel else radius
-    e1 = np.array(across(axis))
-    e2 = np.cross(axis, e1)
     tried = []
     for start in _STARTS:
-        angles = np.linspace(start, start + span, 16)[:, None]
-        rim = np.cos(angles) * e1 + np.sin(angles) * e2
-        points = at + radius * sheet.projection.page(rim) / sheet.projection.scale
+        ways = sheet.projection.page(rim(axis, np.linspace(start, start + span, 16)))
+        points = at + radius * ways / sheet.projection.scale
         count = sum(crossing_count(p, q, lines) for p, q in pairwise(points))
         tried.append((count - 1e-3 * float(points[:, 1].mean() - at[1]), points))
     _, points = min(tried, key=lambda each: each[0])
@@ -558,10 +525,6 @@ def free_axes(sheet: Sheet, drawn: Sequence[Mark]) -> Iterator[Mark]:
             yield from _counted_turn(sheet, item, form, named)
 
 
-def _parts(mark: Mark) -> Sequence[Simple]:
-    return simple(mark) if isinstance(mark, (Stroke, Arc, Hatch, Arrow)) else ()
-
-
 def _axes_of_equation(sheet: Sheet, item: Item, form: Axes, named: Mapping[str, Any]) -> Iterator[Mark]:
     """Yield the axes in which a curve has its equation, as thin arrows."""
     origin = sheet.at(item.body, form.at)
@@ -574,7 +537,8 @@ def _axes_of_equation(sheet: Sheet, item: Item, form: Axes, named: Mapping[str, 
 
 def lines_of(drawn: Sequence[Mark]) -> Floats:
     """Return the lines (n, 4) of marks that have their place."""
-    return np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in drawn for part in _parts(mark))])
+    placed = (mark for mark in drawn if isinstance(mark, (Stroke, Arc, Hatch, Arrow)))
+    return np.vstack([np.zeros((0, 4)), *(segments_of(part) for mark in placed for part in simple(mark))])
 
 
 def outline_drawn(sheet: Sheet, body: int, drawn: Sequence[Mark], place: Floats | None = None) -> Floats:
@@ -614,13 +578,11 @@ def clear_start(outline: Floats, way: Floats, lines: Floats) -> Floats:
     wedge = max(off) > _OFF_CORNER * min(front - back, high - low) > _ASIDE
     tried = [middle + x * along + y * side for x, y in ([*ends, *beside] if wedge else [*beside, *ends])]
     parts = np.linspace(0.0, _ROOM, 12)[:, None] * along
-    costs = [0.2 * k + float(_too_near(start + parts, lines)) for k, start in enumerate(tried)]
+    costs = [0.2 * k for k in range(len(tried))]
+    if len(lines):  # of each place the points of its arrow that have a line nearer than half of a letter's height
+        near = [distances(start + parts, lines).min(axis=1) < _ASIDE / 2 for start in tried]
+        costs = [cost + float(each.sum()) for cost, each in zip(costs, near, strict=True)]
     return np.asarray(tried[int(np.argmin(costs))])
-
-
-def _too_near(points: Floats, lines: Floats) -> int:
-    """Return how many of the points (m, 2) have a line nearer than half of a letter's height."""
-    return int((distances(points, lines).min(axis=1) < _ASIDE / 2).sum()) if len(lines) else 0
 
 
 def _counted_turn(sheet: Sheet, item: Item, form: Axes, named: dict[str, Any]) -> Iterator[Mark]:
@@ -647,11 +609,8 @@ def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
         way = unit2(sheet.way(item.body, symbol.axis), (0.0, 1.0))
         start = at - _AXES_BESIDE * left(way)
         return np.array([start, start + _DRIVEN * way])
-    e1 = np.array(across(symbol.axis))
-    e2 = np.cross(symbol.axis, e1)
-    angles = np.linspace(0.3, 4.6, 32)[:, None]
-    rim = [sheet.way(item.body, point) for point in np.cos(angles) * e1 + np.sin(angles) * e2]
-    found: Floats = at + _ABOUT * np.array(rim)
+    ways = [sheet.way(item.body, way) for way in rim(symbol.axis, np.linspace(0.3, 4.6, 32))]
+    found: Floats = at + _ABOUT * np.array(ways)
     return found
 
 

@@ -384,7 +384,8 @@ def _coordinate(sheet: Sheet, each: NamedLength, drawn: Sequence[Mark], label: s
 def angle_marks(sheet: Sheet, names: Names = "letters", drawn: Sequence[Mark] = ()) -> Iterator[Mark]:
     """Yield the angles of hinges and slopes: arcs in the plane, in space at the joint or at a `drawn` edge."""
     for each in sheet.scene.angles:
-        label = _label_now(sheet, each, names)
+        now = each.start_label if sheet.placed.time == 0.0 else ""  # the letter that the model gives it at the start
+        label = now or _own_label(each, names)
         if not label or not (each.coordinate or sheet.flat or not any(each.axis)):
             continue
         at = sheet.at(each.at.body, each.at.point) if each.coordinate else _foot(sheet, each, drawn)
@@ -451,8 +452,3 @@ def _turn_in_space(sheet: Sheet, each: AngleMark, at: Floats, label: str) -> Ite
     yield replace(arc, role="angle", name=each.name, layer=LAYER_ARROW)
     middle = points[len(points) // 2][None, :]
     yield Wish(middle, formula(label), role="angle", name=each.name, layer=LAYER_TEXT)
-
-
-def _label_now(sheet: Sheet, each: AngleMark, names: Names) -> str:
-    """Return what stands at an angle now: at the start the letter that the model gives it then."""
-    return each.start_label if each.start_label and sheet.placed.time == 0.0 else _own_label(each, names)

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from multibody_sym.pictures.marks.sheet import DRUM, WHEEL, Sheet, fillet, left, unit2
+from multibody_sym.pictures.marks.sheet import DRUM, WHEEL, Sheet, fillet, hatched, left, unit2
 from multibody_sym.pictures.page.picture import (
     BODY,
     BOLD,
@@ -26,7 +26,6 @@ from multibody_sym.pictures.page.picture import (
     ROPE,
     SUPPORT,
     Arc,
-    Hatch,
     Mark,
     Stroke,
 )
@@ -66,9 +65,10 @@ def wheel_centre(sheet: Sheet, item: Item) -> Floats | None:
     return None
 
 
-def place_of(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
-    """Return where a pulley is on the page: one on ground may be displaced."""
-    at = sheet.at(item.body, symbol.at)
+def place_of(sheet: Sheet, item: Item) -> Floats:
+    """Return where a pulley without a radius is on the page: one on ground may be displaced."""
+    assert item.symbol is not None
+    at = sheet.at(item.body, item.symbol.at)
     return at + sheet.settled.pulleys[item.name] if item.body < 0 and item.name in sheet.settled.pulleys else at
 
 
@@ -92,7 +92,7 @@ def wheels(sheet: Sheet, rope: PlacedStrand) -> list[RopeWheel]:
         if pulley is None or lies is None:
             found.append(RopeWheel("", now[k][1], 0.0, 1.0))
             continue
-        moved = _place(sheet, pulley) - _place(home, pulley)
+        moved = place_of(sheet, pulley) - place_of(home, pulley)
         found.append(RopeWheel(pulley.name, lies[0] + moved, WHEEL, lies[1]))
     return found
 
@@ -107,11 +107,6 @@ def _pulley_at(home: Sheet, at: Floats, taken: Sequence[str]) -> Item | None:
     return None
 
 
-def _place(sheet: Sheet, pulley: Item) -> Floats:
-    assert pulley.symbol is not None
-    return place_of(sheet, pulley, pulley.symbol)
-
-
 def _lie(home: Sheet, pulley: Item, first: Floats, second: Floats) -> tuple[Floats, float] | None:
     """Return the centre of a wheel between two pieces at the start and its side of them; None of a sharp corner."""
     way, onward, apart = first[1] - first[0], second[1] - second[0], second[0] - first[1]
@@ -122,7 +117,7 @@ def _lie(home: Sheet, pulley: Item, first: Floats, second: Floats) -> tuple[Floa
     side = float(left(way) @ onward) if bends else float(across @ home.down) or 1.0
     sign = 1.0 if side > 0.0 else -1.0
     if pulley.body not in home.ground:
-        return _place(home, pulley), sign
+        return place_of(home, pulley), sign
     centre = fillet(first[0], first[1], second[1], WHEEL) if bends else first[1] + sign * WHEEL * across
     return None if centre is None else (centre, sign)
 
@@ -257,7 +252,7 @@ def support(sheet: Sheet, item: Any, at: Floats, away: Floats, named: dict[str, 
     corners = np.array([at, foot + 0.6 * SUPPORT * across, foot - 0.6 * SUPPORT * across])
     yield Stroke(corners, pen, closed=True, fill=PAPER, **named)
     ends = np.array([foot - SUPPORT * across, foot + SUPPORT * across])
-    yield Hatch(ends, pen, side=1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1, **named)
+    yield hatched(ends, pen, away, **named)
 
 
 def support_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -271,7 +266,7 @@ def support_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     for way in (-0.4, 0.4) if rolls else ():
         yield Arc(foot + _ROLLER * away + way * SUPPORT * across, _ROLLER, pen, fill=PAPER, **named)
     ends = at + SUPPORT * away + np.outer([SUPPORT, -SUPPORT], across)
-    yield Hatch(ends, pen, side=1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1, **named)
+    yield hatched(ends, pen, away, **named)
     yield Arc(at, PIN, pen, fill=PAPER, **sheet.named(item, LAYER_JOINT))
 
 
@@ -281,8 +276,7 @@ def struck_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     rods = (i.form for i in sheet.touched.get(item.bodies[1], ()) if i.role == "body")
     half = ROD / 2 if any(isinstance(form, Polyline) and not form.closed for form in rods) else 0.0
     ends = at + (half + BOLD.width / 2) * away + np.outer([_STRUCK, -_STRUCK], left(away))
-    side = 1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1
-    yield Hatch(ends, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
+    yield hatched(ends, sheet.pen(item, BOLD), away, **sheet.named(item, LAYER_GROUND))
 
 
 def support_side(sheet: Sheet, item: Item, at: Floats) -> Floats:
@@ -302,7 +296,7 @@ def stand(sheet: Sheet, item: Item, at: Floats, away: Floats, length: float) -> 
     named, across, foot = sheet.named(item, LAYER_GROUND + 0.5), left(away), at + length * away
     yield Stroke(np.array([at, foot]), sheet.pen(item, BOLD), **named)
     ends = np.array([foot - 8.0 * across, foot + 8.0 * across])
-    yield Hatch(ends, sheet.pen(item), side=1 if float(left(ends[1] - ends[0]) @ away) > 0 else -1, **named)
+    yield hatched(ends, sheet.pen(item), away, **named)
 
 
 def step_marks(sheet: Sheet, item: Item, at: Floats) -> Iterator[Mark]:
@@ -319,9 +313,7 @@ def step_marks(sheet: Sheet, item: Item, at: Floats) -> Iterator[Mark]:
             away = left(normal) * (1.0 if float((at - sheet.at(other, (0.0, 0.0, 0.0))) @ left(normal)) > 0.0 else -1.0)
             if height > 1.0:
                 points = np.array([at - height * normal, at, at + _STEP * away])
-                inside = float(left(points[1] - points[0]) @ away) > 0.0
-                named = sheet.named(item, LAYER_GROUND)
-                yield Hatch(points, sheet.pen(item, BOLD), side=1 if inside else -1, **named)
+                yield hatched(points, sheet.pen(item, BOLD), away, **sheet.named(item, LAYER_GROUND))
                 return
 
 
@@ -332,7 +324,7 @@ def step_marks(sheet: Sheet, item: Item, at: Floats) -> Iterator[Mark]:
 def pulley_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a small wheel in the bend of the rope that runs over a point."""
     centre, named = wheel_centre(sheet, item), sheet.named(item, LAYER_BODY, symbol.at)
-    at = place_of(sheet, item, symbol) if centre is None else centre
+    at = place_of(sheet, item) if centre is None else centre
     if item.on_ground and not any(lies_on(sheet, item, other) for other in sheet.scene.items):
         yield from stand(sheet, item, at, _held_side(sheet, item, at), WHEEL + 6.0)
     yield Arc(at, WHEEL if centre is not None else 4.0, sheet.pen(item), fill=BODY, **named)

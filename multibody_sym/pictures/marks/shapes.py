@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.pictures.marks.ropes import wheels_on
-from multibody_sym.pictures.marks.sheet import WHEEL, Sheet, left, points_drawn, unit2
+from multibody_sym.pictures.marks.sheet import WHEEL, Sheet, hatched, left, points_drawn, unit2
 from multibody_sym.pictures.page.picture import (
     AXIS,
     BODY,
@@ -174,11 +174,6 @@ def _block(sheet: Sheet, item: Item, form: Block) -> Iterator[Mark]:
             yield Stroke(points[list(face)], pen, closed=True, fill=BODY, **named)
 
 
-def _barrel(sheet: Sheet, item: Item, form: Barrel) -> Iterator[Mark]:
-    named = sheet.named(item, LAYER_BODY, form.centre)
-    yield from barrel(sheet, item.body, form, sheet.pen(item), named)
-
-
 def barrel(
     sheet: Sheet, body: int, form: Barrel, pen: Pen, named: Mapping[str, Any], fill: str = BODY
 ) -> Iterator[Mark]:
@@ -229,8 +224,7 @@ def _face(sheet: Sheet, item: Item, form: Face) -> Iterator[Mark]:
         return  # what stands there shows its own rail
     points = face_ends(sheet, item)
     assert points is not None
-    side = -1 if float(left(points[1] - points[0]) @ normal) > 0.0 else 1
-    yield Hatch(points, sheet.pen(item, BOLD), side=side, **sheet.named(item, LAYER_GROUND))
+    yield hatched(points, sheet.pen(item, BOLD), -normal, **sheet.named(item, LAYER_GROUND))
     for centre in wheels_on(sheet, item):
         near = min(points, key=lambda end: float(np.linalg.norm(end - centre)))
         outline_points = capsule(near, centre, 3.0)
@@ -264,8 +258,7 @@ def belt_marks(sheet: Sheet, item: Item, top: Floats, height: float) -> Iterator
         foot = end + (height / 2 + 7.0) * below
         yield Stroke(np.array([end, foot]), sheet.pen(item), **{**named, "layer": LAYER_GROUND})
         line = foot + np.outer([-7.0, 7.0], along)
-        side = 1 if float(left(line[1] - line[0]) @ below) > 0.0 else -1
-        yield Hatch(line, sheet.pen(item), side=side, **{**named, "layer": LAYER_GROUND})
+        yield hatched(line, sheet.pen(item), below, **{**named, "layer": LAYER_GROUND})
 
 
 def face_ends(sheet: Sheet, item: Item) -> Floats | None:
@@ -417,7 +410,9 @@ FORMS: Final[Mapping[type[Any], Callable[[Sheet, Item, Any], Iterator[Mark]]]] =
     Disc: _disc,
     Sphere: _ball,
     Block: _block,
-    Barrel: _barrel,
+    Barrel: lambda sheet, item, form: barrel(
+        sheet, item.body, form, sheet.pen(item), sheet.named(item, LAYER_BODY, form.centre)
+    ),
     ConeBody: _cone,
     Face: _face,
 }

@@ -11,7 +11,17 @@ from typing import Any, Final
 import numpy as np
 
 from multibody_sym.pictures.page.layout import distances
-from multibody_sym.pictures.page.picture import INK, LAYER_BODY, LAYER_JOINT, LAYER_STRAND, MARKED, ROD, Pen, Projection
+from multibody_sym.pictures.page.picture import (
+    INK,
+    LAYER_BODY,
+    LAYER_JOINT,
+    LAYER_STRAND,
+    MARKED,
+    ROD,
+    Hatch,
+    Pen,
+    Projection,
+)
 from multibody_sym.pictures.scene.items import (
     BLOCKS,
     Axes,
@@ -166,6 +176,11 @@ def unit2(way: Values, otherwise: Values = (1.0, 0.0)) -> Floats:
 def left(way: Values) -> Floats:
     """Return a direction (2) turned by a quarter to the left."""
     return np.array([-way[1], way[0]], dtype=float)
+
+
+def hatched(points: Floats, pen: Pen, away: Floats, **fields: Any) -> Hatch:
+    """Return a line (2, 2) of what stands still, with hatching on the side of a direction."""
+    return Hatch(points, pen, side=1 if float(left(points[1] - points[0]) @ away) > 0.0 else -1, **fields)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

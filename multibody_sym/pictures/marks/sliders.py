@@ -9,7 +9,18 @@ import numpy as np
 
 from multibody_sym.pictures.marks.ropes import stand, support_side, wheels_on
 from multibody_sym.pictures.marks.shapes import SLOPE, barrel, capsule, face_ends, outline_of
-from multibody_sym.pictures.marks.sheet import BOB, CART_WHEEL, MASS, STEEPEST, WAGON, WHEEL, Sheet, left, unit2
+from multibody_sym.pictures.marks.sheet import (
+    BOB,
+    CART_WHEEL,
+    MASS,
+    STEEPEST,
+    WAGON,
+    WHEEL,
+    Sheet,
+    hatched,
+    left,
+    unit2,
+)
 from multibody_sym.pictures.page.picture import (
     BLACK,
     BLOCK,
@@ -158,8 +169,7 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         return  # a spring or rope is seen on which something hangs, or it falls freely
     if not sheet.flat or not item.on_ground:
         if item.on_ground:
-            below = 1 if float(left(points[1] - points[0]) @ sheet.down) > 0.0 else -1
-            yield Hatch(points, sheet.pen(item, BOLD), side=below, **named)
+            yield hatched(points, sheet.pen(item, BOLD), sheet.down, **named)
             return
         yield Stroke(points, sheet.pen(item), **named)
         return
@@ -167,12 +177,11 @@ def rail_marks(sheet: Sheet, item: Item, rail: Rail) -> Iterator[Mark]:
         line = _joined(sheet, item, shifted)
         if line is None:
             continue
-        turn = 1 if float(left(line[1] - line[0]) @ side) > 0.0 else -1
         if _is_overhead(sheet, item, side, line):
             first, last = line + _BEAM / 2 * side
             yield Stroke(capsule(first, last, _BEAM), sheet.pen(item), closed=True, fill=PAPER, **named)
             continue
-        yield Hatch(line, sheet.pen(item, BOLD), side=turn, **named)
+        yield hatched(line, sheet.pen(item, BOLD), side, **named)
         for centre in wheels_on(sheet, item):  # a bar holds each wheel at the end
             near = min(shifted, key=lambda end: float(np.linalg.norm(end - centre)))
             bar = capsule(near, centre, 3.0)
@@ -287,15 +296,11 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
     ways = [float(way) for other in bodies for way in _corners_of(sheet, other) @ across - middle]
     kinds = {other.symbol.kind for other in bodies if other.symbol is not None}
     half = (BLOCK if kinds.isdisjoint(BLOCKS) else MASS)[1] / 2 + CART_WHEEL * ("wagon" in kinds)
-    rubs = any(i.bodies == item.bodies and i.symbol is not None and i.symbol.kind == "friction" for i in _forces(sheet))
+    signs = (i.symbol for i in sheet.scene.items if i.role == "force" and i.bodies == item.bodies)
+    rubs = any(symbol is not None and symbol.kind == "friction" for symbol in signs)
     if (has_gravity and pressed < 0.2) or (not has_gravity and rubs and ways):
         return [(across, max(ways, default=half)), (-across, -min(ways, default=-half))]
     return [(across, max(ways, default=half))]
-
-
-def _forces(sheet: Sheet) -> Iterator[Item]:
-    """Yield the signs of forces in joints."""
-    return (item for item in sheet.scene.items if item.role == "force")
 
 
 def _corners_of(sheet: Sheet, item: Item) -> Floats:

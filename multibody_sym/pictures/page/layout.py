@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -35,6 +35,7 @@ from multibody_sym.pictures.page.picture import (
     TextMark,
     Wish,
     box_of,
+    fields_of,
     in_order,
     printable,
     shifted_mark,
@@ -384,9 +385,9 @@ def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> lis
     _, i, leader = best
     wish, box = one.wish, one.boxes[i]
     at = np.array([box[0], box[1] + DESCENT * wish.size])
-    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **_text_fields(wish))]
+    marks: list[Placed] = [TextMark(at, wish.runs, wish.size, wish.colour, **fields_of(wish, LAYER_TEXT))]
     if leader is not None:
-        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **_text_fields(wish)))
+        marks.append(Stroke(leader, replace(THIN, colour=wish.colour), **fields_of(wish, LAYER_TEXT)))
     return marks
 
 
@@ -395,10 +396,6 @@ def _apart(points: Floats, about: Floats) -> Floats:
     line = np.vstack((about, about)) if len(about) == 1 else about
     found: Floats = distances(points, np.hstack((line[:-1], line[1:]))).min(1)
     return found
-
-
-def _text_fields(wish: Wish) -> dict[str, Any]:
-    return {"role": wish.role, "name": wish.name, "layer": float(LAYER_TEXT), "depth": wish.depth}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -468,10 +465,6 @@ def place_measures(room: Room, measures: Sequence[Measure]) -> tuple[list[Placed
     return found, told
 
 
-def _mark_fields(one: Measure | AngleArc, layer: int = LAYER_ARROW) -> dict[str, Any]:
-    return {"role": one.role, "name": one.name, "layer": float(layer)}
-
-
 class _Line:
     """A dimension line at an offset to the left of the direction from a to b, its letters at a part of its length."""
 
@@ -529,7 +522,7 @@ class _Line:
 
     def marks(self, *, gap: bool) -> list[Placed]:
         """Return the extension lines and the arrows, with a gap for the letters or without."""
-        named = _mark_fields(self.one)
+        named = fields_of(self.one, LAYER_ARROW)
         found: list[Placed] = [Stroke(line, THIN, **named) for line in self._extensions()]
         if self.one.datum:
             found.append(Arc(self.ends[0], DATUM, None, fill=BLACK, **named))
@@ -548,7 +541,7 @@ class _Line:
     @property
     def letters(self) -> TextMark:
         at = np.array([self.box[0, 0], self.box[0, 1] + DESCENT * self.one.size])
-        return TextMark(at, self.one.runs, self.one.size, **_mark_fields(self.one, LAYER_TEXT))
+        return TextMark(at, self.one.runs, self.one.size, **fields_of(self.one, LAYER_TEXT))
 
     @property
     def wish(self) -> Wish:
@@ -601,7 +594,7 @@ def _arc_cost(room: Room, one: AngleArc, radius: float) -> float:
 
 
 def _arc_marks(one: AngleArc, radius: float) -> list[Placed]:
-    named, at = _mark_fields(one), np.asarray(one.at, dtype=float)
+    named, at = fields_of(one, LAYER_ARROW), np.asarray(one.at, dtype=float)
     arc = Arc(at, radius, THIN, one.start, one.stop)
     marks: list[Placed] = [
         Stroke(_ray(at, angle, PIN + 0.6, radius + 9.0), HIDDEN, **named)

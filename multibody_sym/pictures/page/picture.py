@@ -395,7 +395,7 @@ def simple(mark: Placed) -> list[Simple]:
     """Return a mark as strokes, arcs and texts."""
     if isinstance(mark, Hatch):
         # ticks lean back at 45 degrees and stay within the length of the line
-        named, found = _mark_fields(mark), list[Simple]()
+        named, found = fields_of(mark), list[Simple]()
         points = np.asarray(mark.points, float)
         if mark.line:
             found.append(Stroke(points, mark.pen, **named))
@@ -414,7 +414,7 @@ def simple(mark: Placed) -> list[Simple]:
         return found
     if isinstance(mark, Arrow):
         # the shaft ends inside the heads
-        named, points = _mark_fields(mark), np.asarray(mark.points, float).copy()
+        named, points = fields_of(mark), np.asarray(mark.points, float).copy()
         length = float(np.hypot(*np.diff(points, axis=0).T).sum())
         size = min(mark.head, 0.8 * length / (2 if mark.both else 1))
         heads: list[Simple] = []
@@ -434,8 +434,10 @@ def simple(mark: Placed) -> list[Simple]:
     return [mark]
 
 
-def _mark_fields(mark: Mark) -> dict[str, Any]:
-    return {"role": mark.role, "name": mark.name, "layer": mark.layer, "depth": mark.depth}
+def fields_of(mark: Mark, layer: float | None = None) -> dict[str, Any]:
+    """Return what a mark says of itself, in another layer if one is given."""
+    own = mark.layer if layer is None else float(layer)
+    return {"role": mark.role, "name": mark.name, "layer": own, "depth": mark.depth}
 
 
 def _shorten_end(points: Floats, end: int, size: float) -> Floats:

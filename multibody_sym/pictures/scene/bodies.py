@@ -361,11 +361,6 @@ def constraint_items(stage: PlacedSystem) -> Iterator[Item]:
         yield from _CONSTRAINTS[type(element)](stage, name, element)
 
 
-def _strand(stage: PlacedSystem, name: str, element: Any) -> Iterator[Item]:
-    """Yield nothing: it is drawn among the strands."""
-    yield from ()
-
-
 def _gear(stage: PlacedSystem, name: str, gear: Gear) -> Iterator[Item]:
     """Yield the pitch circles on the children of both hinges; radii that are not given follow from the ratio."""
     path, made = ("constraints", name), [placed_joint(stage, joint) for joint in gear.joints]
@@ -469,20 +464,18 @@ def _on_curve(stage: PlacedSystem, name: str, element: OnCurve) -> Iterator[Item
     yield _bead(stage, name, element.point)
 
 
-def _rolling_items(stage: PlacedSystem, name: str, element: Rolling) -> Iterator[Item]:
-    yield _touch(stage, name, ("constraints", name), (element.body, element.on))
-
-
 _CONSTRAINTS: Final[Mapping[type[Any], Callable[[PlacedSystem, str, Any], Iterator[Item]]]] = {
     Gear: _gear,
     PrescribedMotion: _drive,
     PointOnLine: _on_line,
     PointInPlane: _in_plane,
     OnCurve: _on_curve,
-    Rolling: _rolling_items,
+    Rolling: lambda stage, name, element: iter(
+        [_touch(stage, name, ("constraints", name), (element.body, element.on))]
+    ),
     Expression: _tie,
     VelocityConstraint: _skate,
-    **dict.fromkeys((Distance, Rope, Coupler), _strand),
+    **dict.fromkeys((Distance, Rope, Coupler), lambda stage, name, element: iter(())),  # drawn among the strands
 }
 """The picture of each kind of constraint."""
 

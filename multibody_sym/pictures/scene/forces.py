@@ -87,15 +87,11 @@ def _spring_kind(stage: PlacedSystem, element: Any) -> str:
     return "spring_damper" if stiff and damped else "spring" if stiff else "damper"
 
 
-def _potential(stage: PlacedSystem, element: Any) -> str | None:
-    return None if element.between is None else "potential"
-
-
 _STRANDS: Final[Mapping[type[Any], Callable[[PlacedSystem, Any], str | None]]] = {
     SpringDamper: _spring_kind,
     Damper: lambda stage, element: "damper",
     Pull: lambda stage, element: "pull",
-    Potential: _potential,
+    Potential: lambda stage, element: None if element.between is None else "potential",
     Gravitation: lambda stage, element: "attraction",
     Coulomb: lambda stage, element: "attraction",
     Distance: lambda stage, element: "rod",
@@ -112,7 +108,7 @@ def _anchors(stage: PlacedSystem, element: Any, kind: str) -> tuple[Anchor, ...]
         return tuple(_anchor(stage, end) for end in ends)
     if isinstance(element, Coupler):
         places = [placed_joint(stage, name).child for name in element.joints]
-        return tuple(Anchor(place.body, place.point) for place in places) if len(places) > 1 else ()
+        return tuple(place.anchor for place in places) if len(places) > 1 else ()
     if getattr(element, "between", None) is not None:
         central = kind == "attraction"
         return tuple(_anchor(stage, end, central=central) for end in element.between)
@@ -122,7 +118,7 @@ def _anchors(stage: PlacedSystem, element: Any, kind: str) -> tuple[Anchor, ...]
         return ()
     behind, axis = anchor_behind(stage, element), unit(stage.vector(joint.joint.steps[0].slides[0]))
     if behind is not None:
-        return behind, Anchor(joint.child.body, joint.child.point)
+        return behind, joint.child.anchor
     way = float(joint.way @ stage.turned(joint.parent.body, joint.parent.turned(axis)))
     first, last = (max(reach, 0.0) for reach in (_reach(stage, joint, 1.0, way), _reach(stage, joint, -1.0, way)))
     if first + last > (1.0 - _GAP) * abs(way):
@@ -134,7 +130,7 @@ def _anchor(stage: PlacedSystem, reference: str, *, central: bool = False) -> An
     if central and reference in stage.system.bodies:
         return Anchor(stage.number_of(reference), stage.centre(reference))
     place = stage.place(reference)
-    return Anchor(place.body, place.point)
+    return place.anchor
 
 
 def _along(place: FrameOnBody, axis: Vector, way: float) -> Anchor:
@@ -446,7 +442,7 @@ def _force_in_joint(stage: PlacedSystem, load: JointForce) -> Iterator[Arrow]:
         return
     law = ArrowLaw((load.value,), made.parent.body, made.on_parent(axes[0]))
     label = letter_of(load.name, getattr(element, "value", ()), stage.system.inputs)
-    role, at = "torque" if step.turns else "force", Anchor(made.child.body, made.child.point)
+    role, at = "torque" if step.turns else "force", made.child.anchor
     yield _item(stage, role, load.name, label, load.path, at, law)
 
 
@@ -535,7 +531,7 @@ def _impulses(stage: PlacedSystem) -> Iterator[Arrow]:
         if impact.impulse is not None and impact.at is not None:
             place = stage.place(impact.at)
             axes = stage.place(impact.frame or GROUND_NAME)
-            at, path = Anchor(place.body, place.point), stage.system.impact.path(name)
+            at, path = place.anchor, stage.system.impact.path(name)
             for k, letter in components(stage, impact.impulse):
                 part = stage.number(impact.impulse[k]) * np.eye(3)[k]
                 own = stage.turned(axes.body, axes.turned(part))
@@ -623,7 +619,7 @@ def _speeds(given: _Given) -> Iterator[Arrow]:
     elif made.joint.kind == "custom" and made.slides and made.turns:
         across = len(nodes) == 2 and is_polar(stage, made.joint) and nodes[1].shadow == 0
         swung = list(_swung(given, nodes[0])) if across else []
-        end = Anchor(made.child.body, made.child.point)
+        end = made.child.anchor
         yield from swung or given.arrow(_SPEED, end, _velocity(given, end.point))
         return
     if made.slides and made.joint.kind in ("point", "planar", "free", "prismatic"):
@@ -643,7 +639,7 @@ def _turns(given: _Given, rate: Node) -> Iterator[Arrow]:
         yield from swung
         return
     spin = stage.turned(made.parent.body, stage.number(rate) * np.array(made.on_parent(made.turns[-1])))
-    at = Anchor(made.child.body, made.child.point)
+    at = made.child.anchor
     yield from given.arrow(speed_letter(stage, rate) or _spin_letter(given), at, spin, turning=True)
 
 
@@ -670,7 +666,7 @@ def _spins(given: _Given, nodes: Sequence[Node]) -> Iterator[Arrow]:
     order: str | None = getattr(made.joint, "angles", None)
     name = stage.body(made.joint.child)
     cone = top(stage, name, stage.declared(name))
-    tip = Anchor(made.child.body, made.child.point)
+    tip = made.child.anchor
     high = np.array(tip.point) if cone is None else np.array(cone.tip) + _OVER * cone.height * np.array(cone.axis)
     over = Anchor(tip.body, vector(high))
     for k, node in enumerate(nodes):
@@ -690,7 +686,7 @@ def _free_spins(given: _Given, nodes: Sequence[Node]) -> Iterator[Arrow]:
     stage, made = given.stage, given.joint
     if getattr(made.joint, "angles", None):
         return
-    at = Anchor(made.child.body, made.child.point)
+    at = made.child.anchor
     parts = [stage.number(node) * np.eye(3)[k] for k, node in enumerate(nodes)]
     named = [(speed_letter(stage, node), part) for node, part in zip(nodes, parts, strict=True)]
     if any(letter for letter, _ in named):
@@ -705,7 +701,7 @@ def _free_spins(given: _Given, nodes: Sequence[Node]) -> Iterator[Arrow]:
 def _ways(given: _Given, speeds: Sequence[Node]) -> Iterator[Arrow]:
     """Yield the speed of what slides or flies, or its components where each has a letter."""
     stage, made = given.stage, given.joint
-    at, ways = Anchor(made.child.body, made.child.point), [made.on_parent(axis) for axis in made.slides]
+    at, ways = made.child.anchor, [made.on_parent(axis) for axis in made.slides]
     own = [stage.number(node) * np.array(way) for node, way in zip(speeds, ways, strict=True)]
     parts = components(stage, speeds)
     if parts:
@@ -752,5 +748,5 @@ def _drives(given: _Given, driven: Node) -> Iterator[Arrow]:
         label, sign = speed_letter(stage, acceleration), float(np.sign(stage.number(acceleration)))
     if label and sign:
         way = sign * np.array(stage.turned(made.parent.body, made.on_parent(made.slides[0])))
-        at, path = Anchor(made.child.body, made.child.point), ("joints", made.name, "motion")
+        at, path = made.child.anchor, ("joints", made.name, "motion")
         yield ArrowItem("velocity", made.name, label, path, at, vector(way)), constant_law(way)

@@ -44,12 +44,17 @@ def unit(values: Values) -> Vector:
     return vector(found / size) if size > 0.0 and np.isfinite(size) else (0.0, 0.0, 1.0)
 
 
+def rim(axis: Values, angles: Floats) -> Floats:
+    """Return the unit vectors (n, 3) across a unit axis at angles (n,) from the first one."""
+    e1 = np.array(across(axis))
+    found: Floats = np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * np.cross(axis, e1)
+    return found
+
+
 def circle(centre: Values, axis: Values, radius: float, count: int = 24) -> Floats:
     """Return points of a circle (count, 3)."""
-    e1 = np.array(across(unit(axis)))
-    e2 = np.cross(unit(axis), e1)
-    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)[:, None]
-    found: Floats = np.asarray(centre, dtype=float) + radius * (np.cos(angles) * e1 + np.sin(angles) * e2)
+    ways = rim(unit(axis), np.linspace(0.0, 2.0 * np.pi, count, endpoint=False))
+    found: Floats = np.asarray(centre, dtype=float) + radius * ways
     return found
 
 
@@ -315,8 +320,7 @@ class Bowl(_Form):
 
     def section(self, angle: float) -> Floats:
         """Return the profile (n, 3) at an angle about the axis."""
-        e1 = np.array(across(self.axis))
-        side = np.cos(angle) * e1 + np.sin(angle) * np.cross(self.axis, e1)
+        (side,) = rim(self.axis, np.array([angle]))
         profile = np.array(self.profile)
         found: Floats = np.array(self.centre) + np.outer(profile[:, 0], side) + np.outer(profile[:, 1], self.axis)
         return found
@@ -545,11 +549,6 @@ class View:
     def project(self, points: Floats) -> Floats:
         """Return where points (.., 3) are on the page (.., 2), in m."""
         found: Floats = np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T
-        return found
-
-    def depth(self, points: Floats) -> Floats:
-        """Return how far points (.., 3) are towards the reader."""
-        found: Floats = np.asarray(points, dtype=float) @ np.array(self.towards)
         return found
 
 

@@ -509,7 +509,7 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
         if isinstance(element, Gear):
             yield from _gear_radii(stage, element)
         if isinstance(element, Distance) and letters(element.value):
-            first, second = (Anchor(end.body, end.point) for end in map(stage.place, element.between))
+            first, second = (end.anchor for end in map(stage.place, element.between))
             yield NamedLength(name, letters(element.value), first, second)
 
 
@@ -592,7 +592,7 @@ def ways(stage: PlacedSystem, taken: Collection[str]) -> Iterator[NamedLength]:
             continue
         made = placed_joint(stage, name)
         label = coordinate_names(name, joint)[-1]
-        a, b = Anchor(made.parent.body, made.parent.point), Anchor(made.child.body, made.child.point)
+        a, b = made.parent.anchor, made.child.anchor
         given, unnamed = start_letter(stage, joint), is_unnamed(stage, name, asked)
         yield NamedLength(label, label, a, b, coordinate=True, start_label=given, unnamed=unnamed)
         if not given:
@@ -626,7 +626,7 @@ def _start_places(stage: PlacedSystem, taken: Collection[str]) -> Iterator[Named
             if label.isidentifier() and is_letter(stage.system, label) and label not in seen:
                 seen.add(label)
                 foot = end - float((end - np.array(made.parent.point)) @ axis) * np.array(axis)
-                b = Anchor(made.child.body, made.child.point)
+                b = made.child.anchor
                 yield NamedLength(f"{name}.{label}", "", Anchor(-1, vector(foot)), b, start_label=label)
 
 
@@ -681,7 +681,7 @@ def _hinge_angles(stage: PlacedSystem, places: Mapping[str, Sequence[Vector]]) -
         begin = np.cos(base) * own + np.sin(base) * np.cross(axis, own)
         start, stop = made.parent.turned(unit(begin)), made.child.turned(unit(own))
         place = made.child if planar else made.parent
-        at = Anchor(place.body, place.point)
+        at = place.anchor
         ends, about = (Anchor(made.parent.body, start), Anchor(made.child.body, stop)), made.parent.turned(axis)
         unnamed = not driven and is_unnamed(stage, name, asked)
         shown = given if planar or unnamed or not given else f"{label} = {sign}{given}"
@@ -696,7 +696,7 @@ def _polar_angles(stage: PlacedSystem) -> Iterator[AngleMark]:
             axis = np.array(unit(stage.vector(made.slides[0])))
             ends = Anchor(made.parent.body, made.parent.turned(axis)), Anchor(made.child.body, made.child.turned(axis))
             about = made.parent.turned(unit(stage.vector(made.turns[0])))
-            yield AngleMark(label, label, Anchor(made.parent.body, made.parent.point), *ends, about)
+            yield AngleMark(label, label, made.parent.anchor, *ends, about)
 
 
 def _tilts(stage: PlacedSystem) -> Iterator[AngleMark]:
@@ -711,7 +711,7 @@ def _tilts(stage: PlacedSystem) -> Iterator[AngleMark]:
         found = letters(initial.q[1])
         shown = found if found.isidentifier() and is_letter(stage.system, found) else ""
         ends = Anchor(made.parent.body, made.parent.turned(axis)), Anchor(made.child.body, made.child.turned(axis))
-        at = Anchor(made.parent.body, made.parent.point)
+        at = made.parent.anchor
         yield AngleMark(label, label, at, *ends, (0.0, 0.0, 0.0), start_label=shown)
 
 

@@ -268,7 +268,7 @@ def slopes(stage: PlacedSystem) -> Iterator[AngleMark]:
         if turned is not None and isinstance(joint, Prismatic) and np.allclose(place.rotation, np.eye(3)):
             way = np.array(unit(stage.vector(joint.axis)))
             way = way if way[turned.sine] > 0.0 else -way
-            yield _slope(name, turned.angle, Anchor(place.body, place.point), turned.cosine, way)
+            yield _slope(name, turned.angle, place.anchor, turned.cosine, way)
     gravity, turned = np.array(unit(stage.gravity)), turned_by(stage.system.gravity)
     if turned is not None:
         way = np.zeros(3)

@@ -59,7 +59,7 @@ def flow_items(stage: PlacedSystem) -> Iterator[Item]:
 
 def _flow(stage: PlacedSystem, name: str, body: Body) -> Symbol | None:
     """Return the sign of a flow: a jet, a leak, what a hopper pours, mist, or the heap of which a chain is taken."""
-    varying, down = body.varying, _down(stage, name)
+    varying, down = body.varying, unit(stage.gravity @ stage.poses[stage.number_of(name)][:, :3])
     if varying is None:
         return None
     grows, place = _rate(stage, varying.value) > 0.0, stage.centre(name)
@@ -133,11 +133,6 @@ def _rate(stage: PlacedSystem, mass: Node) -> float:
         if rate:
             return rate
     return 0.0
-
-
-def _down(stage: PlacedSystem, name: str) -> Vector:
-    """Return the direction of gravity in the axes of a body at the start."""
-    return unit(stage.gravity @ stage.poses[stage.number_of(name)][:, :3])
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from multibody_sym.pictures.scene.items import (
     NamedLength,
     Placed,
     PlacedStrand,
+    Polyline,
     Strand,
     View,
 )
@@ -207,8 +208,10 @@ def scene_of(system: System) -> Scene:
         plane=plane,
         view=view,
         size=size,
-        items=tuple(_lettered(item, book) for item in items),
-        strands=tuple(_lettered(_with_length(stage, x, [*lengths, *moved]), book) for x in strands(stage, numbers)),
+        items=tuple(_spelt(item, book, _LETTERS) for item in items),
+        strands=tuple(
+            _spelt(_with_length(stage, x, [*lengths, *moved]), book, _LETTERS) for x in strands(stage, numbers)
+        ),
         dimensions=(
             *(replace(x, component=in_letters(x.component, book)) for x in lengths),
             *moved,
@@ -246,8 +249,8 @@ def _with_length(stage: PlacedSystem, strand: Strand, lengths: Sequence[NamedLen
     return replace(strand, letters=f"{strand.letters}, {letter}")
 
 
-_Labelled = TypeVar("_Labelled", NamedLength, AngleMark, ArrowItem)
-_Lettered = TypeVar("_Lettered", Item, Strand)
+_LETTERS: Final = ("letters", "damping")
+"""The fields of items and strands that show letters of parameters; their labels are names."""
 _Named = TypeVar("_Named", NamedLength, AngleMark, ArrowItem, Item, Strand)
 
 
@@ -279,16 +282,10 @@ def stripped(scene: Scene, prefixes: Sequence[str]) -> Scene:
     )
 
 
-def _spelt(each: _Labelled, book: Mapping[str, str]) -> _Labelled:
+def _spelt(
+    each: _Named, book: Mapping[str, str], words: Sequence[str] = ("label", "angle", "start_label")
+) -> _Named:
     """Return what is named by parameters and coordinates with the letters that the book has for them."""
-    words = [word for word in ("label", "angle", "start_label") if hasattr(each, word)]
-    spelt: dict[str, Any] = {word: in_letters(getattr(each, word), book) for word in words}
-    return replace(each, **spelt)
-
-
-def _lettered(each: _Lettered, book: Mapping[str, str]) -> _Lettered:
-    """Return what shows letters of parameters with those that the book has for them."""
-    words = ("letters", "damping")
     spelt: dict[str, Any] = {word: in_letters(text, book) for word in words if (text := getattr(each, word, ""))}
     return replace(each, **spelt) if spelt else each
 
@@ -297,8 +294,9 @@ def _size(stage: PlacedSystem, items: Sequence[Item], found: Mapping[str, Sequen
     """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
     points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
     for item in items:
-        if not item.form.sized or (item.role in ("surface", "body") and _is_endless(item)):
-            continue
+        curve = isinstance(item.form, Polyline) and not item.form.closed and len(item.form.points) > 2
+        if not item.form.sized or (item.role in ("surface", "body") and (curve or isinstance(item.form, Bowl))):
+            continue  # what reaches as far as the rest does says nothing of how far that is
         points += [stage.world(item.body, point) for point in item.form.bounds]
     points = [point for point in points if np.all(np.isfinite(point))]
     if not points:
@@ -306,12 +304,3 @@ def _size(stage: PlacedSystem, items: Sequence[Item], found: Mapping[str, Sequen
     spread = np.max(points, axis=0) - np.min(points, axis=0)
     size = float(np.linalg.norm(spread))
     return size if size > 0.0 else 1.0
-
-
-def _is_endless(item: Item) -> bool:
-    """Return whether a surface reaches as far as the rest does, so that it says nothing of how far that is."""
-    if isinstance(item.form, Bowl):
-        return True
-    return getattr(item.form, "points", None) is not None and not getattr(item.form, "closed", False) and (
-        len(item.form.bounds) > 2
-    )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
-from functools import cached_property, singledispatch
+from functools import cached_property
 from itertools import pairwise, permutations
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from multibody_sym.model.joints import Joint
 from multibody_sym.model.steps import Curve
 from multibody_sym.model.system import System
 from multibody_sym.pictures.scene.items import (
+    Anchor,
     Bowl,
     Disc,
     Face,
@@ -68,6 +69,11 @@ class FrameOnBody:
     body: int
     point: Vector
     rotation: Floats
+
+    @property
+    def anchor(self) -> Anchor:
+        """Its origin."""
+        return Anchor(self.body, self.point)
 
     def turned(self, direction: Values) -> Vector:
         """Return a direction of the frame in the body's axes."""
@@ -364,45 +370,22 @@ def references(stage: PlacedSystem) -> Iterator[str]:
         yield from getattr(force, "between", None) or ()
 
 
-@singledispatch
 def ends(element: Element, stage: PlacedSystem) -> tuple[str, ...]:
     """Return the points that a constraint holds."""
+    match element:
+        case Distance():
+            return element.between
+        case Rope():
+            return tuple(name for name in element.path if name not in stage.system.pulleys)
+        case PointOnLine():
+            return element.point, element.line.through
+        case PointInPlane():
+            return element.point, element.plane.through
+        case OnCurve():
+            return (element.point,)
+        case Coupler() | Expression() | Gear() | PrescribedMotion() | Rolling() | VelocityConstraint():
+            return ()
     raise TypeError(f"no points are known of {type(element).__name__}")
-
-
-@ends.register(Coupler)
-@ends.register(Expression)
-@ends.register(Gear)
-@ends.register(PrescribedMotion)
-@ends.register(Rolling)
-@ends.register(VelocityConstraint)
-def _(element: Element, stage: PlacedSystem) -> tuple[str, ...]:
-    return ()
-
-
-@ends.register
-def _(element: Distance, stage: PlacedSystem) -> tuple[str, ...]:
-    return element.between
-
-
-@ends.register
-def _(element: Rope, stage: PlacedSystem) -> tuple[str, ...]:
-    return tuple(name for name in element.path if name not in stage.system.pulleys)
-
-
-@ends.register
-def _(element: PointOnLine, stage: PlacedSystem) -> tuple[str, ...]:
-    return element.point, element.line.through
-
-
-@ends.register
-def _(element: PointInPlane, stage: PlacedSystem) -> tuple[str, ...]:
-    return element.point, element.plane.through
-
-
-@ends.register
-def _(element: OnCurve, stage: PlacedSystem) -> tuple[str, ...]:
-    return (element.point,)
 
 
 def same(a: Vector, b: Vector) -> bool:
@@ -451,29 +434,10 @@ def is_solid(item: Item) -> bool:
     return not item.on_ground and item.form.shows_body
 
 
-def _disc(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
-    centre, axis = stage.vector(surface.centre), unit(stage.vector(surface.axis))
-    return Disc(centre, axis, stage.number(surface.radius), hollow=surface.inside)
-
-
-def _sphere(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
-    return Sphere(stage.vector(surface.centre), stage.number(surface.radius), hollow=surface.inside)
-
-
 def _plane(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     assert surface.plane is not None
     ends = None if surface.between is None else _ends(stage, body, surface.between)
     return Face(stage.vector(surface.plane), unit(stage.vector(surface.normal)), ends)
-
-
-def _segment_form(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
-    assert surface.segment is not None
-    return Polyline(_ends(stage, body, surface.segment))
-
-
-def _point(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
-    assert surface.point is not None
-    return Symbol("place", stage.vector(surface.point))
 
 
 def _ends(stage: PlacedSystem, body: Body, places: tuple[object, ...]) -> tuple[Vector, Vector]:
@@ -507,12 +471,16 @@ def _guide(stage: PlacedSystem, body: Body, surface: Surface) -> Form:
     return Polyline(tuple(vector(centre + point) for point in points), closed=surface.outline is not None)
 
 
-_FORMS: Final[Mapping[str, Callable[[PlacedSystem, Body, Surface], Form]]] = {
-    "disc": _disc,
-    "sphere": _sphere,
+_FORMS: Final[Mapping[str, Callable[[PlacedSystem, Body, Any], Form]]] = {
+    "disc": lambda stage, body, surface: Disc(
+        stage.vector(surface.centre), unit(stage.vector(surface.axis)), stage.number(surface.radius), surface.inside
+    ),
+    "sphere": lambda stage, body, surface: Sphere(
+        stage.vector(surface.centre), stage.number(surface.radius), surface.inside
+    ),
     "plane": _plane,
-    "segment": _segment_form,
-    "point": _point,
+    "segment": lambda stage, body, surface: Polyline(_ends(stage, body, surface.segment)),
+    "point": lambda stage, body, surface: Symbol("place", stage.vector(surface.point)),
     "revolution": _revolution,
     "curve": _guide,
     "outline": _guide,
@@ -600,18 +568,15 @@ def support_items(stage: PlacedSystem, bodies: list[Item]) -> Iterator[Item]:
         places = [place for place in (_place(stage, each, reference) for each in contacts) if place is not None]
         if len(places) < max(len(contacts), 2) or len({body for body, _ in places}) != 1:
             continue
-        if not all(_holds_still(contact) for contact in contacts) or all(c.static is None for c in contacts):
+        still = (c.static in (None, ENOUGH) and c.kinetic is None and c.restitution is None for c in contacts)
+        if not all(still) or all(c.static is None for c in contacts):
             continue
         if not _lies_still(stage, places[0][0], bodies, normal):
             continue
         for contact, (_, point) in zip(contacts, places, strict=True):
             if abs(float((np.array(point) - stage.vector(surface.plane)) @ normal)) < _NEAR * stage.lengths["size"]:
                 sign = Symbol("roller" if contact.static is None else "support", point, along=vector(-normal))
-                yield Item("ground", reference, "", (*_surfaces(), word), _WORLD, sign, on_ground=True)
-
-
-def _surfaces() -> tuple[str, ...]:
-    return "bodies", GROUND, "surfaces"
+                yield Item("ground", reference, "", ("bodies", GROUND, "surfaces", word), _WORLD, sign, on_ground=True)
 
 
 def _place(stage: PlacedSystem, contact: Contact, reference: str) -> tuple[int, Vector] | None:
@@ -622,11 +587,6 @@ def _place(stage: PlacedSystem, contact: Contact, reference: str) -> tuple[int, 
     except ModelError:
         return None
     return place.body, vector(stage.world(place.body, place.point))
-
-
-def _holds_still(contact: Contact) -> bool:
-    """Return whether a contact is that of a support: it never slips, or it is smooth, and nothing bounces from it."""
-    return contact.static in (None, ENOUGH) and contact.kinetic is None and contact.restitution is None
 
 
 def _lies_still(stage: PlacedSystem, body: int, bodies: list[Item], normal: Floats) -> bool:
