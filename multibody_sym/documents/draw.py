@@ -16,7 +16,7 @@ from multibody_sym.errors import ArgumentError, InputError, Where
 from multibody_sym.errors import at as within
 from multibody_sym.errors import short_repr as shown_value
 from multibody_sym.mechanics.changes import with_overrides
-from multibody_sym.mechanics.motion import Motion, motion_of, state_of
+from multibody_sym.mechanics.motion import Motion
 from multibody_sym.model.argument_checks import callback, flag, text
 from multibody_sym.model.fields import scalar
 from multibody_sym.model.run_options import ModelOptions, spelled_out
@@ -149,9 +149,8 @@ def _verify_names(names: Any) -> None:
 
 def _redundant_paths(system: System, scene: Scene) -> dict[Path, str]:
     """Return the joints and constraints that have rows which follow from others at the start."""
-    mechanism = scene.mechanism
-    state = state_of(mechanism, float, 0.0, scene.begin.q, scene.begin.u, scene.begin.parameters)
-    found = redundancy(motion_of(mechanism, state), composite_body(mechanism, state))
+    motion = scene.motion()
+    found = redundancy(motion, composite_body(scene.mechanism, motion.state))
     owners = {name.rpartition(".")[0] or name for name in found.redundant} | set(found.redundant)
     return {place: "redundant" for place in _paths(system) if place[1] in owners}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from html import escape
@@ -56,6 +55,7 @@ from multibody_sym.pictures.page.picture import (
     fields_of,
     letters,
     simple,
+    typeset_unit,
 )
 from multibody_sym.pictures.plots import COLOURS, Plot
 from multibody_sym.pictures.scene.items import (
@@ -80,7 +80,6 @@ _DASHES: Final[tuple[list[int], ...]] = ([], [6, 3], [6, 2, 2, 2], [2, 2])
 _CURVES: Final = tuple("currentColor" if colour == "#000000" else colour for colour in COLOURS)
 """Black is the colour of the letters around it, which are white on a dark page."""
 PATHS: Final = tuple(colour for colour in COLOURS if colour != "#000000")
-_RAISED: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SPEEDS: Final = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
@@ -263,7 +262,7 @@ def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
         "panels": [
             {
                 "label": panel.label,
-                "unit": _typeset_unit(panel.unit),
+                "unit": typeset_unit(panel.unit),
                 "range": [short(end) for end in panel.shown],
                 "packed": packed_columns(np.column_stack([curve.y[kept] for curve in panel.curves])),
                 "curves": [
@@ -274,11 +273,6 @@ def plot_data(plot: Plot, units: Units) -> dict[str, Any] | None:
             for panel in panels
         ],
     }
-
-
-def _typeset_unit(unit: str) -> str:
-    """Return a unit as a book sets it: kg*m^2/s as kg m²/s."""
-    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), unit).replace("*", "\u2009")
 
 
 def _line_style(k: int, count: int) -> dict[str, Any]:

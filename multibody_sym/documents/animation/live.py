@@ -38,7 +38,7 @@ from multibody_sym.motion.simulate import simulate
 from multibody_sym.pictures.marks.ropes import course
 from multibody_sym.pictures.marks.sheet import Sheet
 from multibody_sym.pictures.page.picture import Projection, letters
-from multibody_sym.pictures.scene.forces import carriers, rope_points, ropes_of
+from multibody_sym.pictures.scene.forces import rope_points, ropes_of
 from multibody_sym.pictures.scene.items import Anchor, PlacedStrand
 from multibody_sym.pictures.scene.letters import names_in
 from multibody_sym.program.program import Program, elements_read
@@ -286,7 +286,8 @@ def _laid(sheet: Sheet, placed: PlacedStrand) -> list[dict[str, Any]]:
     found, strand = course(sheet, placed), placed.strand
     bodies = [anchor.body for anchor in strand.anchors]
     if len(found) > 2 and strand.rope is not None:
-        bodies = carriers(sheet.scene.ropes[strand.rope])
+        runs = sheet.scene.ropes[strand.rope]
+        bodies = [bend.at.body for k, run in enumerate(runs) for bend in run.path[min(k, 1) :]]
     between = bodies[1:-1] if len(bodies) == len(found) else [-1] * (len(found) - 2)
     return [
         {"body": body, "at": [float(x) for x in each.centre], "turn": each.side * each.radius, "turns": each.turns}

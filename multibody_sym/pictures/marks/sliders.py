@@ -125,12 +125,7 @@ def hanging_width(sheet: Sheet, item: Item, at: Floats, along: Floats, size: tup
     return width
 
 
-def is_covered(sheet: Sheet, item: Item) -> bool:
-    """Return whether a slider's body shows itself at the slider: by a block, a box or another form that is no rod."""
-    return any(True for _ in _bodies_with_a_size(sheet, item.body))
-
-
-def _bodies_with_a_size(sheet: Sheet, body: int) -> Iterator[Item]:
+def bodies_with_a_size(sheet: Sheet, body: int) -> Iterator[Item]:
     """Yield what a body and its surfaces are seen as, but for rods."""
     for item in sheet.touched.get(body, ()):
         if item.role in ("body", "surface") and (not isinstance(item.form, Polyline) or item.form.closed):
@@ -292,7 +287,7 @@ def _sides(sheet: Sheet, item: Item, along: Floats) -> list[tuple[Floats, float]
     has_gravity = bool(np.any(sheet.scene.gravity))
     assert isinstance(item.form, Rail)
     middle = float(sheet.at(item.body, item.form.at) @ across)
-    bodies = list(_bodies_with_a_size(sheet, _child(item)))
+    bodies = list(bodies_with_a_size(sheet, _child(item)))
     ways = [float(way) for other in bodies for way in _corners_of(sheet, other) @ across - middle]
     kinds = {other.symbol.kind for other in bodies if other.symbol is not None}
     half = (BLOCK if kinds.isdisjoint(BLOCKS) else MASS)[1] / 2 + CART_WHEEL * ("wagon" in kinds)
@@ -383,7 +378,7 @@ def _across(sheet: Sheet, item: Item, form: Stop) -> Floats:
         foot = base + _stops_reach(sheet, form) * sheet.way(item.body, form.axis)
         return foot + np.outer([-_STOPS_SLEEVE[1], _STOPS_SLEEVE[1]], left(along))
     at, found = sheet.at(item.bodies[1], form.point), []
-    for other in _bodies_with_a_size(sheet, item.bodies[1]):
+    for other in bodies_with_a_size(sheet, item.bodies[1]):
         outline = _corners_of(sheet, other)
         found.append(outline - at if len(outline) else _block(sheet, item, form, other))
     corners = np.vstack(found or [_block(sheet, item, form, None)])

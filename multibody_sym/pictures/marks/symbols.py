@@ -24,8 +24,8 @@ from multibody_sym.pictures.marks.sheet import BOB, CART_WHEEL, MASS, UNSEEN, WA
 from multibody_sym.pictures.marks.sliders import (
     LEVEL,
     block_size,
+    bodies_with_a_size,
     hanging_width,
-    is_covered,
     sleeve_place,
     slope_of,
     wedge_under,
@@ -345,7 +345,7 @@ def _cardan(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
 
 def _slider(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield the block of a slider on its rail, where the body does not show it by a form of its own."""
-    if is_covered(sheet, item):
+    if any(bodies_with_a_size(sheet, item.body)):
         return
     if not sheet.flat:
         place = sleeve_place(sheet, item, symbol)
@@ -378,14 +378,17 @@ def _screw(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield Stroke(_rectangle(at, axis, 10.0, 16.0), sheet.pen(item), closed=True, fill=DARK, **named)
 
 
-def _bead(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    named = sheet.named(item, LAYER_JOINT, symbol.at)
-    yield Arc(sheet.at(item.body, symbol.at), PIN, sheet.pen(item), fill=PAPER, **named)
+def _filled(radius: float, fill: str, layer: float) -> Look:
+    """Return what draws a filled circle at the place of a symbol."""
+
+    def look(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+        named = sheet.named(item, layer, symbol.at)
+        yield Arc(sheet.at(item.body, symbol.at), radius, sheet.pen(item), fill=fill, **named)
+
+    return look
 
 
-def _bob(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    named = sheet.named(item, LAYER_BODY + 0.5, symbol.at)
-    yield Arc(sheet.at(item.body, symbol.at), BOB, sheet.pen(item), fill=DARK, **named)
+_bob: Final = _filled(BOB, DARK, LAYER_BODY + 0.5)
 
 
 def _ring(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
@@ -498,11 +501,6 @@ def _skate(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     yield Stroke(lens, sheet.pen(item), closed=True, fill=BLACK, **sheet.named(item, LAYER_JOINT, symbol.at))
 
 
-def _motor(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    named, at = sheet.named(item, LAYER_JOINT - 0.1, symbol.at), sheet.at(item.body, symbol.at)
-    yield Arc(at, 8.0, sheet.pen(item), fill=PAPER, **named)
-
-
 def _rack(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     named, at = sheet.named(item, LAYER_BODY + 0.4, symbol.at), sheet.at(item.body, symbol.at)
     along = unit2(sheet.way(item.body, symbol.along))
@@ -543,11 +541,6 @@ def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if at is not None:
         yield Arc(at, 1.3, None, fill=BLACK, **sheet.named(item, LAYER_JOINT + 0.5, symbol.at))
     yield from _ring_if_marked(sheet, item, symbol)
-
-
-def _edge(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
-    """Yield nothing for a point that a joint or what is fixed there shows, unless something touches it."""
-    yield from step_marks(sheet, item, sheet.at(item.body, symbol.at))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -747,7 +740,7 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "nut_body": _ring_if_marked,
     "sleeve": _sleeve,
     "nut": _screw,
-    "bead": _bead,
+    "bead": _filled(PIN, PAPER, LAYER_JOINT),
     "bob": _bob,
     "block": _body_block,
     "ring": _ring,
@@ -760,10 +753,11 @@ SYMBOLS: Final[Mapping[str, Look]] = {
     "axle": axle_marks,
     "point": _point,
     "place": _point,
-    "used_point": _edge,
+    # a point that a joint or what is fixed there shows, unless something touches it
+    "used_point": lambda sheet, item, symbol: step_marks(sheet, item, sheet.at(item.body, symbol.at)),
     "torsion_spring": _torsion_spring,
     "torsion_damper": _torsion_damper,
-    "motor": _motor,
+    "motor": _filled(8.0, PAPER, LAYER_JOINT - 0.1),
     "skate": _skate,
     "rack": _rack,
     "gear": _gear,

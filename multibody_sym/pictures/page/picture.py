@@ -73,6 +73,8 @@ _FORMULA: Final = re.compile(rf"-?{_TERM}(?: ?[-+*/] ?{_TERM})+")
 _TOKENS: Final = re.compile(r"[A-Za-z]\w*|[0-9.]+|[-+*/=,()²³]|(?<=[-+*/=,]) | (?=[-+*/=])", re.ASCII)
 """Names and numbers with signs between them, and spaces around signs only."""
 _TIME: Final = re.compile(r"\bt((?:\*[A-Za-z]\w*(?![\w(]))+)", re.ASCII)
+_EXPONENT: Final = re.compile(r"\^(-?[0-9]+)")
+_RAISED: Final = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _RELATION: Final = re.compile(r"(.+) ([≤≥]) (.+)")
 """A coordinate and a limit of it."""
 
@@ -134,6 +136,11 @@ def _symbol(name: str) -> tuple[Run, ...]:
     letter, *below = read_parts(name)
     head: Run = (GREEK.get(letter, letter), "italic" if letter in GREEK or len(letter) == 1 else "roman")
     return (head, (",".join(GREEK.get(part, part) for part in below), "subscript")) if below else (head,)
+
+
+def typeset_unit(unit: str) -> str:
+    """Return a unit as a book sets it: kg*m^2/s as kg m²/s."""
+    return _EXPONENT.sub(lambda power: power[1].translate(_RAISED), unit).replace("*", _THIN_SPACE)
 
 
 def small(name: str) -> tuple[Run, ...]:

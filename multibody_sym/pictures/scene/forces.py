@@ -266,11 +266,6 @@ def rope_points(runs: Runs, motion: Motion, arc: int) -> list[Vec]:
     return points
 
 
-def carriers(runs: Runs) -> list[int]:
-    """Return the numbers of the bodies at all bends of a rope, its ends included."""
-    return [bend.at.body for k, run in enumerate(runs) for bend in run.path[min(k, 1) :]]
-
-
 def _bow(bend: _Meeting) -> Bow:
     """Return the part of the rope on a wheel between two pieces, of no length at a point."""
     assert bend.before is not None

@@ -507,7 +507,10 @@ def _radii(stage: PlacedSystem) -> Iterator[NamedLength]:
             yield radius_of(name, circle.size, place.body, place.point, radius, axis=axis)
     for name, element in stage.system.constraints.items():
         if isinstance(element, Gear):
-            yield from _gear_radii(stage, element)
+            for joint_name, pitch in zip(element.joints, element.radii or (), strict=False):  # of wheels in mesh
+                place, label = stage.place(stage.system.joints[joint_name].child), letters(pitch)
+                if label:
+                    yield radius_of(joint_name, label, place.body, place.point, stage.number(pitch), 2.3)
         if isinstance(element, Distance) and letters(element.value):
             first, second = (end.anchor for end in map(stage.place, element.between))
             yield NamedLength(name, letters(element.value), first, second)
@@ -522,14 +525,6 @@ def _segment_length(stage: PlacedSystem, name: str, start: Point | str, stop: Po
     if len(found) == 1 and found[0]:
         ends = Anchor(number, stage.vector(start)), Anchor(number, stage.vector(stop))
         yield NamedLength(name, found[0], *ends)
-
-
-def _gear_radii(stage: PlacedSystem, gear: Gear) -> Iterator[NamedLength]:
-    """Yield the radii of wheels in mesh."""
-    for name, radius in zip(gear.joints, gear.radii or (), strict=False):
-        place = stage.place(stage.system.joints[name].child)
-        if letters(radius):
-            yield radius_of(name, letters(radius), place.body, place.point, stage.number(radius), 2.3)
 
 
 def _points(stage: PlacedSystem) -> Iterator[NamedLength]:

@@ -18,6 +18,7 @@ from multibody_sym.model.parameters import DimensionField
 from multibody_sym.model.settings import Settings
 from multibody_sym.model.steps import Curve
 from multibody_sym.model.system import System, t
+from multibody_sym.pictures.page.picture import typeset_unit
 from multibody_sym.pictures.scene.items import ZERO, Anchor, AngleMark, unit, vector
 from multibody_sym.pictures.scene.stage import PlacedSystem
 from multibody_sym.records import dataclass
@@ -34,7 +35,6 @@ _LONGEST: Final = 9
 _LONGEST_VALUE, _LONGEST_CURVE = 12, 16
 """The same for the value of a force."""
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_]\w*")
-_POWER: Final = re.compile(r"\^(-?[0-9]+)")
 _RAISED: Final = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _PIN: Final = re.compile(r"[A-Z][0-9]?'?")
 """The name of a pin or of a roller in a book."""
@@ -186,8 +186,7 @@ def _number(value: float) -> str:
 def _set(unit: str) -> str:
     """Return a unit as a book sets it: kg m⁴/s², s²/(kg m²)."""
     above, *below = unit.split("/")
-    shown = "/".join([above, *([f"({'*'.join(below)})"] if len(below) > 1 else below)])
-    return _POWER.sub(lambda power: power[1].translate(_RAISED), shown).replace("*", "\u2009")
+    return typeset_unit("/".join([above, *([f"({'*'.join(below)})"] if len(below) > 1 else below)]))
 
 
 def is_static(system: System) -> bool:

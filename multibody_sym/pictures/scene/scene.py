@@ -77,6 +77,8 @@ from multibody_sym.pictures.scene.stage import (
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
+Numbers = Sequence[float] | Floats | None
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -121,34 +123,16 @@ class Scene:
         """The names of the bodies, in the order of the poses."""
         return tuple(body.name for body in self.mechanism.bodies)
 
-    def at(
-        self,
-        q: Sequence[float] | Floats | None = None,
-        u: Sequence[float] | Floats | None = None,
-        t: float = 0.0,
-        parameters: Sequence[float] | Floats | None = None,
-    ) -> Placed:
+    def at(self, q: Numbers = None, u: Numbers = None, t: float = 0.0, parameters: Numbers = None) -> Placed:
         """Return the scene at a state: coordinates q (nq), speeds u (nu), parameters (np); those of the start else."""
         return self.placed(self.motion(q, u, t, parameters))
 
-    def motion(
-        self,
-        q: Sequence[float] | Floats | None = None,
-        u: Sequence[float] | Floats | None = None,
-        t: float = 0.0,
-        parameters: Sequence[float] | Floats | None = None,
-    ) -> Motion:
+    def motion(self, q: Numbers = None, u: Numbers = None, t: float = 0.0, parameters: Numbers = None) -> Motion:
         """Return the motion of the mechanism at a state; what is not given is that of the start."""
         begin = self.begin
-        state = state_of(
-            self.mechanism,
-            float,
-            float(t),
-            begin.q if q is None else [float(x) for x in q],
-            begin.u if u is None else [float(x) for x in u],
-            begin.parameters if parameters is None else [float(x) for x in parameters],
-        )
-        return motion_of(self.mechanism, state)
+        pairs = (q, begin.q), (u, begin.u), (parameters, begin.parameters)
+        given = (own if values is None else [float(x) for x in values] for values, own in pairs)
+        return motion_of(self.mechanism, state_of(self.mechanism, float, float(t), *given))
 
     def placed(self, motion: Motion) -> Placed:
         """Return the scene where a motion of its mechanism has led it."""

@@ -94,10 +94,8 @@ class PlacedSystem:
     @cached_property
     def motion(self) -> Motion:
         """The motion of all bodies at the start."""
-        begin = self.begin
-        return motion_of(
-            self.mechanism, state_of(self.mechanism, float, 0.0, begin.q, begin.u, begin.parameters)
-        )
+        begin, mechanism = self.begin, self.mechanism
+        return motion_of(mechanism, state_of(mechanism, float, 0.0, begin.q, begin.u, begin.parameters))
 
     @cached_property
     def poses(self) -> Floats:
