@@ -129,8 +129,7 @@ class _Plane:
 
     def on_page(self, points: Floats) -> Floats:
         """Return points (n, 2) or (2,) of q and p on the page."""
-        placed: Floats = (points - self.corner) * self.scale + _MARGIN
-        return placed
+        return np.asarray((points - self.corner) * self.scale + _MARGIN)
 
     def picture(self, title: str) -> Picture:
         size = _WIDTH + 2 * _MARGIN, _HEIGHT + 2 * _MARGIN

@@ -343,8 +343,7 @@ class _Taken:
         same = [1 for other, ahead in self.forces if _near(at, other) and float(along @ ahead) > _SAME_WAY]
         self.forces.append((at, along))
         side = (len(same) + 1) // 2 * (1 if len(same) % 2 else -1)
-        found: Floats = _BESIDE * side * left(along)
-        return found
+        return np.asarray(_BESIDE * side * left(along))
 
     def radius(self, at: Floats, drawn: Sequence[Mark]) -> float:
         """Return the radius of the bow of a torque about a place, beside circles that are drawn about it."""
@@ -610,8 +609,7 @@ def driven_points(sheet: Sheet, item: Item, symbol: Symbol) -> Floats:
         start = at - _AXES_BESIDE * left(way)
         return np.array([start, start + _DRIVEN * way])
     ways = [sheet.way(item.body, way) for way in rim(symbol.axis, np.linspace(0.3, 4.6, 32))]
-    found: Floats = at + _ABOUT * np.array(ways)
-    return found
+    return np.asarray(at + _ABOUT * np.array(ways))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -175,8 +175,7 @@ def _shifted(sheet: Sheet, placed: PlacedStrand) -> Floats:
     """Return the pieces of a strand on the page (n, 2, 2) by their corners, moved with what stands at their ends."""
     pieces, moved = sheet.projection.page(placed.pieces).copy(), sheet.settled
     if placed.strand.name in moved.folds:
-        found: Floats = pieces + moved.folds[placed.strand.name]
-        return found
+        return np.asarray(pieces + moved.folds[placed.strand.name])
     shifts = [moved.bodies.get(anchor.body, np.zeros(2)) for anchor in placed.strand.anchors]
     if not any(np.any(shift) for shift in shifts) or not len(pieces):
         return pieces
@@ -230,8 +229,7 @@ def _bow(start: Floats, stop: Floats, wheel: RopeWheel) -> Floats:
     first, last = (float(np.arctan2(*(end - wheel.centre)[::-1])) for end in (start, stop))
     turn = wheel.side * ((wheel.side * (last - first)) % (2.0 * np.pi) + 2.0 * np.pi * wheel.turns)
     angles = np.linspace(first, first + turn, _POINTS * (1 + wheel.turns))
-    found: Floats = wheel.centre + wheel.radius * np.column_stack((np.cos(angles), np.sin(angles)))
-    return found
+    return np.asarray(wheel.centre + wheel.radius * np.column_stack((np.cos(angles), np.sin(angles))))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

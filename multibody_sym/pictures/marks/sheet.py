@@ -256,13 +256,11 @@ class _Settling:
 
     def page(self, body: int, point: object) -> Floats:
         """Return where a point of a body is on the page (2)."""
-        found: Floats = self.scale * (self.axes @ self.home.world(body, np.array([point], dtype=float))[0])
-        return found
+        return np.asarray(self.scale * (self.axes @ self.home.world(body, np.array([point], dtype=float))[0]))
 
     def way(self, body: int, direction: object) -> Floats:
         """Return a direction of a body on the page (2)."""
-        found: Floats = self.axes @ self.home.turned(body, np.asarray(direction, dtype=float))
-        return found
+        return np.asarray(self.axes @ self.home.turned(body, np.asarray(direction, dtype=float)))
 
     def mass(self, body: int) -> Symbol | None:
         """Return the symbol that stands for all of a body, None for one that has a size."""
@@ -502,8 +500,7 @@ def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
             longer, shorter = sorted((along, back), key=lambda piece: -float(np.linalg.norm(piece)))
             ways[k + 1][1] += max(-_cross(longer, shorter) / (_cross(longer, across) or np.inf), 0.0)
             ways[k + 1][1] += wheel if k and not folds[k - 1] else 0.0
-    found: Floats = (ways - ways[-1][1] / 2)[:, :, None] * across
-    return found
+    return np.asarray((ways - ways[-1][1] / 2)[:, :, None] * across)
 
 
 def _cross(a: Floats, b: Floats) -> float:
@@ -526,8 +523,7 @@ def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None
     if half > 1.5 or half < _SHARPEST:
         return None
     middle = (one + two) / float(np.linalg.norm(one + two))
-    found: Floats = corner + middle * radius / np.sin(half)
-    return found
+    return np.asarray(corner + middle * radius / np.sin(half))
 
 
 def _follow(made: _Settling, strand: PlacedStrand) -> None:

@@ -404,8 +404,7 @@ def _block(sheet: Sheet, item: Item, form: Stop, body: Item | None) -> Floats:
         half = np.full(2, PIN) if bead else np.array(BLOCK) / 2
     along = unit2(sheet.way(item.body, form.axis))
     signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    corners: Floats = (signs * half) @ np.array([along, left(along)])
-    return corners
+    return np.asarray((signs * half) @ np.array([along, left(along)]))
 
 
 def _radial(sheet: Sheet, item: Item, form: TurnStop) -> Floats:
@@ -417,8 +416,7 @@ def _radial(sheet: Sheet, item: Item, form: TurnStop) -> Floats:
     turn, edge = _edge(sheet, item, form)
     ahead = np.cos(turn) * way + np.sin(turn) * barred
     beside = (edge + BOLD.width / 2) * (np.cos(turn) * barred - np.sin(turn) * way)
-    found: Floats = at + beside + np.outer([start, start + _LONG], ahead)
-    return found
+    return np.asarray(at + beside + np.outer([start, start + _LONG], ahead))
 
 
 def _edge(sheet: Sheet, item: Item, form: TurnStop) -> tuple[float, float]:

@@ -81,8 +81,7 @@ def crossings(boxes: Floats, segments: Floats) -> Floats:
     apart = wide[..., 0] | wide[..., 1]
     turn = np.abs(reach[None, :, 0] * d[..., 1] - reach[None, :, 1] * d[..., 0])
     apart |= turn > half[:, None, 0] * np.abs(reach)[None, :, 1] + half[:, None, 1] * np.abs(reach)[None, :, 0]
-    found: Floats = (~apart).sum(1).astype(float)
-    return found
+    return np.asarray((~apart).sum(1).astype(float))
 
 
 def overlaps(boxes: Floats, others: Floats) -> Floats:
@@ -91,8 +90,7 @@ def overlaps(boxes: Floats, others: Floats) -> Floats:
         return np.zeros(len(boxes))
     beyond = (boxes[:, None, :2] >= others[None, :, 2:]) | (boxes[:, None, 2:] <= others[None, :, :2])
     apart = beyond[..., 0] | beyond[..., 1]
-    found: Floats = (~apart).sum(1).astype(float)
-    return found
+    return np.asarray((~apart).sum(1).astype(float))
 
 
 _SPACE: Final = 4.0
@@ -153,8 +151,7 @@ class Room:
             ends = lines[:, :2], lines[:, 2:]
             self._reaches = np.hstack((np.maximum(*ends), -np.minimum(*ends)))
         low, high = about.min(0) - reach, about.max(0) + reach
-        found: Floats = lines[(self._reaches >= np.array([*low, *-high])).all(1)]
-        return found
+        return np.asarray(lines[(self._reaches >= np.array([*low, *-high])).all(1)])
 
     def touched(self, boxes: Floats, lines: Floats) -> Floats:
         """Return how many lines and letters each of the boxes (m, 4) would touch, with some air around: (m,)."""
@@ -194,8 +191,7 @@ def crossing_count(start: Floats, stop: Floats, lines: Floats) -> int:
     one, two, way = lines[:, :2], lines[:, 2:], stop - start
 
     def turn(a: Floats, b: Floats) -> Floats:
-        found: Floats = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-        return found
+        return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
     apart = turn(way, one - start) * turn(way, two - start) < 0.0
     across = turn(two - one, start - one) * turn(two - one, stop - one) < 0.0
@@ -208,15 +204,13 @@ def distances(points: Floats, lines: Floats) -> Floats:
     size = np.maximum((along**2).sum(1), 1e-12)
     offset = points[:, None] - start[None]
     part = np.clip((offset * along[None]).sum(-1) / size, 0.0, 1.0)
-    found: Floats = np.linalg.norm(offset - part[..., None] * along[None], axis=-1)
-    return found
+    return np.asarray(np.linalg.norm(offset - part[..., None] * along[None], axis=-1))
 
 
 def box_at(centre: Floats, wide: float, high: float) -> Floats:
     """Return boxes (m, 4) of a size about centres (m, 2)."""
     half = np.array([wide, high]) / 2
-    found: Floats = np.hstack((centre - half, centre + half))
-    return found
+    return np.asarray(np.hstack((centre - half, centre + half)))
 
 
 def bounds(boxes: Iterable[Box]) -> tuple[float, float, float, float]:
@@ -394,8 +388,7 @@ def _marks_at_best(room: Room, one: Candidates, others: Sequence[Floats]) -> lis
 def _apart(points: Floats, about: Floats) -> Floats:
     """Return the distances (m,) of points (m, 2) from a point or polyline (n, 2)."""
     line = np.vstack((about, about)) if len(about) == 1 else about
-    found: Floats = distances(points, np.hstack((line[:-1], line[1:]))).min(1)
-    return found
+    return np.asarray(distances(points, np.hstack((line[:-1], line[1:]))).min(1))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -487,8 +480,7 @@ class _Line:
     def _beyond(self, part: float) -> Floats:
         """Return the middle of letters that do not fit between the arrows: in the line, beyond one of its ends."""
         end, way = (self.ends[1], 1.0) if part >= 0.5 else (self.ends[0], -1.0)
-        found: Floats = end + way * self.along * (self.gap / 2 + (_OUTSIDE + 1.0 if self._short else 2.0))
-        return found
+        return np.asarray(end + way * self.along * (self.gap / 2 + (_OUTSIDE + 1.0 if self._short else 2.0)))
 
     @property
     def _short(self) -> bool:

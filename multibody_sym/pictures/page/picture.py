@@ -556,13 +556,11 @@ class Projection:
 
     def page(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
         """Return where points (.., 3) in space (m) are on the page (.., 2) in points."""
-        found: Floats = self.scale * (np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T)
-        return found
+        return np.asarray(self.scale * (np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T))
 
     def depth(self, points: Floats | Sequence[Sequence[float]]) -> Floats:
         """Return how far points (.., 3) are towards the reader (m)."""
-        found: Floats = np.asarray(points, dtype=float) @ self.toward
-        return found
+        return np.asarray(np.asarray(points, dtype=float) @ self.toward)
 
     def scaled(self, extent: Floats, times: float = 1.0, most: float = math.inf) -> Projection:
         """Return this view at the scale at which points (n, 3) fill the page, as far as they have an extent.

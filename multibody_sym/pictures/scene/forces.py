@@ -302,8 +302,7 @@ class ArrowLaw:
         except (*UNDEFINED, KeyError):
             return np.zeros(3)
         own = values if self.axis is None else values[0] * np.array(self.axis)
-        found: Floats = np.array(motion.rotation(self.body), dtype=float) @ own
-        return found
+        return np.asarray(np.array(motion.rotation(self.body), dtype=float) @ own)
 
 
     def way(self, motion: Motion) -> Floats:
@@ -313,8 +312,7 @@ class ArrowLaw:
             return np.zeros(3)
         sign = -1.0 if text(self.nodes[given[0]]).startswith("-") else 1.0
         own = sign * (np.eye(3)[given[0]] if self.axis is None else np.array(self.axis))
-        found: Floats = np.array(motion.rotation(self.body), dtype=float) @ own
-        return found
+        return np.asarray(np.array(motion.rotation(self.body), dtype=float) @ own)
 
 
 Arrow = tuple[ArrowItem, ArrowLaw]

@@ -47,15 +47,13 @@ def unit(values: Values) -> Vector:
 def rim(axis: Values, angles: Floats) -> Floats:
     """Return the unit vectors (n, 3) across a unit axis at angles (n,) from the first one."""
     e1 = np.array(across(axis))
-    found: Floats = np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * np.cross(axis, e1)
-    return found
+    return np.asarray(np.cos(angles)[:, None] * e1 + np.sin(angles)[:, None] * np.cross(axis, e1))
 
 
 def circle(centre: Values, axis: Values, radius: float, count: int = 24) -> Floats:
     """Return points of a circle (count, 3)."""
     ways = rim(unit(axis), np.linspace(0.0, 2.0 * np.pi, count, endpoint=False))
-    found: Floats = np.asarray(centre, dtype=float) + radius * ways
-    return found
+    return np.asarray(np.asarray(centre, dtype=float) + radius * ways)
 
 
 class _Form:
@@ -139,8 +137,7 @@ class Sphere(_Form):
     @property
     def bounds(self) -> Floats:
         offsets = self.radius * np.vstack([np.eye(3), -np.eye(3)])
-        found: Floats = np.array(self.centre) + offsets
-        return found
+        return np.asarray(np.array(self.centre) + offsets)
 
 
 @dataclass(frozen=True)
@@ -156,8 +153,7 @@ class Block(_Form):
         """Its corners (8, 3), the first index slowest in z: 0 to 3 the bottom around, 4 to 7 the top."""
         square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
         signs = np.array([(x, y, z) for z in (-1, 1) for x, y in square], dtype=float)
-        found: Floats = np.array(self.centre) + (signs * np.array(self.sizes) / 2.0) @ np.array(self.rotation).T
-        return found
+        return np.asarray(np.array(self.centre) + (signs * np.array(self.sizes) / 2.0) @ np.array(self.rotation).T)
 
 
 @dataclass(frozen=True)
@@ -237,8 +233,7 @@ class Rail(_Form):
 
     @property
     def bounds(self) -> Floats:
-        found: Floats = np.array(self.at) + np.outer(self.reach, self.axis)
-        return found
+        return np.asarray(np.array(self.at) + np.outer(self.reach, self.axis))
 
 
 @dataclass(frozen=True)
@@ -256,8 +251,7 @@ class Stop(_Form):
     @property
     def bounds(self) -> Floats:
         """Its place (1, 3), where the front of the body comes to."""
-        found: Floats = np.array([self.at]) + self.front * np.array(self.axis)
-        return found
+        return np.asarray(np.array([self.at]) + self.front * np.array(self.axis))
 
 
 @dataclass(frozen=True)
@@ -322,8 +316,7 @@ class Bowl(_Form):
         """Return the profile (n, 3) at an angle about the axis."""
         (side,) = rim(self.axis, np.array([angle]))
         profile = np.array(self.profile)
-        found: Floats = np.array(self.centre) + np.outer(profile[:, 0], side) + np.outer(profile[:, 1], self.axis)
-        return found
+        return np.asarray(np.array(self.centre) + np.outer(profile[:, 0], side) + np.outer(profile[:, 1], self.axis))
 
 
 @dataclass(frozen=True)
@@ -504,8 +497,7 @@ class Bow:
         e1 = np.array(self.start) - np.array(self.centre)
         e2 = np.cross(self.axis, e1)
         cosines, sines = np.cos(angles)[:, None], np.sin(angles)[:, None]
-        found: Floats = np.array(self.centre) + cosines * e1 + sines * e2
-        return found
+        return np.asarray(np.array(self.centre) + cosines * e1 + sines * e2)
 
 
 @dataclass(frozen=True)
@@ -548,8 +540,7 @@ class View:
 
     def project(self, points: Floats) -> Floats:
         """Return where points (.., 3) are on the page (.., 2), in m."""
-        found: Floats = np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T
-        return found
+        return np.asarray(np.asarray(points, dtype=float) @ np.array([self.right, self.up]).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -567,16 +558,13 @@ class Placed:
 
     def point(self, anchor: Anchor) -> Floats:
         """Return where a point of a body is (3)."""
-        found: Floats = self.world(anchor.body, np.array([anchor.point]))[0]
-        return found
+        return np.asarray(self.world(anchor.body, np.array([anchor.point]))[0])
 
     def world(self, body: int, points: Floats) -> Floats:
         """Return points (n, 3) in the axes of a body as points in the world."""
         pose = self.poses[body]
-        found: Floats = np.asarray(points, dtype=float) @ pose[:, :3].T + pose[:, 3]
-        return found
+        return np.asarray(np.asarray(points, dtype=float) @ pose[:, :3].T + pose[:, 3])
 
     def turned(self, body: int, direction: Values) -> Floats:
         """Return a direction (3) in the axes of a body as one in the world."""
-        found: Floats = self.poses[body][:, :3] @ np.asarray(direction, dtype=float)
-        return found
+        return np.asarray(self.poses[body][:, :3] @ np.asarray(direction, dtype=float))

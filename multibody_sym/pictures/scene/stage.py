@@ -176,13 +176,11 @@ class PlacedSystem:
         return self.vector(mass_of(self.declared(body)).com)
 
     def world(self, body: int, point: Values) -> Floats:
-        found: Floats = self.poses[body][:, :3] @ np.asarray(point, dtype=float) + self.poses[body][:, 3]
-        return found
+        return np.asarray(self.poses[body][:, :3] @ np.asarray(point, dtype=float) + self.poses[body][:, 3])
 
     def turned(self, body: int, direction: Values) -> Floats:
         """Return a direction of a body in the world at the start."""
-        found: Floats = self.poses[body][:, :3] @ np.asarray(direction, dtype=float)
-        return found
+        return np.asarray(self.poses[body][:, :3] @ np.asarray(direction, dtype=float))
 
     @cached_property
     def gravity(self) -> Floats:
