@@ -322,7 +322,9 @@ function live(root, makeStage) {
   // The state in the address: parameters that differ, the time, coordinates and speeds.
   function share() {
     const words = new URLSearchParams();
-    names.parameters.forEach(({ name, value }, k) => { if (parameters[k] !== value) words.set("p." + name, parameters[k]); });
+    names.parameters.forEach(({ name, value }, k) => {
+      if (parameters[k] !== value && !data.followers.includes(k)) words.set("p." + name, parameters[k]);
+    });
     if (moves && moves.t + Math.abs(moves.q.reduce((sum, x, k) => sum + Math.abs(x - names.coordinates[k].initial), 0)) > 0) {
       words.set("t", moves.t);
       words.set("q", moves.q.join(" "));

@@ -51,14 +51,14 @@ def test_bodies_and_ropes_are_where_an_animation_has_them(name: str) -> None:
             assert np.allclose(apart(points[first : first + count]), laid, rtol=0.0, atol=1e-9)
 
 
-def printed(folder: Path, html: str, words: str) -> Any:
-    """Return what a script prints as JSON that follows the model and the data of a page, in node."""
+def printed(folder: Path, html: str, words: str, before: str = "") -> Any:
+    """Return as JSON the value of words that follow the scripts and the data of a page, and others, in node."""
     script = re.search(r"<script>\n(const \{ PROGRAMS, motion \} = .*?\n\}\)\(\);)\n(.*?)\nlive\(", html, re.DOTALL)
     data = re.search(r'class="live-data">(.*?)</script>', html, re.DOTALL)
     assert script is not None
     assert data is not None
     known = f"{script[1]}\n{script[2]}\nconst data = {data[1]}, names = data.model;"
-    said = f"{known}\nconsole.log(JSON.stringify({words}));"
+    said = f"{known}\n{before}\nconsole.log(JSON.stringify({words}));"
     (folder / "page.js").write_text(said, encoding="utf-8")
     done = subprocess.run([str(NODE), folder / "page.js"], capture_output=True, text=True, timeout=60, check=True)
     return json.loads(done.stdout)
@@ -104,6 +104,21 @@ def test_parameters_that_depend_on_a_moved_one_follow_it(tmp_path: Path) -> None
     assert {names[k] for k in found[2]} == {"m", "l", "g"}
     assert "The picture keeps the sizes of the declared l." in html
     assert "The picture keeps" not in mbs.live(mbs.loads(ROD.replace("-l/2", "-0.5"))).html
+
+
+@pytest.mark.skipif(NODE is None, reason="no node")
+def test_the_script_of_a_page_takes_numbers_and_keys(tmp_path: Path) -> None:
+    """On elements without a browser: the motion for l = 3 is that of such a model as far as the stop."""
+    html = mbs.live(mbs.loads(ROD)).html
+    stub = Path(__file__).with_name("live_page_stub.js").read_text(encoding="utf-8")
+    words = "typed('l', 3); root.model.advance(9); const ends = [root.model.t, ...root.model.q];"
+    words += "typed('theta', 0.1); pressed('.'); const said = root.querySelector('.said').textContent;"
+    address, said, *ends = printed(tmp_path, html, "[globalThis.address, said, ...ends]", f"{stub}\n{words}")
+    run = mbs.simulate(mbs.loads(ROD.replace("l: 1 m", "l: 3 m")), t_end=9.0, rtol=1e-10)
+    assert np.allclose(ends, [run.t[-1], 0.2], rtol=1e-6)
+    assert said == "The condition of low holds here: the motion ends."
+    assert "p.l=3" in address
+    assert "p.J" not in address
 
 
 @pytest.mark.skipif(NODE is None, reason="no node")
