@@ -24,7 +24,6 @@ from multibody_sym.pictures.marks.forces import (
 from multibody_sym.pictures.marks.labels import Names, angle_marks, dimension_marks, label_marks, word_marks
 from multibody_sym.pictures.marks.shapes import FORMS
 from multibody_sym.pictures.marks.sheet import Sheet
-from multibody_sym.pictures.marks.sliders import rail_marks, stop_marks
 from multibody_sym.pictures.marks.symbols import SYMBOLS
 from multibody_sym.pictures.page.files import svg
 from multibody_sym.pictures.page.layout import Runs, laid_out, legend_lines
@@ -45,16 +44,12 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.items import (
     ArrowItem,
-    Axes,
     Face,
     Item,
     NamedLength,
     Path,
     Placed,
-    Rail,
     Sphere,
-    Stop,
-    TurnStop,
 )
 from multibody_sym.pictures.scene.scene import Scene
 from multibody_sym.records import dataclass
@@ -245,12 +240,6 @@ def item_marks(sheet: Sheet, item: Item) -> Iterator[Mark]:
     """Yield how one item looks."""
     if item.symbol is not None:
         yield from SYMBOLS[item.symbol.kind](sheet, item, item.symbol)
-    elif isinstance(item.form, Axes):
-        return  # they stand beside the figure
-    elif isinstance(item.form, Rail):
-        yield from rail_marks(sheet, item, item.form)
-    elif isinstance(item.form, (Stop, TurnStop)):
-        yield from stop_marks(sheet, item, item.form)
     else:
         yield from FORMS[type(item.form)](sheet, item, item.form)
 

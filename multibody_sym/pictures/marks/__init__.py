@@ -1,8 +1,7 @@
 """How things look: one file a kind of mark.
 
     sheet             a scene in a projection; where masses without a size stand
-    shapes, symbols   forms with a size in metres; pins, blocks, bobs and flows in the page's size
+    shapes, symbols   forms with a size in metres, rails and stops; pins, blocks, bobs and flows in the page's size
     forces, ropes     arrows, springs, dampers, cones of friction; ropes round their wheels, pulleys, supports
-    sliders           rails and stops
     labels            names, lengths and angles
 """

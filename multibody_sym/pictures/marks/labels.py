@@ -18,9 +18,8 @@ from multibody_sym.pictures.marks.forces import (
     outline_drawn,
 )
 from multibody_sym.pictures.marks.ropes import drawn_pieces
-from multibody_sym.pictures.marks.shapes import outline_of
+from multibody_sym.pictures.marks.shapes import line_ends, outline_of, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.sheet import Sheet, left, unit2
-from multibody_sym.pictures.marks.sliders import line_ends, rail_lines, sleeve_place, stop_line
 from multibody_sym.pictures.marks.symbols import ring_pins, touching_place
 from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import (

@@ -229,23 +229,6 @@ class Settled:
     below their planes, `seats` what of them is below the places of the bodies that stand there.
     """
 
-    bodies: Mapping[int, Floats] = field(default_factory=dict)
-    pulleys: Mapping[str, Floats] = field(default_factory=dict)
-    leans: Mapping[int, Floats] = field(default_factory=dict)
-    folds: Mapping[str, Floats] = field(default_factory=dict)
-    drums: Mapping[int, float] = field(default_factory=dict)
-    lower: Mapping[Path, float] = field(default_factory=dict)
-    seats: Mapping[int, Floats] = field(default_factory=dict)
-
-
-@dataclass(eq=False)
-class _Settling:
-    """The scene at its start on the page, and what was found so far."""
-
-    scene: Scene
-    home: Placed
-    axes: Floats
-    scale: float
     bodies: dict[int, Floats] = field(default_factory=dict)
     pulleys: dict[str, Floats] = field(default_factory=dict)
     leans: dict[int, Floats] = field(default_factory=dict)
@@ -253,6 +236,16 @@ class _Settling:
     drums: dict[int, float] = field(default_factory=dict)
     lower: dict[Path, float] = field(default_factory=dict)
     seats: dict[int, Floats] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Settling(Settled):
+    """What was found so far, with the scene at its start on the page."""
+
+    scene: Scene
+    home: Placed
+    axes: Floats
+    scale: float
 
     def page(self, body: int, point: object) -> Floats:
         """Return where a point of a body is on the page (2)."""
@@ -271,7 +264,7 @@ class _Settling:
 
 def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) -> Settled:
     """Return where things without a size stand in a view."""
-    made = _Settling(scene, home, np.array([right, up]), scale)
+    made = _Settling(scene=scene, home=home, axes=np.array([right, up]), scale=scale)
     for strand in home.strands:
         _sink(made, strand)
     for strand in home.strands:
@@ -302,7 +295,7 @@ def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) 
         _beside(made, strand)
         _widen(made, strand)
     _part(made)
-    return Settled(made.bodies, made.pulleys, made.leans, made.folds, made.drums, made.lower, made.seats)
+    return made
 
 
 def _widen(made: _Settling, rope: PlacedStrand) -> None:

@@ -19,18 +19,21 @@ from multibody_sym.pictures.marks.ropes import (
     support_marks,
     support_side,
 )
-from multibody_sym.pictures.marks.shapes import FORMS, barrel, belt_marks, outline, outline_of
-from multibody_sym.pictures.marks.sheet import BOB, CART_WHEEL, MASS, UNSEEN, WAGON, Sheet, left, unit2
-from multibody_sym.pictures.marks.sliders import (
+from multibody_sym.pictures.marks.shapes import (
+    FORMS,
     LEVEL,
+    barrel,
+    belt_marks,
     block_size,
     bodies_with_a_size,
     hanging_width,
+    outline,
+    outline_of,
     sleeve_place,
     slope_of,
     wedge_under,
-    weld_marks,
 )
+from multibody_sym.pictures.marks.sheet import BOB, CART_WHEEL, MASS, UNSEEN, WAGON, Sheet, left, unit2
 from multibody_sym.pictures.page.layout import distances
 from multibody_sym.pictures.page.picture import (
     AXIS,
@@ -53,6 +56,7 @@ from multibody_sym.pictures.page.picture import (
     VELOCITY,
     Arc,
     Arrow,
+    Hatch,
     Mark,
     Pen,
     Stroke,
@@ -541,6 +545,34 @@ def _contact(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     if at is not None:
         yield Arc(at, 1.3, None, fill=BLACK, **sheet.named(item, LAYER_JOINT + 0.5, symbol.at))
     yield from _ring_if_marked(sheet, item, symbol)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Clamped ends: what is fixed to ground, or to another body.
+
+
+_GROUND_BESIDE: Final = 19.0
+"""How far ground reaches on either side of a mass that is fixed to it (pt)."""
+
+
+def weld_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
+    """Yield a clamped end: hatched ground through the place, or between bodies a filled corner.
+
+    Under a mass without a size ground alone is seen.
+    """
+    at, named = sheet.at(item.body, symbol.at), sheet.named(item, LAYER_JOINT, symbol.at)
+    if item.on_ground and sheet.flat and item.bodies[-1] in sheet.settled.leans:
+        if item.bodies[-1] in sheet.settled.bodies:  # it stands on ground that is drawn
+            return
+        across = sheet.settled.leans[item.bodies[-1]]
+        below = at - MASS[1] / 2 * left(across)
+        ends = np.array([below - _GROUND_BESIDE * across, below + _GROUND_BESIDE * across])
+        yield Hatch(ends, sheet.pen(item, BOLD), side=-1, **{**named, "layer": LAYER_GROUND})
+        return
+    if item.on_ground:
+        yield from stand(sheet, item, at, support_side(sheet, item, at), 3.0)
+    square = np.array([(-2.6, -2.6), (2.6, -2.6), (2.6, 2.6), (-2.6, 2.6)])
+    yield Stroke(at + square, sheet.pen(item), closed=True, fill=BLACK, **named)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

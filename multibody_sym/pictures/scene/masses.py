@@ -52,7 +52,9 @@ def flow_items(stage: PlacedSystem) -> Iterator[Item]:
     for name, body in stage.system.bodies.items():
         sign = _flow(stage, name, body)
         if sign is not None:
-            found = _jet_letter(body) if sign.kind == "jet" else ""
+            lost = () if sign.kind != "jet" or body.varying is None else body.varying.relative_velocity or ()
+            given = [node for node in lost if node.shadow != 0]
+            found = letters(given[0]) if len(given) == 1 else ""  # the letter of the speed of what a rocket loses
             path = ("bodies", name, "mass")
             yield Item("flow", name, "", path, stage.number_of(name), sign, letters=found)
 
@@ -78,13 +80,6 @@ def _flow(stage: PlacedSystem, name: str, body: Body) -> Symbol | None:
         return None
     upright = abs(_steepness(stage, joint)) if isinstance(joint, Prismatic) else 1.0
     return Symbol("mist" if upright > _LEVEL else "hopper", place, along=down)
-
-
-def _jet_letter(body: Body) -> str:
-    """Return the letter of the speed of what a rocket loses."""
-    assert body.varying is not None
-    given = [node for node in body.varying.relative_velocity or () if node.shadow != 0]
-    return letters(given[0]) if len(given) == 1 else ""
 
 
 def jet_of(stage: PlacedSystem, name: str, body: Body) -> Vector | None:
