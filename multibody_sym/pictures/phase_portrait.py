@@ -97,9 +97,103 @@ class PhasePortrait:
     def _place_text(self, q: float) -> str:
         return _part_of_pi(q) if self.is_angle and _part_of_pi(q) else f"{q:.4g}"
 
+    # --- on the page, (0, 0) at the lower left corner of the plane ----------------------------------------------------
+
+    @cached_property
+    def _top(self) -> float:
+        """The largest momentum that is shown: that of all curves, or far above those that matter."""
+        every = [float(np.abs(x.points[:, 1]).max()) for x in self.curves]
+        tops = [top for top, x in zip(every, self.curves, strict=True) if x.kind != "orbit"]
+        return 1.08 * max(max(every, default=0.0) if not tops else min(2.5 * max(tops), max(every)), 1e-300)
+
+    @cached_property
+    def _scale(self) -> Floats:
+        low, high = self.window
+        return np.array([_WIDTH / (high - low), _HEIGHT / (2 * self._top)])
+
+    def _on_page(self, points: Floats) -> Floats:
+        """Return points (n, 2) or (2,) of q and p on the page."""
+        corner = np.array([self.window[0], -self._top])
+        return np.asarray((points - corner) * self._scale + _MARGIN)
+
     def picture(self, title: str) -> Picture:
         """Return the portrait on a page."""
-        return _Plane(self).picture(title)
+        size = _WIDTH + 2 * _MARGIN, _HEIGHT + 2 * _MARGIN
+        marks = [*self._axes(), *self._curves(), *self._points()]
+        return Picture(*size, marks, title, self.description)
+
+    def _curves(self) -> Iterator[Placed]:
+        for curve in self.curves:
+            named: Any = {"role": "phase", "name": curve.kind}
+            for part in self._clipped(curve.points):
+                yield Stroke(self._on_page(part), _PENS[curve.kind], **named)
+            tip = self._middle(curve)
+            if tip is not None:
+                yield Arrow(tip, _PENS[curve.kind], head=5.0, **named)
+
+    def _clipped(self, points: Floats) -> Iterator[Floats]:
+        """Yield the parts of a curve within the plane, of two points or more."""
+        inside = np.abs(points[:, 1]) <= self._top
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(int)))
+        yield from (points[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)
+
+    def _middle(self, curve: PhaseCurve) -> Floats | None:
+        """Return a short way along a curve where its momentum is largest in size, None outside of the plane."""
+        p = curve.points[:, 1]
+        k = int(np.argmax(np.abs(p)))
+        if not (1 <= k < len(p) - 1 and abs(p[k]) <= self._top):
+            k = len(p) // 2
+        if not 1 <= k < len(p) - 1 or abs(p[k]) > self._top:
+            return None
+        way = self._on_page(curve.points[k - 1 : k + 2])
+        along = way[2] - way[0]
+        size = float(np.hypot(*along))
+        return None if size == 0.0 else np.array([way[1] - 3.0 * along / size, way[1] + 3.0 * along / size])
+
+    def _points(self) -> Iterator[Placed]:
+        for each in self.fixed_points:
+            at = self._on_page(np.array([each.q, each.p]))
+            fill = INK.colour if each.kind == "centre" else "#ffffff"
+            yield Arc(at, _DOT, INK, fill=fill, layer=1.0, role="phase", name=each.kind)
+        at = self._on_page(np.array(self.begin))
+        yield Arc(at, _DOT - 0.6, None, fill=VELOCITY.colour, layer=1.0, role="phase", name="start")
+
+    # --- axes -----------------------------------------------------------------------------------------------------
+
+    def _axes(self) -> Iterator[Placed]:
+        named: Any = {"role": "axis", "name": self.coordinate}
+        low, high = self.window
+        corners = self._on_page(np.array([[low, -self._top], [high, -self._top], [high, self._top], [low, self._top]]))
+        yield Stroke(corners, _FRAME, closed=True, **named)
+        yield Stroke(self._on_page(np.array([[low, 0.0], [high, 0.0]])), _FRAME, **named)
+        if low < 0.0 < high:
+            yield Stroke(self._on_page(np.array([[0.0, -self._top], [0.0, self._top]])), _FRAME, **named)
+        name, (unit, unit_of_momentum) = letters(self.coordinate), self.units
+        momentum: tuple[Run, ...] = (("p", "italic"), ("".join(x for x, _ in name), "subscript"))
+        across = (*name, (f" ({unit})", "roman")) if unit else name
+        shown = unit_of_momentum.replace("*", " ").replace("^2", "\u00b2")
+        up = (*momentum, (f" ({shown})", "roman")) if shown else momentum
+        yield TextMark(corners[1] + np.array([-width_of(across, _SIZE), -2.6 * _SIZE]), across, _SIZE, **named)
+        yield TextMark(corners[3] + np.array([0.0, 5.0]), up, _SIZE, **named)
+        for q in self._ticks(low, high, is_angle=self.is_angle):
+            at, runs = self._on_page(np.array([q, -self._top])), _tick_runs(q, is_angle=self.is_angle)
+            yield Stroke(np.array([at, at + np.array([0.0, _TICK])]), THIN, **named)
+            below = np.array([width_of(runs, _SIZE) / 2, _SIZE + 1.0])
+            yield TextMark(at - below, runs, _SIZE, **named)
+        for p in self._ticks(-self._top, self._top, is_angle=False):
+            at, runs = self._on_page(np.array([low, p])), _tick_runs(p, is_angle=False)
+            yield Stroke(np.array([at, at + np.array([_TICK, 0.0])]), THIN, **named)
+            yield TextMark(at - np.array([3.0 + width_of(runs, _SIZE), 3.0]), runs, _SIZE, **named)
+
+    @staticmethod
+    def _ticks(low: float, high: float, *, is_angle: bool) -> list[float]:
+        """Return round numbers between two ends, or multiples of pi."""
+        if is_angle:
+            return [n * math.pi for n in range(math.ceil(low / math.pi), math.floor(high / math.pi) + 1)]
+        rough = (high - low) / _MOST_TICKS
+        power = 10.0 ** math.floor(math.log10(rough))
+        step = next(x * power for x in (1.0, 2.0, 5.0, 10.0) if x * power >= rough)
+        return [n * step for n in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
 def _part_of_pi(q: float) -> str:
@@ -113,101 +207,6 @@ def _part_of_pi(q: float) -> str:
     size, sign = abs(n), "-" if n < 0 else ""
     whole = f"{size // 2 if size > 2 else ''}pi" if size % 2 == 0 else f"{size if size > 1 else ''}pi/2"
     return sign + whole
-
-
-class _Plane:
-    """A portrait on the page, (0, 0) at the lower left corner of the plane."""
-
-    def __init__(self, portrait: PhasePortrait) -> None:
-        self.portrait = portrait
-        tops = [float(np.abs(x.points[:, 1]).max()) for x in portrait.curves if x.kind != "orbit"]
-        every = [float(np.abs(x.points[:, 1]).max()) for x in portrait.curves]
-        self.top = 1.08 * max(max(every, default=0.0) if not tops else min(2.5 * max(tops), max(every)), 1e-300)
-        low, high = portrait.window
-        self.scale = np.array([_WIDTH / (high - low), _HEIGHT / (2 * self.top)])
-        self.corner = np.array([low, -self.top])
-
-    def on_page(self, points: Floats) -> Floats:
-        """Return points (n, 2) or (2,) of q and p on the page."""
-        return np.asarray((points - self.corner) * self.scale + _MARGIN)
-
-    def picture(self, title: str) -> Picture:
-        size = _WIDTH + 2 * _MARGIN, _HEIGHT + 2 * _MARGIN
-        marks = [*self._axes(), *self._curves(), *self._points()]
-        return Picture(*size, marks, title, self.portrait.description)
-
-    def _curves(self) -> Iterator[Placed]:
-        for curve in self.portrait.curves:
-            named: Any = {"role": "phase", "name": curve.kind}
-            for part in self._clipped(curve.points):
-                yield Stroke(self.on_page(part), _PENS[curve.kind], **named)
-            tip = self._middle(curve)
-            if tip is not None:
-                yield Arrow(tip, _PENS[curve.kind], head=5.0, **named)
-
-    def _clipped(self, points: Floats) -> Iterator[Floats]:
-        """Yield the parts of a curve within the plane, of two points or more."""
-        inside = np.abs(points[:, 1]) <= self.top
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], inside, [False])).astype(int)))
-        yield from (points[a:b] for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)
-
-    def _middle(self, curve: PhaseCurve) -> Floats | None:
-        """Return a short way along a curve where its momentum is largest in size, None outside of the plane."""
-        p = curve.points[:, 1]
-        k = int(np.argmax(np.abs(p)))
-        if not (1 <= k < len(p) - 1 and abs(p[k]) <= self.top):
-            k = len(p) // 2
-        if not 1 <= k < len(p) - 1 or abs(p[k]) > self.top:
-            return None
-        way = self.on_page(curve.points[k - 1 : k + 2])
-        along = way[2] - way[0]
-        size = float(np.hypot(*along))
-        return None if size == 0.0 else np.array([way[1] - 3.0 * along / size, way[1] + 3.0 * along / size])
-
-    def _points(self) -> Iterator[Placed]:
-        for each in self.portrait.fixed_points:
-            at = self.on_page(np.array([each.q, each.p]))
-            fill = INK.colour if each.kind == "centre" else "#ffffff"
-            yield Arc(at, _DOT, INK, fill=fill, layer=1.0, role="phase", name=each.kind)
-        at = self.on_page(np.array(self.portrait.begin))
-        yield Arc(at, _DOT - 0.6, None, fill=VELOCITY.colour, layer=1.0, role="phase", name="start")
-
-    # --- axes -----------------------------------------------------------------------------------------------------
-
-    def _axes(self) -> Iterator[Placed]:
-        named: Any = {"role": "axis", "name": self.portrait.coordinate}
-        low, high = self.portrait.window
-        corners = self.on_page(np.array([[low, -self.top], [high, -self.top], [high, self.top], [low, self.top]]))
-        yield Stroke(corners, _FRAME, closed=True, **named)
-        yield Stroke(self.on_page(np.array([[low, 0.0], [high, 0.0]])), _FRAME, **named)
-        if low < 0.0 < high:
-            yield Stroke(self.on_page(np.array([[0.0, -self.top], [0.0, self.top]])), _FRAME, **named)
-        name, (unit, unit_of_momentum) = letters(self.portrait.coordinate), self.portrait.units
-        momentum: tuple[Run, ...] = (("p", "italic"), ("".join(x for x, _ in name), "subscript"))
-        across = (*name, (f" ({unit})", "roman")) if unit else name
-        shown = unit_of_momentum.replace("*", " ").replace("^2", "\u00b2")
-        up = (*momentum, (f" ({shown})", "roman")) if shown else momentum
-        yield TextMark(corners[1] + np.array([-width_of(across, _SIZE), -2.6 * _SIZE]), across, _SIZE, **named)
-        yield TextMark(corners[3] + np.array([0.0, 5.0]), up, _SIZE, **named)
-        for q in self._ticks(low, high, is_angle=self.portrait.is_angle):
-            at, runs = self.on_page(np.array([q, -self.top])), _tick_runs(q, is_angle=self.portrait.is_angle)
-            yield Stroke(np.array([at, at + np.array([0.0, _TICK])]), THIN, **named)
-            below = np.array([width_of(runs, _SIZE) / 2, _SIZE + 1.0])
-            yield TextMark(at - below, runs, _SIZE, **named)
-        for p in self._ticks(-self.top, self.top, is_angle=False):
-            at, runs = self.on_page(np.array([low, p])), _tick_runs(p, is_angle=False)
-            yield Stroke(np.array([at, at + np.array([_TICK, 0.0])]), THIN, **named)
-            yield TextMark(at - np.array([3.0 + width_of(runs, _SIZE), 3.0]), runs, _SIZE, **named)
-
-    @staticmethod
-    def _ticks(low: float, high: float, *, is_angle: bool) -> list[float]:
-        """Return round numbers between two ends, or multiples of pi."""
-        if is_angle:
-            return [n * math.pi for n in range(math.ceil(low / math.pi), math.floor(high / math.pi) + 1)]
-        rough = (high - low) / _MOST_TICKS
-        power = 10.0 ** math.floor(math.log10(rough))
-        step = next(x * power for x in (1.0, 2.0, 5.0, 10.0) if x * power >= rough)
-        return [n * step for n in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 
 def _tick_runs(value: float, *, is_angle: bool) -> tuple[Run, ...]:
