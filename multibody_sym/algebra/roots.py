@@ -319,6 +319,15 @@ def with_one_pi(total: Node) -> Node:
     return reduce(add, ordered) if len(ordered) < len(flatten("add", total)) else total
 
 
+def has_value(node: Node, value: float, sample: Mapping[Node, float], part: float, least: float = 0.0) -> bool:
+    """Return whether an expression, as it is printed, has a value to a part of that, or of the `least` size."""
+    try:
+        again = evaluate_float([parse(text(node))], sample)[0]
+    except (ExpressionError, *UNDEFINED):
+        return False
+    return abs(again - value) <= part * max(abs(value), least)
+
+
 def put_in_place(node: Node, unknown: Node, value: Node) -> Node:
     """Return an expression with a value in the place of a symbol."""
     return as_node(evaluate([node], lambda leaf: value if leaf is unknown else leaf)[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, ClassVar, Final, NamedTuple
 
@@ -151,13 +151,14 @@ class Script(ABC):
         """Return the terms of a sum one by one, each but the first with its sign before it."""
         if not getattr(e, "is_Add", False):
             return [self.shown(e)]
-        written = []
-        for k, term in enumerate(self.terms(e)):
+        return [sign + self.within(term, PRODUCT) for sign, term in self._signed_terms(e)]
+
+    def _signed_terms(self, total: Any) -> Iterator[tuple[str, Any]]:
+        """Yield what stands before each term of a sum, and the term without its sign."""
+        for k, term in enumerate(self.terms(total)):
             negative = is_negative(term)
-            text = self.within(-term if negative else term, PRODUCT)
             sign = (self.minus if negative else self.plus) if k else (self.opposite if negative else "")
-            written.append(sign + text)
-        return written
+            yield sign, -term if negative else term
 
     # --- lines -----------------------------------------------------------------------------------------------------
 
@@ -174,10 +175,8 @@ class Script(ABC):
                 return [self.shown(e)]
             return self._split(e if isinstance(e, sympy.Basic) else sympy.Number(e), room, SUM)
         found: list[str] = []
-        for k, term in enumerate(self.terms(e)):
-            negative = is_negative(term)
-            first, *others = self._split(-term if negative else term, room, PRODUCT)
-            sign = (self.minus if negative else self.plus) if k else (self.opposite if negative else "")
+        for sign, term in self._signed_terms(e):
+            first, *others = self._split(term, room, PRODUCT)
             found += [sign + first, *others]
         return found
 

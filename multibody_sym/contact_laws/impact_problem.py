@@ -452,15 +452,26 @@ def impulse_response(some: Chosen, own: list[int]) -> ImpulseResponse:
     Each row of friction is to be among them, as nothing that rubs follows.
     """
     problem, equal = some.problem, some.problem.equalities
-    ordinary = not problem.couples and np.array_equal(problem.exerted[equal], problem.matrix[equal])
-    if ordinary:
-        return _ordinary_response(some, own, equal)
-    system = scaled(replace(problem, right=np.zeros(len(problem.right))))
-    small = eliminate_equalities(system)
-    sizes, place = system.sizes[small.own], small.place[own]
-    K = system.lengths[own, None] * (small.K[own] * sizes)
-    X, Z = (small.X * sizes)[:, place], (small.Z * sizes / system.sizes[:, None])[:, place]
-    return ImpulseResponse(own, X, Z, K[:, place])
+    if problem.couples or not np.array_equal(problem.exerted[equal], problem.matrix[equal]):
+        system = scaled(replace(problem, right=np.zeros(len(problem.right))))
+        small = eliminate_equalities(system)
+        sizes, place = system.sizes[small.own], small.place[own]
+        K = system.lengths[own, None] * (small.K[own] * sizes)
+        X, Z = (small.X * sizes)[:, place], (small.Z * sizes / system.sizes[:, None])[:, place]
+        return ImpulseResponse(own, X, Z, K[:, place])
+    lengths, unit = scaled_rows(problem.matrix[equal]) if equal else (np.zeros(0), problem.matrix[equal])
+    pushes = problem.exerted[own].T
+    Z = np.zeros((len(problem.laws), len(own)))
+    Z[own, np.arange(len(own))] = 1.0
+    X = pushes.copy()
+    if equal:
+        Q, R, order, rank = pivoted_qr(unit.T, least=1.0)
+        Q, kept = Q[:, :rank], order[:rank]
+        for _ in range(2):  # what is left of a column is at right angles to Q only after a second pass
+            X -= Q @ (Q.T @ X)
+        Z[np.array(equal)[kept]] = -np.linalg.solve(R[:rank, :rank], Q.T @ pushes) / lengths[kept, None]
+    alike = np.array_equal(problem.exerted[own], problem.matrix[own])
+    return ImpulseResponse(own, X, Z, X.T @ X if alike else problem.matrix[own] @ X)
 
 
 def verify_moves(some: Chosen, row: int, name: str) -> None:
@@ -481,23 +492,6 @@ def verify_moves(some: Chosen, row: int, name: str) -> None:
         "(end the run before, or let a force drive what a motion drives)"
     )
     raise NoImpulsesError(message, number="N108")
-
-
-def _ordinary_response(some: Chosen, own: list[int], equal: list[int]) -> ImpulseResponse:
-    problem = some.problem
-    lengths, unit = scaled_rows(problem.matrix[equal]) if equal else (np.zeros(0), problem.matrix[equal])
-    pushes = problem.exerted[own].T
-    Z = np.zeros((len(problem.laws), len(own)))
-    Z[own, np.arange(len(own))] = 1.0
-    X = pushes.copy()
-    if equal:
-        Q, R, order, rank = pivoted_qr(unit.T, least=1.0)
-        Q, kept = Q[:, :rank], order[:rank]
-        for _ in range(2):  # what is left of a column is at right angles to Q only after a second pass
-            X -= Q @ (Q.T @ X)
-        Z[np.array(equal)[kept]] = -np.linalg.solve(R[:rank, :rank], Q.T @ pushes) / lengths[kept, None]
-    alike = np.array_equal(problem.exerted[own], problem.matrix[own])
-    return ImpulseResponse(own, X, Z, X.T @ X if alike else problem.matrix[own] @ X)
 
 
 def dependent_rows(problem: LawProblem) -> list[int]:

@@ -17,7 +17,6 @@ import numpy as np
 
 from multibody_sym.contact_laws.impact_problem import (
     Chosen,
-    ImpactLaw,
     ImpactProgress,
     ImpulseResponse,
     Push,
@@ -191,18 +190,6 @@ class Goal:
     def met(self, at: Normal) -> Normal:
         """Return the state at the end, without the rounding on the way."""
         return at._replace(**{self.what: self.value})
-
-
-COMPRESSED = Goal("v", 0.0)
-
-
-def let_go(law: ImpactLaw, e: float, first: float, compressed: Normal) -> Goal:
-    """Return where restitution ends, for the speed at `first` and the state at the end of compression."""
-    if law == "newton":
-        return Goal("v", -e * first)
-    if law == "poisson":
-        return Goal("p", (1.0 + e) * compressed.p)
-    return Goal("W", (1.0 - e * e) * compressed.W)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -513,10 +500,15 @@ def routh(account: ImpactProgress, single: Single) -> None:
     if left.v >= 0.0:
         course.end()
         return
-    compressed = course.through("compression", COMPRESSED, left)
+    compressed = course.through("compression", Goal("v", 0.0), left)
     e = float(account.restitution[single.some.rows[single.row]])
     if e > 0.0:
-        course.through("restitution", let_go(account.problem.law, e, first.v, compressed), compressed)
+        ends = {
+            "newton": Goal("v", -e * first.v),
+            "poisson": Goal("p", (1.0 + e) * compressed.p),
+            "stronge": Goal("W", (1.0 - e * e) * compressed.W),
+        }
+        course.through("restitution", ends[account.problem.law], compressed)
     course.end()
 
 
@@ -539,7 +531,7 @@ class _Course:
     def through(self, stage: Stage, goal: Goal, at: Normal) -> Normal:
         """Go through a stage to its end, and return the normal state there."""
         for _ in range(MOST):
-            if self.part and self.moved and self._turns():
+            if self._turns():
                 at, ended = self._around(stage, goal, at)
             else:
                 at, ended = self._straight(stage, goal, at)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -225,21 +225,12 @@ class _Slopes:
 
 def _reduced(matrix: Matrix, X: Matrix) -> Matrix:
     """Return X^T matrix X, with the columns of X."""
-    zero = X[0][0].field.constant(0) if X else None
     found = []
     for left in X:
-        pulled = [_sum(zero, (a * row[k] for a, row in zip(left, matrix, strict=True))) for k in range(len(left))]
-        found.append([_sum(zero, (a * b for a, b in zip(pulled, right, strict=True))) for right in X])
+        zero = left[0].field.constant(0)
+        pulled = [sum((a * row[k] for a, row in zip(left, matrix, strict=True)), zero) for k in range(len(left))]
+        found.append([sum((a * b for a, b in zip(pulled, right, strict=True)), zero) for right in X])
     return found
-
-
-def _sum(zero: Quotient | None, terms: Iterable[Quotient]) -> Quotient:
-    assert zero is not None
-    total = zero
-    for term in terms:
-        if not term.is_zero:
-            total = total + term
-    return total
 
 
 # --- Routh's reduction: momenta of cyclic coordinates are held, and their deviations eliminated ----------------------

@@ -237,13 +237,15 @@ def spectrum(given: Matrices) -> Spectrum:
     roots: list[Root] = []
     signs: list[Condition] = []
     kept: list[tuple[tuple[Quotient, ...], int]] = []
-    definite = given.is_symmetric and not given.is_gyroscopic
+    definite, near = given.is_symmetric and not given.is_gyroscopic, Roots(field, SQUARE)
     for factor, times in factors_of(polynomial)[1]:
         powers = field.coefficients(factor, k)
         if len(powers) > 1:
             kept.append((tuple(powers), times))
             found = sorted(_roots(powers, times), key=lambda root: abs(root.value))
-            zeros = len(list(takewhile(_vanishes, powers)))
+            # zero at the sample, to rounding of its terms
+            still = takewhile(lambda x: x.is_zero or near.vanishes(field.in_ring(x.above)), powers)
+            zeros = len(list(still))
             roots += [replace(root, rests=n < zeros) for n, root in enumerate(found)]
             if powers[0].is_zero:
                 continue
@@ -255,11 +257,6 @@ def spectrum(given: Matrices) -> Spectrum:
                 signs.append(Condition(b * b - 4 * (a * c), strict=True, under_root=True))
     roots.sort(key=lambda root: (PRECISE.re(root.value), PRECISE.im(root.value)))
     return Spectrum(tuple(roots), tuple(kept), tuple(signs))
-
-
-def _vanishes(a: Quotient) -> bool:
-    """Return whether a coefficient is zero at the sample, to rounding of its terms."""
-    return a.is_zero or Roots(a.field, SQUARE).vanishes(a.field.in_ring(a.above))
 
 
 def _polynomial(given: Matrices) -> tuple[Poly, int]:

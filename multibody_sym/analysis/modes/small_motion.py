@@ -18,7 +18,7 @@ from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.inequalities import Condition, reduced, under_roots
 from multibody_sym.algebra.quotient_functions import book_node, exact_solve, sqrt
 from multibody_sym.algebra.quotients import PRECISE, NoClosedFormError, Quotient
-from multibody_sym.algebra.roots import values_with_shared_roots
+from multibody_sym.algebra.roots import has_value, values_with_shared_roots
 from multibody_sym.analysis.deviations import DeviationFlow, deviation_names
 from multibody_sym.analysis.linearize import At, Linearization
 from multibody_sym.analysis.modes.matrices import (
@@ -46,7 +46,6 @@ from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import PI, TWO, Node, as_node, divide, multiply, negate, symbol
 from multibody_sym.scalars.rank import least_directions
-from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -84,7 +83,8 @@ class Formulas:
 
     def shortest(self, number: float, forms: Sequence[Callable[[], Node]], unit: str) -> Value:
         """Return a number with the shortest of the forms that have its value, without one where none has."""
-        found = [node for node in map(self._node, forms) if node is not None and self._is(node, number)]
+        nodes = [node for node in map(self._node, forms) if node is not None]
+        found = [node for node in nodes if has_value(node, number, self.sample, AGREEMENT)]
         node = min(found, key=_reading_length, default=None)
         if node is None or (not leaves([node], "symbol") and len(text(node)) > _LONGEST_NUMBER):
             return Value(number, None, unit)
@@ -103,13 +103,6 @@ class Formulas:
             self.reasons["the closed form is too long"] = None
             return None
         return node
-
-    def _is(self, node: Node, number: float) -> bool:
-        try:
-            again = evaluate_float([parse(text(node))], self.sample)[0]
-        except (ExpressionError, *UNDEFINED):
-            return False
-        return abs(again - number) <= AGREEMENT * abs(number)
 
     # --- frequencies ----------------------------------------------------------------------------------------------
 

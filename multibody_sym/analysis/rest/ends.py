@@ -20,7 +20,7 @@ import numpy as np
 from multibody_sym.algebra.book_form import with_doubles
 from multibody_sym.algebra.quotient_functions import conditions_left, exact, exact_solve, register_angles, sqrt
 from multibody_sym.algebra.quotients import Field, Letter, NoClosedFormError, Quotient
-from multibody_sym.algebra.roots import roots
+from multibody_sym.algebra.roots import has_value, roots
 from multibody_sym.analysis.rest.statics import (
     Balance,
     Direction,
@@ -39,7 +39,7 @@ from multibody_sym.mechanics.row_kinematics import row_motions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.linear_inequalities import (
     Conditions,
     ConditionsAt,
@@ -50,7 +50,6 @@ from multibody_sym.scalars.linear_inequalities import (
 )
 from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.rank import least_squares, rank
-from multibody_sym.text.parser import parse
 from multibody_sym.text.printer import text
 
 _ONE_WAY: Final = 1.0 - 1e-9
@@ -609,11 +608,7 @@ def fits(root: Node, unknown: Node, value: float, sample: Mapping[Node, float]) 
     """Return whether an expression for a symbol has a value, and its printed text has it too."""
     if len(text(root)) > _LONGEST or unknown in leaves([root], "symbol"):
         return False
-    try:
-        again = evaluate_float([parse(text(with_doubles(root)))], dict(sample))[0]
-    except (ExpressionError, *UNDEFINED):
-        return False
-    return abs(again - value) <= AGREEMENT * max(abs(value), AGREEMENT)
+    return has_value(with_doubles(root), value, sample, AGREEMENT, AGREEMENT)
 
 
 def short_number(found: Node | None) -> Node | None:
