@@ -192,6 +192,9 @@ class Goal:
         return at._replace(**{self.what: self.value})
 
 
+COMPRESSED = Goal("v", 0.0)
+
+
 # ----------------------------------------------------------------------------------------------------------------------
 # Slip in space, whose direction turns on the way, by quadrature: to 1e-13.
 #
@@ -500,7 +503,7 @@ def routh(account: ImpactProgress, single: Single) -> None:
     if left.v >= 0.0:
         course.end()
         return
-    compressed = course.through("compression", Goal("v", 0.0), left)
+    compressed = course.through("compression", COMPRESSED, left)
     e = float(account.restitution[single.some.rows[single.row]])
     if e > 0.0:
         ends = {

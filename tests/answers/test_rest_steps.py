@@ -70,3 +70,12 @@ def test_the_command_prints_the_steps_before_the_range(tmp_path: Path, capsys: p
     lines = capsys.readouterr().out.splitlines()
     assert "    (3) rub: F = f*N" in lines
     assert lines[-1].startswith("rest is possible for P from")
+
+
+@pytest.mark.parametrize("more", [[], ["--vary", "f", "--least", "P"]])
+def test_steps_without_a_range_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str]) -> None:
+    """They were left out without a word."""
+    file = tmp_path / "sled.yaml"
+    file.write_text(SLED)
+    assert main(["equilibrium", str(file), *more, "--steps"]) == 2
+    assert "name its parameter alone, such as --vary mu" in capsys.readouterr().err

@@ -31,6 +31,9 @@ def run(options: argparse.Namespace) -> Reply:
     if options.least is not None and options.vary is None:
         message = f"--least {options.least}: name the parameter over whose values it is least, such as --vary beta"
         raise UsageError(message, where=Where(path=("--least",)))
+    if options.steps and (options.vary is None or options.least is not None):
+        message = "--steps: steps lead to the ends of a range of rest; name its parameter alone, such as --vary mu"
+        raise UsageError(message, where=Where(path=("--steps",)))
     units, asked = asked_units(options), model_options(options)
     if options.least is not None:
         from multibody_sym.analysis.rest.range_of_rest import least_for_motion
