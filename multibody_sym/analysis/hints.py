@@ -363,7 +363,7 @@ def _unused_names(system: System) -> Iterator[Hint]:
     driven = {body_part(x.child, system.bodies)[0] for x in joints if x.steps and not x.free_steps}
     beams = {body_part(x.section, system.bodies)[0] for x in system.ask.values() if x.section is not None}
     kinematic = bool(system.ask and driven) and all(question.is_kinematic for question in system.ask.values())
-    structure = bool(system.constraints) and not any(map(_has_mass, system.bodies.values()))
+    structure = bool(system.constraints or system.contacts) and not any(map(_has_mass, system.bodies.values()))
     needs_mass = not kinematic and not structure
     for name, body in system.bodies.items() if needs_mass else ():
         turns_only = body.inertia is not None and body.com is None

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import multibody_sym as mbs
+from multibody_sym.analysis.hints import declared_hints
 from multibody_sym.analysis.rest.range_of_rest import RestBound
 from multibody_sym.documents.analysis import rest_text
 from multibody_sym.errors import ArgumentError, InputError, NoSolutionError
@@ -137,6 +138,7 @@ def test_what_has_no_mass_rests_by_forces_alone() -> None:
     ((low, high),) = mbs.range_of_rest(system, "mu").ends  # at the wall N2*(l*sin + nu*l*cos) = m*g*s*cos, mu*N1 = N2
     assert low.value == pytest.approx(cosine / (3 * sine + 0.3 * 2 * cosine), rel=1e-14)
     assert low.expression is not None
+    assert not any("no mass" in hint for hint in declared_hints(system))
     assert (low.gives_way, high.value) == (("slips at floor", "slips at wall"), None)
     light = mbs.loads(MASSLESS.replace("{points: {foot", "{mass: 1e-9, inertia: {Izz: 1e-9}, points: {foot"))
     for name in ("mu", "s", "nu", "a"):
