@@ -621,23 +621,19 @@ Rounds = tuple[tuple[frozenset[int], Near], ...]
 
 
 @dataclass(frozen=True)
-class _Labels:
-    """The mode by what moves, rows at a limit, and (m) which forces are not unique, and which of these move things."""
+class _End:
+    """A state: its mode by what moves, rows at a limit, (m) which forces are not unique, which of these move things.
 
+    No more parts slip in it than have the `kinetic` coefficient; `rounds` lead to it from static ones.
+    """
+
+    trial: ModeSolution
     mode: ModeArrays
     at_limit: tuple[int, ...]
     unsure: Flags
     moving: Flags
-
-
-@dataclass(frozen=True)
-class _End:
-    """A state in which no more parts slip than have the kinetic coefficient, and the rounds on the way to it."""
-
-    trial: ModeSolution
-    labels: _Labels
-    kinetic: frozenset[int]
-    rounds: Rounds
+    kinetic: frozenset[int] = frozenset()
+    rounds: Rounds = ()
 
 
 class _Search:
@@ -657,7 +653,7 @@ class _Search:
         """Return the states, from a previous state or mode where that is still near."""
         ends = self.run(*_begin(self.problem, previous))
         told = tuple(self.state_of(end) for end in ends)
-        free = np.flatnonzero(np.any([end.labels.moving for end in ends], axis=0)) if ends else ()
+        free = np.flatnonzero(np.any([end.moving for end in ends], axis=0)) if ends else ()
         verdict: Verdict = "none" if not told else "one" if len(told) == 1 and not len(free) else "several"
         return LawStates(told, verdict, self.words(verdict), self.states.proved, tuple(int(k) for k in free))
 
@@ -675,22 +671,22 @@ class _Search:
             begun.add(kinetic)
             near = [place for parts, place in known if parts == kinetic] + near
             for trial in self.states.at(self._coefficients(kinetic), near):
-                labels = self._labels(trial, kinetic)
-                slips = {p.number for p in self.problem.parts if p.rests and labels.mode.slips[p.number] != STICKS}
+                end = self._labelled(trial, kinetic)
+                slips = {p.number for p in self.problem.parts if p.rests and end.mode.slips[p.number] != STICKS}
                 new = {k for k in slips - kinetic if self.problem.parts[k].kinetic != self.problem.parts[k].static}
                 to_here = (*rounds, (kinetic, Near(trial.mode, self.problem.flags(trial.basic))))
                 if new:
-                    waiting.append((kinetic | new, [Near(trial.mode), Near(labels.mode)], to_here))
+                    waiting.append((kinetic | new, [Near(trial.mode), Near(end.mode)], to_here))
                 else:
-                    self._end(ends, _End(trial, labels, kinetic | slips, to_here))
+                    self._add(ends, replace(end, kinetic=kinetic | slips, rounds=to_here))
         return ends
 
-    def _end(self, ends: list[_End], new: _End) -> None:
+    def _add(self, ends: list[_End], new: _End) -> None:
         """Add a state, unless it is one that is there already, whose forces are not unique then."""
         for k, end in enumerate(ends):
-            unsure = end.labels.unsure | new.labels.unsure
+            unsure = end.unsure | new.unsure
             if same(self.problem, new.trial, end.trial, unsure):
-                ends[k] = replace(end, labels=replace(end.labels, unsure=unsure))
+                ends[k] = replace(end, unsure=unsure)
                 return
         ends.append(new)
 
@@ -699,11 +695,12 @@ class _Search:
         values = [p.kinetic if not p.rests or p.number in kinetic else p.static for p in parts]
         return np.array(values, dtype=float).reshape(len(parts))
 
-    def _labels(self, trial: ModeSolution, kinetic: frozenset[int]) -> _Labels:
+    def _labelled(self, trial: ModeSolution, kinetic: frozenset[int]) -> _End:
+        """Return the end that a state is if nothing else slips in it."""
         mode = label_by_motion(trial)
         none = np.zeros(self.problem.count, dtype=bool)
         if not self.exact:
-            return _Labels(mode, (), none, none)
+            return _End(trial, mode, (), none, none)
         unsure, moving = none.copy(), none.copy()
         moved = solve_mode(self.problem, mode, trial.mu)
         sided = list(either_side(self.problem, moved))
@@ -717,9 +714,9 @@ class _Search:
             rates = rate_problem(self.problem, trial, mode, limit, *change)
             ends = _Search(rates.problem, every=True).run([])
             if len(ends) == 1:
-                after = ends[0].trial, ends[0].labels.mode
+                after = ends[0].trial, ends[0].mode
                 mode, limit = mode_with_rates(self.problem, (trial, mode, limit), rates, after)
-        return _Labels(mode, limit.rows(self.problem), unsure, moving)
+        return _End(trial, mode, limit.rows(self.problem), unsure, moving)
 
     def _left(self, limit: Ties, state: LawState) -> tuple[Floats, Floats] | None:
         """Return the distances from limits, over the largest, and no rates; None without exact numbers."""
@@ -739,11 +736,11 @@ class _Search:
     # --- answers ------------------------------------------------------------------------------------------------------
 
     def state_of(self, end: _End) -> LawState:
-        state = self._state(end.trial, end.labels.mode, end.kinetic)
+        state = self._state(end.trial, end.mode, end.kinetic)
         return replace(
             state,
-            not_unique=tuple(int(k) for k in np.flatnonzero(end.labels.unsure)),
-            at_limit=end.labels.at_limit,
+            not_unique=tuple(int(k) for k in np.flatnonzero(end.unsure)),
+            at_limit=end.at_limit,
             rounds=tuple(self._round(kinetic, place) for kinetic, place in end.rounds),
         )
 
