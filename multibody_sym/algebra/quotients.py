@@ -8,7 +8,7 @@ written as 1 - cos^2, the square of a root as its radicand.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import lru_cache
@@ -256,27 +256,22 @@ def _cosine_row(k: int, n: int) -> Row:
 
 def with_half(p: Poly, s: int, c: int, n: int) -> Poly:
     """Return p (1 + t^2)^n over one angle, written in t in the place of the sine."""
-    terms: dict[Exponents, int] = {}
-    for m, coefficient in p.items():
-        rest = list(m)
-        rest[c] = 0
-        for k, x in enumerate(_row(m[c], m[s], n)):
-            if x:
-                rest[s] = k
-                key = tuple(rest)
-                terms[key] = terms.get(key, 0) + coefficient * x
-    return p.ring.from_dict({m: x for m, x in terms.items() if x})
+    return _in_powers(p, s, lambda m: ([*m[:c], 0, *m[c + 1 :]], _row(m[c], m[s], n)))
 
 
 def with_whole(p: Poly, s: int, c: int, n: int) -> Poly:
     """Return 2^n p / (1 + t^2)^n, t in the place of the sine, written in the sine and cosine again."""
+    return _in_powers(p, c, lambda m: ([*m[:s], m[s] % 2, *m[s + 1 :]], _cosine_row(m[s], n)))
+
+
+def _in_powers(p: Poly, k: int, of_term: Callable[[Exponents], tuple[list[int], Row]]) -> Poly:
+    """Return a polynomial with new powers of letter k: of each term the other exponents, and the new coefficients."""
     terms: dict[Exponents, int] = {}
     for m, coefficient in p.items():
-        rest = list(m)
-        rest[s] = m[s] % 2
-        for k, x in enumerate(_cosine_row(m[s], n)):
+        rest, row = of_term(m)
+        for e, x in enumerate(row):
             if x:
-                rest[c] = k
+                rest[k] = e
                 key = tuple(rest)
                 terms[key] = terms.get(key, 0) + coefficient * x
     return p.ring.from_dict({m: x for m, x in terms.items() if x})

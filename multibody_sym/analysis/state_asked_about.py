@@ -28,7 +28,7 @@ from multibody_sym.dynamics.start.start import NotClosedError, Start, start_besi
 from multibody_sym.errors import ArgumentError, ModelError, NoSolutionError, Where, at, short_repr
 from multibody_sym.mechanics.absolute import unknown_coordinate
 from multibody_sym.mechanics.changes import start_value
-from multibody_sym.mechanics.law_elements import LawElement, Limit
+from multibody_sym.mechanics.law_elements import Limit
 from multibody_sym.mechanics.mechanism import Coordinate, Mechanism, Speed
 from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.row_records import Row
@@ -220,9 +220,11 @@ def verify_keeps_mode(flow: DeviationFlow, q: Floats, u: Floats, inputs: Floats 
 
     A rope would push, friction exceed its limit or point along the slip.
     """
-    for element, why in _Limits(flow, q, u, inputs).passed() if flow.mechanism.mode is not None else ():
-        message = f"{element.name} {why} in this state, unlike at the start; give the start another state (initial: ..)"
-        raise NoSolutionError(message, where=Where(path=element.path), number="N111")
+    here = _Limits(flow, q, u, inputs)
+    for limit in filter(here.is_passed, here.of_mode):
+        does = f"{limit.element.name} {_PASSED[limit.kind]} in this state, unlike at the start"
+        message = f"{does}; give the start another state (initial: ..)"
+        raise NoSolutionError(message, where=Where(path=limit.element.path), number="N111")
 
 
 def verify_no_limit(flow: DeviationFlow, q: Floats, u: Floats) -> None:
@@ -230,9 +232,11 @@ def verify_no_limit(flow: DeviationFlow, q: Floats, u: Floats) -> None:
 
     What begins to slip from rest does slip.
     """
-    for element, why in _Limits(flow, q, u).reached() if flow.mechanism.mode is not None else ():
-        message = f"A has two values in this state: {element.name} {why}; choose one beside it"
-        raise NoSolutionError(message, where=Where(path=element.path), number="N111")
+    here = _Limits(flow, q, u)
+    for limit in filter(here.is_reached, here.of_mode):
+        does = f"{limit.element.name} {_WHY[limit.kind]}"
+        message = f"A has two values in this state: {does}; choose one beside it"
+        raise NoSolutionError(message, where=Where(path=limit.element.path), number="N111")
 
 
 def verify_one_valued(flow: DeviationFlow, q: Floats, u: Floats) -> None:
@@ -345,13 +349,13 @@ class _Limits:
     u: Floats
     inputs: Floats | None = None
 
-    def passed(self) -> Iterator[tuple[LawElement, str]]:
-        """Yield the elements that are past a limit of their mode, and past which."""
-        for limit in self._forces.mode_limits:
-            if self._is_passed(limit):
-                yield limit.element, _PASSED[limit.kind]
+    @property
+    def of_mode(self) -> Iterable[Limit]:
+        """The limits of the mode."""
+        return () if self.flow.mechanism.mode is None else self._forces.mode_limits
 
-    def _is_passed(self, limit: Limit) -> bool:
+    def is_passed(self, limit: Limit) -> bool:
+        """Return whether a limit of the mode is passed."""
         element, part = limit.element, limit.part
         if limit.kind == "gap":
             return self._rows.standing(element) == "inside"
@@ -362,13 +366,7 @@ class _Limits:
             return bool(self._forces.forward(part, self._rows.phidot) < -self._rows.allowed_speed(part.rows[0]))
         return self._acts(limit) and self._forces.value(limit, self._rows.phidot) < -self._allowed(limit)
 
-    def reached(self) -> Iterator[tuple[LawElement, str]]:
-        """Yield the elements that are at a limit of their mode, and at which."""
-        for limit in self._forces.mode_limits:
-            if self._is_reached(limit):
-                yield limit.element, _WHY[limit.kind]
-
-    def _is_reached(self, limit: Limit) -> bool:
+    def is_reached(self, limit: Limit) -> bool:
         """Return whether a limit is neither kept nor passed: of motion where accelerations keep to it, too."""
         element, part, forces = limit.element, limit.part, self._forces
         if limit.kind in ("gap", "slip"):

@@ -468,17 +468,9 @@ class Island:
         return LawState(self.mode(of.mode), of.x, of.z[self.rows], of.a[self.rows], rounds=rounds)
 
     def _round(self, of: Round) -> Round:
-        places, numbers = self._places, self._numbers
-        kinetic = frozenset(numbers[k] for k in of.kinetic if k in numbers)
-        return Round(kinetic, self.mode(of.mode), tuple(places[k] for k in of.carrying if k in places))
-
-    @cached_property
-    def _places(self) -> Mapping[int, int]:
-        return {row: k for k, row in enumerate(self.rows)}
-
-    @cached_property
-    def _numbers(self) -> Mapping[int, int]:
-        return {part: k for k, part in enumerate(self.parts)}
+        kinetic = frozenset(k for k, part in enumerate(self.parts) if part in of.kinetic)
+        carrying = set(of.carrying)
+        return Round(kinetic, self.mode(of.mode), tuple(k for k, row in enumerate(self.rows) if row in carrying))
 
 
 def islands(problem: LawProblem) -> list[Island]:
