@@ -14,9 +14,8 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, Final, TextIO, cast
 
-from multibody_sym.cli.options import ShownText, parse_words
-from multibody_sym.cli.output import INTERRUPTED, Reply, first_lines
-from multibody_sym.cli.terminal import COLOURS, terminal_of
+from multibody_sym.cli.options import INTERRUPTED, Reply, ShownText, first_lines, parse_words
+from multibody_sym.cli.terminal import COLOURS, progress_on, terminal_of
 from multibody_sym.errors import MultibodyError, OutputError
 
 _THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -116,8 +115,6 @@ def _watched(options: argparse.Namespace) -> tuple[Reply, list[str]]:
     with ExitStack() as stack:
         wipe: Callable[[], object] = tuple
         if sys.stderr is not None and sys.stderr.isatty():
-            from multibody_sym.cli.progress import progress_on
-
             wipe = stack.enter_context(progress_on(sys.stderr, options.command)).wipe
         stack.enter_context(warnings.catch_warnings())
         warnings.simplefilter("always")

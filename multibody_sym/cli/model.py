@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import verify_apart
+from multibody_sym.cli.options import model_options, verify_apart
 from multibody_sym.dynamics.start.number_checks import check_numbers, numbers_of
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.errors import MultibodyError, Where, gathered, join_errors

@@ -1,17 +1,23 @@
-"""The words of a command line: commands, their options, and what is wrong with them."""
+"""The words of a command line: commands, their options, what is wrong with them, and the reply to them."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from keyword import iskeyword
 from types import ModuleType
-from typing import Any, Final, NoReturn, cast, get_args
+from typing import TYPE_CHECKING, Any, Final, NoReturn, cast, get_args
 
 from multibody_sym.cli.terminal import COLOURS
-from multibody_sym.errors import InputError, OutputError, Where, nearest
+from multibody_sym.errors import InputError, OutputError, Where, at, nearest
 from multibody_sym.model.run_options import ASSIGNED, MODEL_OPTIONS, RUN_OPTIONS, ModelOptions, RunOptions
+from multibody_sym.records import dataclass
+
+if TYPE_CHECKING:
+    from multibody_sym.text.values import Units
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Command lines that run no command.
@@ -149,7 +155,7 @@ COMMANDS: Final = (
     *("live", "sweep", "export", "report", "schema", "explain"),
 )
 """The commands, in the order in which they are told."""
-_WITHOUT_CHANGES: Final = ("new", "import", "schema", "explain")
+_WITHOUT_MODEL: Final = ("new", "import", "schema", "explain")
 _AS_JSON: Final = "print one JSON object, also for an error"
 _IN_COLOURS: Final = "bold and colours: auto (default), always or never"
 _PURPOSE: Final = "Equations of motion of multibody systems, derived and run."
@@ -302,10 +308,12 @@ def _parser(names: Sequence[str] = COMMANDS) -> tuple[argparse.ArgumentParser, M
         described = f"{command.HELP[0].upper()}{command.HELP[1:]}."
         aliases: Sequence[str] = getattr(command, "ALIASES", ())
         one = made[name] = commands.add_parser(name, help=command.HELP, description=described, aliases=aliases)
+        if name not in _WITHOUT_MODEL:
+            one.add_argument("file", metavar="FILE", help="a model file (YAML)")
         command.add_options(one)
         one.add_argument("--json", action="store_true", help=_AS_JSON)
         one.add_argument("--color", choices=COLOURS, default=COLOURS[0], metavar="WHEN", help=_IN_COLOURS)
-        if name not in _WITHOUT_CHANGES:
+        if name not in _WITHOUT_MODEL:
             group = one.add_argument_group("what changes the model, or how it is solved")
             for option in MODEL_OPTIONS:
                 _add_option(group, option)
@@ -363,3 +371,74 @@ def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[st
                 known = words.get((name, action.dest)) or words.get(("", action.dest))
                 action.choices = known
     return str(shtab.complete(parser, shell=shell))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Replies of commands, where results go, units and digits of quantities.
+
+
+INTERRUPTED: Final = 130
+"""The exit code after Ctrl-C."""
+
+
+def first_lines(hints: Iterable[str]) -> list[str]:
+    """Return the first lines of hints, without the lines of the model file."""
+    return [hint.partition("\n")[0] for hint in hints]
+
+
+@dataclass(frozen=True)
+class Reply:
+    """`--json` prints `json` on standard output and `text` on standard error; without it `text` is the output.
+
+    `missed`: work that was asked for and not done, on standard error in either case. `source`: the text is code, which
+    no terminal wraps.
+    """
+
+    json: Mapping[str, Any]
+    text: str
+    exit_code: int = 0
+    missed: str = ""
+    source: bool = False
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Where results of commands go.
+
+
+def verify_apart(file: str, target: str | None, what: str = "the model itself") -> None:
+    """Raise InputError where a result would replace the model file or `what` else, under whatever name."""
+    both = target is not None and os.path.isfile(file) and os.path.isfile(target)
+    if both and target is not None and os.path.samefile(file, target):
+        raise InputError(f"this is {what}; give the result another name", where=Where(file=target), number="O101")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The options of commands that print quantities: units and digits in which people read them.
+
+
+_DESCRIBED: Final = "units to read, such as mm,deg,kN; --json stays SI"
+_MOST_DIGITS: Final = 17
+
+
+def add_units(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--units", metavar="UNITS", help=_DESCRIBED)
+
+
+def add_digits(parser: argparse.ArgumentParser, digits: int | None = None) -> None:
+    """Declare how many digits are printed, where nothing is said so many; None: as texts have them."""
+    from multibody_sym.text.values import DIGITS
+
+    digits = digits or DIGITS
+    parser.add_argument("--digits", metavar="N", default=digits, help=f"digits of numbers; default: {digits}")
+
+
+def asked_units(options: argparse.Namespace) -> Units:
+    """Return the units and digits that the options ask for. Raises InputError for what is neither."""
+    from multibody_sym.text.values import chosen_units
+
+    with at("--units"):
+        units = chosen_units(options.units)
+    told = str(getattr(options, "digits", units.digits))
+    if not told.isdecimal() or not 1 <= int(told) <= _MOST_DIGITS:
+        raise InputError(f"expected a number from 1 to {_MOST_DIGITS}, got {told!r}", where=Where(path=("--digits",)))
+    return replace(units, digits=int(told))

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from multibody_sym import stages
-from multibody_sym.cli import progress as shown_progress
-from multibody_sym.cli.progress import ProgressLine
+from multibody_sym.cli import terminal
+from multibody_sym.cli.terminal import ProgressLine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -64,11 +64,11 @@ def test_the_line_has_the_stage_its_work_and_what_is_done(clock: list[float]) ->
 
 
 def test_threads_draw_while_a_stage_does_nothing_but_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shown_progress, "_PATIENCE", 0.0)
-    monkeypatch.setattr(shown_progress, "_EVERY", 0.01)
+    monkeypatch.setattr(terminal, "_PATIENCE", 0.0)
+    monkeypatch.setattr(terminal, "_EVERY", 0.01)
     monkeypatch.setenv("COLUMNS", "60")
     screen = Screen()
-    with shown_progress.progress_on(screen, "solve"), stages.stage("reactions"):
+    with terminal.progress_on(screen, "solve"), stages.stage("reactions"):
         until = time.monotonic() + 10.0
         while "reactions, 0 s" not in screen.getvalue() and time.monotonic() < until:
             pass

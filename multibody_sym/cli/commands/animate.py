@@ -6,8 +6,15 @@ import argparse
 import os
 from typing import Final
 
-from multibody_sym.cli.options import add_run_options, run_options
-from multibody_sym.cli.output import INTERRUPTED, Reply, add_units, asked_units, verify_apart
+from multibody_sym.cli.options import (
+    INTERRUPTED,
+    Reply,
+    add_run_options,
+    add_units,
+    asked_units,
+    run_options,
+    verify_apart,
+)
 from multibody_sym.stages import reached, stage
 
 HELP: Final = "show the motion: a page that needs nothing beside it, a GIF or an MP4"
@@ -21,7 +28,6 @@ _OWN: Final = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help="a file (.html, .gif, .mp4); default: FILE.html")
     add_units(parser)
     for name, (what, described) in _OWN.items():

@@ -6,8 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units, first_lines
+from multibody_sym.cli.options import Reply, add_digits, add_units, asked_units, first_lines, model_options
 
 HELP: Final = "check a model: freedoms, redundancy, formalisms compared, hints"
 _DISAGREES: Final = 3
@@ -15,7 +14,6 @@ _DISAGREES: Final = 3
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     add_units(parser)
     add_digits(parser)
 

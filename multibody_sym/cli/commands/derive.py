@@ -6,8 +6,7 @@ import argparse
 import json
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply, model_options
 
 HELP: Final = "derive energies and equations of motion in symbols"
 _FORMATS: Final = ("text", "latex", "html", "json")
@@ -15,7 +14,6 @@ _FORMATS: Final = ("text", "latex", "html", "json")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     route = (
         "lagrange, multipliers, newton_euler, composite_body, hamilton or routh; default: the first that fits "
         "(or --formalism M)"

@@ -6,8 +6,7 @@ import argparse
 import os
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, verify_apart
+from multibody_sym.cli.options import Reply, model_options, verify_apart
 from multibody_sym.stages import reached
 
 HELP: Final = "draw the mechanism, at its start or at a time, as a book would print it"
@@ -16,7 +15,6 @@ ALIASES: Final = ("show",)
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     output = "the figure: .svg, .png, .pdf or .tex; default: FILE.svg in this folder, FILE_phase_NAME.svg with --phase"
     parser.add_argument("-o", "--output", metavar="OUT", help=output)
     time = "simulate to this time, such as 0.5 or '1 s'; default: the start"

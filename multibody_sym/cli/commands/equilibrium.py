@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.options import UsageError, model_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
+from multibody_sym.cli.options import Reply, UsageError, add_digits, add_units, asked_units, model_options
 from multibody_sym.errors import Where
 
 HELP: Final = "find positions of rest and whether they are stable, or for which values of a parameter there is rest"
@@ -16,7 +15,6 @@ _LEAST: Final = "find the least value of this parameter (a force) at which rest 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--vary", metavar="NAME", help=_VARY)
     parser.add_argument("--steps", action="store_true", help="show how the ends of the range of --vary are found")
     parser.add_argument("--least", metavar="NAME", help=_LEAST)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply
 from multibody_sym.errors import InputError
 
 HELP: Final = "print the cause and cure of an error by its number, such as M101"

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply, model_options
 from multibody_sym.program.backend import FMU, LANGUAGES, TARGETS
 
 HELP: Final = "write the equations of motion as source code with a self-test, or as an FMU"
@@ -15,7 +14,6 @@ HELP: Final = "write the equations of motion as source code with a self-test, or
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--to", required=True, choices=sorted(TARGETS), help="the language, or fmu")
     names = ("-o", "--output", "--directory")
     text = "the folder to write to (default: FILE_c, FILE_python ..), or the file (default: FILE.fmu)"

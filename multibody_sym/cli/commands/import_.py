@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply
 
 HELP: Final = "turn a robot description (URDF) into a model file"
 

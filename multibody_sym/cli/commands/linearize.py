@@ -5,15 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
+from multibody_sym.cli.options import Reply, add_digits, add_units, asked_units, model_options
 
 HELP: Final = "A, B and eigenvalues about an equilibrium or a steady motion"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     add_units(parser)
     add_digits(parser)
     place = "where: equilibrium, the position of rest found first from the start, or NAME=VALUE; default: the start"

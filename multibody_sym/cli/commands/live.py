@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, verify_apart
+from multibody_sym.cli.options import Reply, model_options, verify_apart
 from multibody_sym.stages import stage
 
 HELP = "write a page that computes the motion: sliders, bodies to drag, energies"
@@ -14,7 +13,6 @@ HELP = "write a page that computes the motion: sliders, bodies to drag, energies
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help="an .html file; default: FILE.html")
     described = "from where it is seen: front, top, right, iso, or AZIMUTH,ELEVATION in degrees"
     parser.add_argument("--view", metavar="VIEW", help=described)

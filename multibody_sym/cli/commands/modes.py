@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
+from multibody_sym.cli.options import Reply, add_digits, add_units, asked_units, model_options
 
 HELP: Final = "small oscillations as formulas: frequencies, modes, stability"
 _FORMATS: Final = ("text", "latex")
@@ -14,7 +13,6 @@ _FORMATS: Final = ("text", "latex")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--format", choices=_FORMATS, default=_FORMATS[0], help="how to print it; default: text")
     add_units(parser)
     add_digits(parser)

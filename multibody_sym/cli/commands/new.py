@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply
 from multibody_sym.errors import InputError, nearest
 from multibody_sym.text.files import write_new
 

@@ -8,8 +8,15 @@ import shlex
 import sys
 from typing import Final
 
-from multibody_sym.cli.options import add_run_options, run_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units, verify_apart
+from multibody_sym.cli.options import (
+    Reply,
+    add_digits,
+    add_run_options,
+    add_units,
+    asked_units,
+    run_options,
+    verify_apart,
+)
 from multibody_sym.errors import InputError, Where
 
 HELP: Final = "write a model to one page: question, figure, answers, solution, motion; or an exercise"
@@ -20,7 +27,6 @@ _DIGITS: Final = 4
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help=_OUT)
     parser.add_argument("--exercise", action="store_true", help="figure, givens and question, without the solution")
     parser.add_argument("--numbers", metavar="SEED", help=_NUMBERS)

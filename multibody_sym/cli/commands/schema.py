@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Final
 
-from multibody_sym.cli.output import Reply
+from multibody_sym.cli.options import Reply
 
 HELP: Final = "write the JSON Schema of model files, which editors use"
 

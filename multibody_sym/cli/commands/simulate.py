@@ -8,8 +8,15 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from multibody_sym.cli.options import add_run_options
-from multibody_sym.cli.output import INTERRUPTED, Reply, add_digits, add_units, asked_units, verify_apart
+from multibody_sym.cli.options import (
+    INTERRUPTED,
+    Reply,
+    add_digits,
+    add_run_options,
+    add_units,
+    asked_units,
+    verify_apart,
+)
 from multibody_sym.errors import InputError, OutputError, Where
 from multibody_sym.stages import reached, stage, time_stages
 
@@ -24,7 +31,6 @@ _FIGURES: Final = (".png", ".svg", ".pdf")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("-o", "--output", metavar="OUT", help="the table: .csv, .npz or .parquet")
     add_units(parser)
     add_digits(parser)

@@ -6,8 +6,7 @@ import argparse
 from dataclasses import replace
 from typing import Final
 
-from multibody_sym.cli.options import model_options
-from multibody_sym.cli.output import Reply, add_digits, add_units, asked_units
+from multibody_sym.cli.options import Reply, add_digits, add_units, asked_units, model_options
 
 HELP: Final = "find accelerations, tensions and reactions at the given instant, in closed form"
 _FORMATS: Final = ("text", "latex", "html")
@@ -15,7 +14,6 @@ _FORMATS: Final = ("text", "latex", "html")
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     parser.add_argument("--steps", action="store_true", help="show how a book gets there, from bodies cut free on")
     parser.add_argument("--format", choices=_FORMATS, help="how to print the steps: text (default), latex or html")
     add_units(parser)

@@ -9,8 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from multibody_sym.cli.commands.simulate import figure_name
-from multibody_sym.cli.options import UsageError, add_run_options, run_options
-from multibody_sym.cli.output import Reply, asked_units, verify_apart
+from multibody_sym.cli.options import Reply, UsageError, add_run_options, asked_units, run_options, verify_apart
 from multibody_sym.errors import OutputError, RunError, Where
 from multibody_sym.stages import reached
 
@@ -29,7 +28,6 @@ _OWN: Final = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a model file (YAML)")
     varied = (
         "a parameter, or a coordinate or speed at the start, and its values: m1=1:10:100 (low:high:count), "
         "l=.5,1,2 or theta='10:60:6 deg'; several are combined"
