@@ -48,12 +48,10 @@ from multibody_sym.motion.ordinary_equations import OrdinaryEquations
 from multibody_sym.motion.other_tools import pinocchio_order, tool_function
 from multibody_sym.motion.prepare.arguments import Replacements, Values, array_of, share_memory, state_count
 from multibody_sym.program.backend import Backend, Native
-from multibody_sym.program.casadi_target import casadi_function
-from multibody_sym.program.jax_target import jax_function
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import Door, NativeFunction, run_many
 from multibody_sym.program.program import OperationCount, Program, operation_count, program_hash
-from multibody_sym.program.replay import ToolFunction
+from multibody_sym.program.replay import ToolFunction, casadi_function, jax_function
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves

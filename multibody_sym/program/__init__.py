@@ -1,14 +1,14 @@
 """How does a calculation become fast code?
 
-    program, statements    straight-line calculations as data that verify themselves; assign, call, solve, scan
+    program, statements    straight-line calculations as data that verify themselves, operations as C performs them, the
+                           interpreter; assign, call, solve, scan
     programs               the set that describes one system in motion
     trace                  Programs recorded while expressions are built
-    arithmetic, floats, derivatives    operations as C performs them; derivatives of Programs
+    derivatives            derivatives of Programs
     tree_passes, loops     like bodies, and like values, as loops
-    c_target, python_target, javascript_target    Programs as C, Python and JavaScript: the files of an export
-    list_target            what Python and JavaScript have in common: functions over lists
+    c_target, list_target  Programs as C, and as Python and JavaScript, which have lists: the files of an export
     fmu_target             FMUs: description in XML, sources, archive
-    replay, casadi_target, jax_target    Programs over the scalars of other tools; functions of CasADi and JAX
+    replay                 Programs over the scalars of other tools; functions of CasADi and JAX
     target_layout          names in exports, templates filled in, samples and tolerance of their self test
                            (templates/c/selftest.c.in)
     runtime_constants      numbers that C and Python share

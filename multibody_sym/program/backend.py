@@ -60,7 +60,7 @@ def _c(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
 
 def _python(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
     """Return the module and a program that integrates it."""
-    from multibody_sym.program.python_target import python_source
+    from multibody_sym.program.list_target import python_source
     from multibody_sym.program.target_layout import template_text
 
     module = python_source(programs, samples=samples, alone=True)
@@ -68,7 +68,7 @@ def _python(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]
 
 
 def _javascript(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
-    from multibody_sym.program.javascript_target import javascript_source
+    from multibody_sym.program.list_target import javascript_source
 
     return javascript_source(programs, samples)
 

@@ -1,26 +1,49 @@
-"""Programs as functions of languages that have lists, such as Python and JavaScript: one printer, a `Syntax` for each.
+"""Programs as modules of languages that have lists, Python and JavaScript: one printer, a `Syntax` for each.
 
-In: a Program and the syntax. Out: the text of a function that takes numbers and lists, and returns a list of the like.
+A function takes numbers and lists, and returns a list of the like. Python is for where there is no C compiler, to the
+same bits, many times slower; JavaScript is an ES module for browsers and node.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+import keyword
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
-from multibody_sym.program.arithmetic import Language, Texts, expression
-from multibody_sym.program.statements import Assign, Call, Kernel, Loop, Progression, Scan, Solve, Statement
+import numpy as np
+
+from multibody_sym.program.program import Language, Program, Texts, expression, interpret
+from multibody_sym.program.statements import (
+    Assign,
+    Call,
+    Kernel,
+    Loop,
+    ProgramError,
+    Progression,
+    Scan,
+    Solve,
+    Statement,
+)
 from multibody_sym.program.target_layout import (
     SHORTEST_RUN,
     TABLE_FUNCTIONS,
+    TITLE,
+    TOLERANCE,
     Function,
     Functions,
     Places,
+    Samples,
+    fill_template,
+    functions,
     parameters,
     runs,
+    summary,
+    template_text,
     wrap_items,
 )
 from multibody_sym.records import dataclass
+from multibody_sym.scalars import arrays, least_norm, rank
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.tabulated import Tabulated
 
@@ -237,3 +260,177 @@ def _place(printer: ListPrinter, given: Progression) -> str:
 def reserved_names(words: Iterable[str], functions: Collection[str]) -> frozenset[str]:
     """Return the names that no argument may have: words of a language, and functions that printed code calls."""
     return frozenset([*words, *functions, "k", "i", "x", "kernel", "results"])
+
+
+def _functions_text(
+    every: Functions, syntax: Syntax, between: str, names: Mapping[str, str], choice: str, truth: str
+) -> str:
+    """Return the definitions of all functions, and of their tables."""
+    tables = Tables(syntax)
+    language = Language(functions=names, choice=choice, power="power({x}, {n})", truth=truth, table=tables.text)
+    printed = [ListPrinter(function, every, language, syntax).text() for function in every.functions]
+    return between.join([*tables.texts, *printed])
+
+
+def _stored(programs: Mapping[str, Program], samples: Samples, pair: str) -> str:
+    """Return the entries of a map from names of Programs to pairs of inputs and results."""
+    lines = []
+    for name, program in programs.items():
+        lines.append(f'    "{name}": [')
+        for sample in samples.get(name, ()):
+            inputs = [np.asarray(values, dtype=float) for values in sample]
+            both = inputs, interpret(program, *inputs)
+            values = ([x.ravel().tolist() if x.ndim else float(x) for x in part] for part in both)
+            lines.append(f"        {pair.format(*values)},")
+        lines.append("    ],")
+    return "\n".join(lines)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Python.
+
+
+_PYTHON_FUNCTIONS: Final = (
+    "abs acos asin atan atan2 cos cosh divide exp inf log max min nan on_lines on_spline power real_power sign sin "
+    "sinh solve_lists solve_some sqrt tan tanh to_knot"
+)
+_PYTHON: Final = Syntax(
+    function="def {name}",
+    opens=":",
+    closes="",
+    ends="",
+    define="{name} = {value}",
+    returned=("return (", ")"),
+    spread="*{list}",
+    part="{name}[{first}:{end}]",
+    zeros="[0.0] * {size}",
+    append="{name}.append({value})",
+    repeat="for k in range({count})",
+    skip_where_zero="if {x} == 0.0",
+    choose="if kernel == {k}",
+    add_each="for i, x in enumerate({values}, {first}):\n    {name}[i] {put} x",
+    progression="{pattern}[k % {count}] + {step}*(k // {count})",
+    sparse=("{", "{k}: {x}", "}"),
+    table=("{name} = (", ")"),
+    comment="#",
+    reserved=reserved_names(keyword.kwlist, _PYTHON_FUNCTIONS.split()),
+)
+_IMPORTED: Final = """\
+from math import atan, atan2, inf, nan, tanh
+
+from multibody_sym.scalars.arrays import (
+    acos, asin, cos, cosh, divide, exp, log, on_lines, on_spline, power, sign, sin, sinh, sqrt, tan, to_knot,
+)
+from multibody_sym.scalars.arrays import pow as real_power
+from multibody_sym.scalars.least_norm import solve_lists, solve_some"""
+_OWN: Final = """\
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+{own}
+
+
+from math import atan, atan2, inf, nan, tanh
+
+real_power = pow"""
+_NEEDED: Final = "\nNothing is needed beside this file but NumPy."
+_FUTURE: Final = "from __future__ import annotations\n"
+_PACKAGE: Final = "from multibody_sym."
+OWN_ARITHMETIC: Final = (arrays, rank, least_norm)
+"""The modules whose text stands in exported Python."""
+
+
+def python_source(
+    programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None, alone: bool = False
+) -> str:
+    """Return a module with a function `<prefix>_<name>` for each program, and all of them by name in `PROGRAMS`.
+
+    It imports this package's arithmetic and solve, or holds their text where it is to stand `alone`, with nothing but
+    NumPy beside it. With `samples` it tests itself when it is run. The same Programs give the same text in every
+    process.
+    Raises ProgramError where there is no program, or a name is none.
+    """
+    every = functions(programs, f"{prefix}_", f"{prefix}__", ())
+    exported = list(zip(programs, every.exported, strict=True))
+    names = {"div": "divide", "pow": "real_power"}
+    text = fill_template(
+        "python/model.py.in",
+        title=TITLE,
+        note=_NEEDED if alone else "",
+        arithmetic=_own_arithmetic() if alone else _IMPORTED,
+        summary="\n".join(line for name, f in exported for line in summary(name, f.program)),
+        functions=_functions_text(every, _PYTHON, "\n\n\n", names, "({yes} if {condition} else {no})", "{x}"),
+        table="\n".join(f'    "{name}": {f.name},' for name, f in exported),
+    )
+    if samples is None:
+        return text
+    stored = _stored(programs, samples, "({}, {})")
+    return text + fill_template("python/selftest.py.in", tolerance=repr(TOLERANCE), stored=stored)
+
+
+def _own_arithmetic() -> str:
+    """Return the text of this package's arithmetic and solve, without the words at their heads."""
+    texts = [Path(str(module.__file__)).read_text(encoding="ascii") for module in OWN_ARITHMETIC]
+    bodies = [text.partition(_FUTURE)[2].splitlines() for text in texts]
+    own = ["\n".join(line for line in body if not line.startswith(_PACKAGE)).strip() for body in bodies]
+    return _OWN.format(own="\n\n\n".join(own))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# JavaScript.
+
+
+_JAVASCRIPT_WORDS: Final = (
+    "arguments await break case catch class const continue debugger default delete do else enum eval export extends "
+    "false finally for function if implements import in instanceof interface let new null package private protected "
+    "public return static super switch this throw true try typeof var void while with yield"
+)
+_JAVASCRIPT_FUNCTIONS: Final = (
+    "abs acos asin atan atan2 copysign cos cosh dot exp inf log max min nan on_lines on_spline power real_power sign "
+    "sin sinh solve_lists sqrt subtract tan tanh to_knot zeros"
+)
+_JAVASCRIPT: Final = Syntax(
+    function="function {name}",
+    opens=" {",
+    closes="}",
+    ends=";",
+    define="const {name} = {value}",
+    returned=("return [", "]"),
+    spread="...{list}",
+    part="{name}.slice({first}, {end})",
+    zeros="zeros({size})",
+    append="{name}.push({value})",
+    repeat="for (let k = 0; k < {count}; k++)",
+    skip_where_zero="if ({x} === 0.0)",
+    choose="if (kernel === {k})",
+    add_each="{values}.forEach((x, i) => {{\n    {name}[{first} + i] {put} x;\n}});",
+    progression="{pattern}[k % {count}] + {step}*Math.floor(k / {count})",
+    sparse=("", "", ""),
+    table=("const {name} = [", "];"),
+    comment="//",
+    reserved=reserved_names(_JAVASCRIPT_WORDS.split(), _JAVASCRIPT_FUNCTIONS.split()),
+)
+
+
+def javascript_source(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
+    """Return model.mjs, with a function for each program by its name in `PROGRAMS`, selftest.mjs, and integrate.mjs.
+
+    The last one simulates the model. The same Programs give the same text in every process. Raises ProgramError where
+    there is no program, a name is none, and for solves of which some rows act, as in Programs of all modes.
+    """
+    every = functions(programs, "mbs_", "mbs__", ())
+    solves = (s for f in every.functions for s in f.program.statements if isinstance(s, Solve))
+    if any(solve.acting for solve in solves):
+        raise ProgramError("JavaScript has no solve of which some rows act")
+    exported, names = list(zip(programs, every.exported, strict=True)), {"pow": "real_power"}
+    model = fill_template(
+        "javascript/model.mjs.in",
+        title=TITLE,
+        summary="\n".join(f" * {line}" for name, f in exported for line in summary(name, f.program)),
+        functions=_functions_text(every, _JAVASCRIPT, "\n\n", names, "({condition} ? {yes} : {no})", "({x}) !== 0.0"),
+        table="\n".join(f"    {name}: {f.name}," for name, f in exported),
+    )
+    stored = _stored(programs, samples, "[{}, {}]")
+    test = fill_template("javascript/selftest.mjs.in", tolerance=repr(TOLERANCE), stored=stored)
+    return {"model.mjs": model, "selftest.mjs": test, "integrate.mjs": template_text("javascript/integrate.mjs")}

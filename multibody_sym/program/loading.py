@@ -648,7 +648,7 @@ def load(
         return c_source(programs, rare=rare, parts=parts_of(every, multistep=multistep), apart=not code.native)
 
     def printed_python() -> str:
-        from multibody_sym.program.python_target import python_source
+        from multibody_sym.program.list_target import python_source
 
         return python_source(every)
 

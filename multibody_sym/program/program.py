@@ -7,17 +7,16 @@ import math
 import re
 import struct
 import sys
-from array import array
+from array import array as words_array
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from functools import cached_property, reduce
 from operator import or_
-from typing import Final, TypeVar, assert_never
+from typing import Any, Final, TypeVar, assert_never
 
 import numpy as np
 import numpy.typing as npt
 
-from multibody_sym.program.arithmetic import OPERATIONS, Language, Texts, expression, integer_exponent, power
 from multibody_sym.program.statements import (
     TARGETS,
     Array,
@@ -41,10 +40,128 @@ from multibody_sym.program.statements import (
     targets,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
+from multibody_sym.scalars import arrays
+from multibody_sym.scalars.arrays import Floats, power
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.least_norm import solve_lists, solve_some
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The operations of Nodes on floats that may be infinite or nan, as C performs them.
+
+
+_LARGEST_EXPONENT: Final = 2**31
+
+
+def integer_exponent(node: Node) -> int | None:
+    """Return n where `node` is a power x^n that is computed by multiplication, else None."""
+    exponent = node.args[1]
+    if exponent.op == "number" and isinstance(exponent.data, int) and 0 < exponent.data < _LARGEST_EXPONENT:
+        return exponent.data
+    return None
+
+
+_OF_ARRAYS: Final = "pow sqrt sin cos tan asin acos exp log sinh cosh sign"
+OPERATIONS: Final[dict[str, Callable[..., float]]] = (
+    FLOAT_OPERATIONS | {"div": arrays.divide} | {op: getattr(arrays, op) for op in _OF_ARRAYS.split()}
+)
+"""Every operation of a Node on floats that may be infinite or nan; `abs`, `min` and `max` are Python's own."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Infix: prints the operations of an Assign as one expression of a language, with no parenthesis too many.
+
+
+PRODUCTS: Final = (2, 3)
+"""Exponents that are written as products of the operand, which must be an atom for it."""
+_SUM: Final = 1
+_PRODUCT: Final = 2
+_ATOM: Final = 3
+
+
+@dataclass(frozen=True)
+class Language:
+    """How a language writes what differs: names of functions, a choice, a comparison as a number, a truth.
+
+    `functions` maps an operation to the name of its function where that is not the operation's own; `choice` has the
+    fields condition, yes and no; `power`, for an integer n that is not written as a product, x and n; `truth`, for a
+    number that serves as a condition, x. Division is an operator unless `functions` has a name for it. `table` returns
+    the text of a tabulated function, or its derivative of an order, of x.
+    """
+
+    functions: Mapping[str, str]
+    choice: str
+    power: str
+    truth: str
+    table: Callable[..., str]
+
+
+_COMPARISONS: Final = {"less": "<", "less_equal": "<="}
+
+
+def expression(nodes: tuple[Node, ...], names: MutableMapping[Node, str], language: Language) -> str:
+    """Return the text of the last of `nodes` with the others inline; `names` holds the text of every atom.
+
+    The order of operations is that of the Nodes, so that the result is the same to the last bit.
+    """
+    levels: dict[Node, int] = {}
+    for node in nodes:
+        op = node.op
+        if op == "mul":
+            a, b = node.args
+            left = f"({names[a]})" if a in levels and levels[a] < _PRODUCT else names[a]
+            names[node] = f"{left}*({names[b]})" if b in levels and levels[b] < _ATOM else f"{left}*{names[b]}"
+            levels[node] = _PRODUCT
+        elif op == "add":
+            a, b = node.args
+            sign, b = ("-", b.args[0]) if b.op == "neg" and b in levels else ("+", b)
+            right = f"({names[b]})" if b in levels and levels[b] < _PRODUCT else names[b]
+            names[node] = f"{names[a]} {sign} {right}"
+            levels[node] = _SUM
+        else:
+            names[node], levels[node] = _rarer(node, names, levels, language)
+    return names[nodes[-1]]
+
+
+def _operand(node: Node, least: int, names: Mapping[Node, str], levels: Mapping[Node, int]) -> str:
+    text = names[node]
+    return text if levels.get(node, _ATOM) >= least else f"({text})"
+
+
+def _rarer(node: Node, names: Mapping[Node, str], levels: Mapping[Node, int], language: Language) -> tuple[str, int]:
+    op, args = node.op, node.args
+    if op == "neg":
+        return "-" + _operand(args[0], _ATOM, names, levels), _PRODUCT
+    if op == "div" and op not in language.functions:
+        return f"{_operand(args[0], _PRODUCT, names, levels)}/{_operand(args[1], _ATOM, names, levels)}", _PRODUCT
+    if op == "where":
+        compared = args[0] in levels and args[0].op in _COMPARISONS
+        condition = _comparison(args[0], names) if compared else language.truth.format(x=names[args[0]])
+        return language.choice.format(condition=condition, yes=names[args[1]], no=names[args[2]]), _ATOM
+    if op == "table":
+        return language.table(*node.own, names[args[0]]), _ATOM
+    if op in _COMPARISONS:
+        return language.choice.format(condition=_comparison(node, names), yes="1.0", no="0.0"), _ATOM
+    exponent = integer_exponent(node) if op == "pow" else None
+    if exponent is None:
+        return f"{language.functions.get(op, op)}({', '.join(names[a] for a in args)})", _ATOM
+    if exponent in PRODUCTS and args[0] not in levels:
+        return "*".join([names[args[0]]] * exponent), _PRODUCT
+    return language.power.format(x=names[args[0]], n=exponent), _ATOM
+
+
+def _comparison(node: Node, names: Mapping[Node, str]) -> str:
+    return f"{names[node.args[0]]} {_COMPARISONS[node.op]} {names[node.args[1]]}"
+
+
+class Texts(dict[Node, str]):
+    """The text of every Node that has one by now; constants are written as floats that read back the same."""
+
+    def __missing__(self, node: Node) -> str:
+        if node.shadow is None:
+            raise KeyError(node)
+        return repr(node.shadow)
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The verifier of Programs: one function a statement type.
@@ -403,7 +520,7 @@ def digest(program: Callee) -> bytes:
     for output in program.outputs:
         numbers.words += (_OUTPUT, len(output.shape), *output.shape)
         numbers.words += [numbers[value] for value in output.values]
-    words = array("Q", numbers.words)
+    words = words_array("Q", numbers.words)
     if sys.byteorder == "big":
         words.byteswap()
     return hashlib.sha256(words.tobytes()).digest()
@@ -530,7 +647,7 @@ def _find_named(name: str, things: Iterable[_Part], kind: str) -> _Part:
 # The interpreter: runs a Program on numbers, statement by statement; every backend must agree with it.
 
 
-class _Values(dict[Node, float]):
+class Values(dict[Node, Any]):
     """The value of every Node that has one by now; constants know theirs."""
 
     def __missing__(self, node: Node) -> float:
@@ -538,80 +655,96 @@ class _Values(dict[Node, float]):
             raise KeyError(node)
         return node.shadow
 
+    def of(self, parts: Iterable[Iterable[Node]]) -> list[list[Any]]:
+        return [[self[atom] for atom in atoms] for atoms in parts]
+
+
+class Interpreter:
+    """Runs Programs over floats; those over other scalars have operations and solves of their own."""
+
+    def run(self, program: Callee, arrays: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        """Return the elements of each output for the elements of each input."""
+        values = Values()
+        for declared, given in zip(program.inputs, arrays, strict=True):
+            values.update(zip(declared.slots, given, strict=True))
+        for statement in program.statements:
+            if isinstance(statement, Assign):
+                for node in statement.nodes:
+                    values[node] = self.operate(node, [values[a] for a in node.args])
+                continue
+            if isinstance(statement, Call):
+                results = self.run(statement.program, values.of(statement.arguments))
+            elif isinstance(statement, Solve):
+                results = self.solve(statement, values)
+            else:
+                results = self._scan(statement, values)
+            for leaves, found in zip(targets(statement), results, strict=True):
+                values.update(zip(leaves, found, strict=True))
+        return values.of(output.values for output in program.outputs)
+
+    def operate(self, node: Node, arguments: Sequence[Any]) -> Any:
+        """Return the value of an operation."""
+        exponent = integer_exponent(node) if node.op == "pow" else None
+        return OPERATIONS[node.op](*node.own, *arguments) if exponent is None else power(arguments[0], exponent)
+
+    def solve(self, statement: Solve, values: Values) -> list[list[Any]]:
+        """Return solution, multipliers and report."""
+        order, most = statement.order, values[statement.most]
+        right, acting = values.of((statement.right, statement.acting))
+        if acting:
+            matrix, exerted = (
+                [{k: values[atom] for k, atom in row} for row in rows] for rows in (statement.matrix, statement.exerted)
+            )
+            solution, *others = solve_some(matrix, right, len(order), most, acting, exerted)
+        else:
+            whole = [[values[row[k]] for k in order] for row in statement.matrix.lists(len(order))]
+            solution, *others = solve_lists(whole, right, len(order), most, statement.spans)
+        return [[x for _, x in sorted(zip(order, solution, strict=True))], *others]
+
+    def choose(self, gate: Any, new: Any, old: Any) -> Any:
+        """Return a result behind a gate that is not the number zero."""
+        return new
+
+    def _scan(self, statement: Scan, values: Values) -> list[list[Any]]:
+        memory = values.of(statement.given)
+        results = range(len(memory), len(memory) + len(statement.targets))
+        memory += [[0.0] * size for size in statement.sizes[len(memory) :]]
+        for number in statement.unread:
+            memory[results[number]] = [math.nan] * len(memory[results[number]])
+        for loop in statement.loops:
+            for k in range(loop.count):
+                self._turn(loop, k, memory)
+        return [memory[place] for place in results]
+
+    def _turn(self, loop: Loop, k: int, memory: list[list[Any]]) -> None:
+        """Run iteration k of a loop."""
+        gate: Any = 1.0 if loop.gate is None else memory[loop.gate.array][loop.gate.first.at(k)]
+        if isinstance(gate, float) and gate == 0.0:
+            return
+        kernel = loop.kernels[loop.choice.at(k)]
+        read = []
+        for window, declared in zip(kernel.reads, kernel.program.inputs, strict=True):
+            first = window.first.at(k)
+            read.append(memory[window.array][first : first + declared.size])
+        for window, found in zip(kernel.writes, self.run(kernel.program, read), strict=True):
+            for place, x in enumerate(found, window.first.at(k)):
+                old = memory[window.array][place]
+                memory[window.array][place] = self.choose(gate, old + x if window.adds else x, old)
+
+
+_OVER_FLOATS: Final = Interpreter()
+
 
 def interpret(program: Callee, *arrays: npt.ArrayLike) -> tuple[Floats, ...]:
     """Return the outputs of `program` for `arrays`, one for each input; raises ShapeError where one does not fit."""
     if len(arrays) != len(program.inputs):
         raise ShapeError(f"program {program.name} has {len(program.inputs)} inputs, not {len(arrays)}")
-    values = _Values()
-    for declared, given in zip(program.inputs, arrays, strict=True):
-        numbers = np.asarray(given, dtype=float)
+    given = []
+    for declared, array in zip(program.inputs, arrays, strict=True):
+        numbers = np.asarray(array, dtype=float)
         if numbers.shape != declared.shape:
             needed = f"has the shape {declared.shape}, not {numbers.shape}"
             raise ShapeError(f"input {declared.name} of {program.name} {needed}")
-        values.update(zip(declared.slots, numbers.ravel().tolist(), strict=True))
-    for statement in program.statements:
-        _run(statement, values)
-    return tuple(np.array([values[v] for v in o.values], dtype=float).reshape(o.shape) for o in program.outputs)
-
-
-def _run(statement: Statement, values: _Values) -> None:
-    if isinstance(statement, Assign):
-        for node in statement.nodes:
-            exponent = integer_exponent(node) if node.op == "pow" else None
-            if exponent is None:
-                values[node] = OPERATIONS[node.op](*node.own, *[values[a] for a in node.args])
-            else:
-                values[node] = power(values[node.args[0]], exponent)
-    elif isinstance(statement, Call):
-        arguments = (
-            np.array([values[atom] for atom in atoms], dtype=float).reshape(declared.shape)
-            for declared, atoms in zip(statement.program.inputs, statement.arguments, strict=True)
-        )
-        _store(statement, interpret(statement.program, *arguments), values)
-    elif isinstance(statement, Solve):
-        _solve(statement, values)
-    else:
-        _scan(statement, values)
-
-
-def _solve(statement: Solve, values: _Values) -> None:
-    order, most = statement.order, values[statement.most]
-    right, acting = ([values[atom] for atom in x] for x in (statement.right, statement.acting))
-    if acting:
-        matrix, exerted = (
-            [{k: values[atom] for k, atom in row} for row in rows] for rows in (statement.matrix, statement.exerted)
-        )
-        found = solve_some(matrix, right, len(order), most, acting, exerted)
-    else:
-        whole = [[values[row[k]] for k in order] for row in statement.matrix.lists(len(order))]
-        found = solve_lists(whole, right, len(order), most, statement.spans)
-    solution = [statement.solution[k] for k in order]
-    for leaves, numbers in zip((solution, statement.multipliers, statement.report), found, strict=True):
-        values.update(zip(leaves, numbers, strict=True))
-
-
-def _scan(statement: Scan, values: _Values) -> None:
-    memory = [np.array([values[atom] for atom in atoms], dtype=float) for atoms in statement.given]
-    results = range(len(memory), len(memory) + len(statement.targets))
-    memory += [np.zeros(size) for size in statement.sizes[len(memory) :]]
-    for number in statement.unread:
-        memory[results[number]][:] = np.nan
-    for loop in statement.loops:
-        for k in range(loop.count):
-            if loop.gate is not None and memory[loop.gate.array][loop.gate.first.at(k)] == 0.0:
-                continue
-            kernel = loop.kernels[loop.choice.at(k)]
-            read = []
-            for window, declared in zip(kernel.reads, kernel.program.inputs, strict=True):
-                first = window.first.at(k)
-                read.append(memory[window.array][first : first + declared.size].reshape(declared.shape))
-            for window, result in zip(kernel.writes, interpret(kernel.program, *read), strict=True):
-                place = memory[window.array][window.first.at(k) :][: result.size]
-                place[:] = place + result.ravel() if window.adds else result.ravel()
-    _store(statement, tuple(memory[len(statement.given) :][: len(statement.targets)]), values)
-
-
-def _store(statement: Record, results: tuple[Floats, ...], values: _Values) -> None:
-    for leaves, result in zip(targets(statement), results, strict=True):
-        values.update(zip(leaves, result.ravel().tolist(), strict=True))
+        given.append(numbers.ravel().tolist())
+    found = _OVER_FLOATS.run(program, given)
+    return tuple(np.array(x, dtype=float).reshape(o.shape) for x, o in zip(found, program.outputs, strict=True))

@@ -1,4 +1,4 @@
-"""Programs over the scalars of other tools, such as CasADi's symbols and JAX's tracers.
+"""Programs over the scalars of other tools: CasADi's symbols and JAX's tracers.
 
 `replay` performs the statements of a Program one by one, as `interpret` does with floats. Callees run in line, loops
 are unrolled, and operations on floats alone stay floats. A solve takes the rows in their order, without a choice of
@@ -8,19 +8,21 @@ pivots: where a row depends on those before it, all results are nan.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from functools import partial, reduce
-from typing import Any
+from itertools import product
+from typing import Any, Final
 
-from multibody_sym.errors import ModelError
-from multibody_sym.program.arithmetic import OPERATIONS, integer_exponent, power
-from multibody_sym.program.program import Program
-from multibody_sym.program.statements import Assign, Call, Callee, Kernel, Loop, Scan, Solve, targets
+from multibody_sym.errors import InputError, MissingPackageError, ModelError
+from multibody_sym.program.program import OPERATIONS, Interpreter, Program, Values, integer_exponent
+from multibody_sym.program.statements import Callee, Solve
+from multibody_sym.program.target_layout import parameters
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.between import cubic, line
+from multibody_sym.scalars.arrays import cubic, line
 from multibody_sym.scalars.least_norm import PLAIN, row_spans
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.rank import CLEAR
 from multibody_sym.scalars.tabulated import Tabulated
 
@@ -64,51 +66,28 @@ def replay(program: Callee, arrays: Sequence[Sequence[Any]], operations: Operati
 
     Raises ModelError where a solve has more rows than can be independent, or rows that act by a condition.
     """
-    values = _Values(operations)
-    for declared, given in zip(program.inputs, arrays, strict=True):
-        values.update(zip(declared.slots, given, strict=True))
-    for statement in program.statements:
-        if isinstance(statement, Assign):
-            values.assign(statement)
-        elif isinstance(statement, Call):
-            values.define(statement, replay(statement.program, values.of(statement.arguments), operations))
-        elif isinstance(statement, Solve):
-            values.define(statement, _solve(statement, values))
-        else:
-            values.define(statement, _scan(statement, values))
-    return values.of(output.values for output in program.outputs)
+    return _Tool(operations).run(program, arrays)
 
 
-class _Values(dict[Node, Any]):
-    """The value of every Node that has one by now; constants are floats."""
+class _Tool(Interpreter):
+    """Runs Programs over the scalars of a tool."""
 
     def __init__(self, operations: Operations) -> None:
-        super().__init__()
         self.operations = operations
 
-    def __missing__(self, node: Node) -> float:
-        if node.shadow is None:
-            raise KeyError(node)
-        return float(node.shadow)
+    def operate(self, node: Node, arguments: Sequence[Any]) -> Any:
+        if node.op == "table":
+            function, order = node.own
+            return _tabulated(function, order, arguments[0], self.operations)
+        if node.op == "pow" and integer_exponent(node) is not None:
+            return super().operate(node, arguments)
+        return _operated(self.operations, node.op, *arguments)
 
-    def of(self, parts: Any) -> list[list[Any]]:
-        return [[self[atom] for atom in atoms] for atoms in parts]
+    def choose(self, gate: Any, new: Any, old: Any) -> Any:
+        return _operated(self.operations, "where", gate, new, old)
 
-    def define(self, statement: Call | Solve | Scan, results: Sequence[Sequence[Any]]) -> None:
-        for leaves, found in zip(targets(statement), results, strict=True):
-            self.update(zip(leaves, found, strict=True))
-
-    def assign(self, statement: Assign) -> None:
-        for node in statement.nodes:
-            arguments = [self[a] for a in node.args]
-            exponent = integer_exponent(node) if node.op == "pow" else None
-            if exponent is not None:
-                self[node] = power(arguments[0], exponent)
-            elif node.op == "table":
-                function, order = node.own
-                self[node] = _tabulated(function, order, arguments[0], self.operations)
-            else:
-                self[node] = _operated(self.operations, node.op, *arguments)
+    def solve(self, statement: Solve, values: Values) -> list[list[Any]]:
+        return _solve(statement, values, self.operations)
 
 
 def _operated(operations: Operations, op: str, *arguments: Any) -> Any:
@@ -147,39 +126,6 @@ def _tabulated(function: Tabulated, order: int, at: Any, operations: Operations)
     for k in reversed(range(count)):
         found = _operated(operations, "where", _operated(operations, "less", at, x[k]), piece(k), found)
     return found
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Scans, unrolled.
-
-
-def _scan(statement: Scan, values: _Values) -> list[list[Any]]:
-    memory = values.of(statement.given)
-    results = range(len(memory), len(memory) + len(statement.targets))
-    memory += [[0.0] * size for size in statement.sizes[len(memory) :]]
-    for number in statement.unread:
-        memory[results[number]] = [math.nan] * len(memory[results[number]])
-    for loop in statement.loops:
-        for k in range(loop.count):
-            _turn(loop, k, memory, values.operations)
-    return [memory[place] for place in results]
-
-
-def _turn(loop: Loop, k: int, memory: list[list[Any]], operations: Operations) -> None:
-    """Run iteration k of a loop; behind a gate that is no number each result is chosen by it."""
-    gate: Any = 1.0 if loop.gate is None else memory[loop.gate.array][loop.gate.first.at(k)]
-    if type(gate) is float and gate == 0.0:
-        return
-    kernel: Kernel = loop.kernels[loop.choice.at(k)]
-    read = []
-    for window, declared in zip(kernel.reads, kernel.program.inputs, strict=True):
-        first = window.first.at(k)
-        read.append(memory[window.array][first : first + declared.size])
-    for window, found in zip(kernel.writes, replay(kernel.program, read, operations), strict=True):
-        for place, x in enumerate(found, window.first.at(k)):
-            old = memory[window.array][place]
-            new = old + x if window.adds else x
-            memory[window.array][place] = _operated(operations, "where", gate, new, old)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -252,7 +198,7 @@ class _Reflections:
         return reduce(partial(_operated, self.operations, op), numbers)
 
 
-def _solve(statement: Solve, values: _Values) -> tuple[list[Any], list[Any], list[Any]]:
+def _solve(statement: Solve, values: Values, operations: Operations) -> list[list[Any]]:
     """Return what `solve` of `scalars/least_norm.py` does, of independent rows."""
     width, count = len(statement.solution), len(statement.right)
     acting = [values[atom] for atom in statement.acting] or [1.0] * count
@@ -261,7 +207,8 @@ def _solve(statement: Solve, values: _Values) -> tuple[list[Any], list[Any], lis
     places = [j for j, acts in enumerate(acting) if acts]
     rows, right = values.of(statement.matrix.lists(width)), [values[atom] for atom in statement.right]
     rows = [[rows[j][k] for k in statement.order] for j in places]
-    if len(places) > min(width, _most(values[statement.most])):
+    most = values[statement.most]
+    if len(places) > min(width, most if type(most) is float else math.inf):
         raise ModelError(
             "constraints depend on each other: functions of other tools need independent ones; drop the redundant",
             number="M110",
@@ -271,26 +218,22 @@ def _solve(statement: Solve, values: _Values) -> tuple[list[Any], list[Any], lis
         forces = values.of(statement.exerted.lists(width))
         exerted = [[forces[j][k] for k in statement.order] for j in places]
     if exerted:
-        lengths = [1.0 if PLAIN in acting else _operated(values.operations, "sqrt", _dot(c, c)) for c in exerted]
+        lengths = [1.0 if PLAIN in acting else _operated(operations, "sqrt", _dot(c, c)) for c in exerted]
         unit = [[x / length for x in row] for row, length in zip(exerted, lengths, strict=True)]
-        found = _eliminated([[_dot(a, c) for c in unit] for a in rows], values.operations)
+        found = _eliminated([[_dot(a, c) for c in unit] for a in rows], operations)
         carried, _ = found.solution(own, len(places))
         solution = [_dot(carried, column) for column in zip(*unit, strict=True)]
         carried = [value / length for value, length in zip(carried, lengths, strict=True)]
         report = found.report([_dot(row, row) for row in rows])
     else:
-        found = _eliminated(rows, values.operations)
+        found = _eliminated(rows, operations)
         solution, carried = found.solution(own, width)
         report = found.whole_report()
     multipliers: list[Any] = [0.0] * count
     for j, value in zip(places, carried, strict=True):
         multipliers[j] = value
     at = dict(zip(statement.order, solution, strict=True))
-    return [at[k] for k in range(width)], multipliers, report
-
-
-def _most(value: Any) -> float:
-    return value if type(value) is float else math.inf
+    return [[at[k] for k in range(width)], multipliers, report]
 
 
 def _eliminated(rows: Sequence[Sequence[Any]], operations: Operations) -> _Reflections:
@@ -316,3 +259,103 @@ def _dot(first: Sequence[Any], second: Sequence[Any]) -> Any:
 
 def _subtract(amount: Any, vector: Sequence[Any], row: list[Any]) -> None:
     row[: len(vector)] = [a - _times(amount, b) for a, b in zip(row, vector, strict=False)]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Functions of CasADi, which differentiates them, and of JAX, for `jit`, `vmap` and `grad` on its device.
+
+
+_COMMON: Final = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign"
+
+
+def _operations_of(tool: Any, own: Operations) -> Operations:
+    """Return the functions of a tool by operation: its `own`, and those of the same name."""
+    common = {op: getattr(tool, op) for op in _COMMON.split() if op not in own}
+    return {"neg": operator.neg, "add": operator.add, "mul": operator.mul, "div": operator.truediv, **common, **own}
+
+
+_RESERVED: Final = frozenset({"null", "jac", "hess"})
+
+
+def casadi_function(function: ToolFunction) -> Any:
+    """Return a `casadi.Function`: arguments as columns, results with their structural zeros left out.
+
+    Raises InputError for a result of three axes, MissingPackageError without CasADi.
+    """
+    try:
+        import casadi
+    except ImportError:
+        raise MissingPackageError("to_casadi needs CasADi: pip install 'multibody-sym[casadi]'") from None
+    outputs = function.program.outputs
+    for output in outputs:
+        if len(output.shape) > 2:
+            message = f"{output.name} has the shape {output.shape}, and CasADi has matrices only"
+            raise InputError(f"{message}: differentiate in CasADi, by F.jacobian()")
+    own: dict[str, Any] = {
+        "pow": casadi.power, "abs": casadi.fabs, "min": casadi.fmin, "max": casadi.fmax, "where": casadi.if_else,
+        "less": operator.lt, "less_equal": operator.le,
+    }  # fmt: skip
+    symbols = [casadi.SX.sym(each.name, len(each.places)) for each in function.arguments]
+    found = function.replayed([symbol.elements() for symbol in symbols], _operations_of(casadi, own))
+    results = []
+    for output, values in zip(outputs, found, strict=True):
+        rows, columns = (*output.shape, 1, 1)[:2]
+        result = casadi.SX(rows, columns)
+        for (i, j), node, value in zip(product(range(rows), range(columns)), output.values, values, strict=True):
+            if node is not ZERO:
+                result[i, j] = value
+        results.append(result)
+    taken = [each.name for each in function.arguments]
+    _, named = parameters(function.program, _RESERVED | set(taken))
+    return casadi.Function(function.name, symbols, results, taken, named)
+
+
+def jax_function(function: ToolFunction, result: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of the arguments in their order; `result` makes a tuple of several arrays.
+
+    Raises MissingPackageError without JAX; InputError unless JAX has 64 bits, in a call, too.
+    """
+    try:
+        import jax
+    except ImportError:
+        raise MissingPackageError("to_jax needs JAX: pip install 'multibody-sym[jax]'") from None
+    import jax.numpy as jnp
+
+    own: dict[str, Any] = {
+        "asin": jnp.arcsin, "acos": jnp.arccos, "atan": jnp.arctan, "atan2": jnp.arctan2, "pow": jnp.power,
+        "abs": jnp.abs, "min": jnp.minimum, "max": jnp.maximum,
+        "less": lambda a, b: jnp.where(a < b, 1.0, 0.0), "less_equal": lambda a, b: jnp.where(a <= b, 1.0, 0.0),
+        "where": lambda condition, a, b: jnp.where(condition != 0.0, a, b),
+    }  # fmt: skip
+    operations, arguments, outputs = _operations_of(jnp, own), function.arguments, function.program.outputs
+    taken = ", ".join(each.name for each in arguments)
+    _verify_bits(jax)
+
+    def called(*given: Any) -> Any:
+        _verify_bits(jax)
+        if len(given) != len(arguments):
+            raise InputError(f"{function.name} takes {len(arguments)} arguments ({taken}), not {len(given)}")
+        values: list[list[Any]] = []
+        for argument, array in zip(arguments, given, strict=True):
+            known, shape = jnp.asarray(array, dtype=float), () if argument.scalar else (len(argument.places),)
+            if known.shape != shape:
+                message = f"{argument.name} has the shape {known.shape}, not {shape}"
+                raise InputError(f"{message}: jax.vmap takes many states")
+            values.append([known] if argument.scalar else [known[k] for k in range(len(argument.places))])
+        found = function.replayed(values, operations)
+        arrays = [
+            jnp.stack([jnp.asarray(x, dtype=float) for x in elements]).reshape(output.shape)
+            if elements
+            else jnp.zeros(output.shape)
+            for output, elements in zip(outputs, found, strict=True)
+        ]
+        return arrays[0] if len(arrays) == 1 else result(*arrays)
+
+    called.__name__ = called.__qualname__ = function.name
+    called.__doc__ = f"{function.name}({taken}) -> {', '.join(output.name for output in outputs)}"
+    return called
+
+
+def _verify_bits(jax: Any) -> None:
+    if not jax.config.jax_enable_x64:
+        raise InputError("JAX computes with 32 bits: jax.config.update('jax_enable_x64', True) before its first array")

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
-from multibody_sym.program.arithmetic import PRODUCTS, integer_exponent
-from multibody_sym.program.program import Program
+from multibody_sym.program.program import PRODUCTS, Program, integer_exponent
 from multibody_sym.program.statements import (
     NO_ROWS,
     TARGETS,

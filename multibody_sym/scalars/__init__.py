@@ -3,10 +3,11 @@
     node, elementary          the Node; its functions, folded where exact; pickles of Nodes
     functions, vectors        functions and vectors over float, Node and sympy alike
     calculus, sign_changes    exact derivatives; where functions bend, jump and change sign
-    tabulated, between        functions given by rows; values between rows
+    tabulated                 functions given by rows
     limits                    what contacts and friction allow
     sympy_bridge              the door to sympy
-    arrays, numbers           arrays of floats, their rounding; numbers that a caller hands over
+    arrays, numbers           floats as C computes with them, their arrays and rounding, values between rows; numbers
+                              that a caller hands over
     rank, pivoted_qr          which rows are independent, also beside rounding: one rule, every tolerance
     elimination               rows with few entries
     least_norm                x of least norm with A x = r, to the same bits as in C

@@ -239,7 +239,7 @@ import hashlib, sys
 sys.path.insert(0, {folder!r})
 from random_programs import ARITHMETIC, FUNCTIONS, Maker
 from multibody_sym.program.c_target import c_source
-from multibody_sym.program.python_target import python_source
+from multibody_sym.program.list_target import python_source
 from multibody_sym.program.program import program_hash
 from multibody_sym.scalars.node import symbol
 from multibody_sym.scalars.functions import sin

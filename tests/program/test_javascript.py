@@ -12,7 +12,7 @@ import pytest
 from random_programs import ARITHMETIC, ARITY, FUNCTIONS, Maker
 
 import multibody_sym as mbs
-from multibody_sym.program.javascript_target import javascript_source
+from multibody_sym.program.list_target import javascript_source
 from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.target_layout import spread_samples

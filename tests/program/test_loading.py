@@ -306,7 +306,7 @@ def test_programs_give_what_the_interpreter_gives(fresh, backend):
 def test_programs_are_printed_once(fresh, monkeypatch, backend):
     programs = {"one": small_program("one"), "other": small_program("other", 3)}
     cold = load(programs, Native(backend=backend))
-    printer = "c_target.c_source" if backend == "c" else "python_target.python_source"
+    printer = "c_target.c_source" if backend == "c" else "list_target.python_source"
     monkeypatch.setattr(f"multibody_sym.program.{printer}", no_sources)
     monkeypatch.setattr(subprocess, "Popen", no_sources)
     assert load(programs, Native(backend=backend)).path == cold.path

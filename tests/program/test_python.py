@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_programs import ARITHMETIC, FUNCTIONS, Maker
 
+from multibody_sym.program.list_target import OWN_ARITHMETIC, python_source
 from multibody_sym.program.program import Program, interpret
-from multibody_sym.program.python_target import OWN_ARITHMETIC, python_source
 from multibody_sym.program.statements import Array, ProgramError
 from multibody_sym.program.target_layout import spread_samples
 from multibody_sym.program.trace import Trace

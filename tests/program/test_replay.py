@@ -10,8 +10,7 @@ from random_programs import SMOOTH, Maker
 from random_scans import WIDTH, Passes
 
 from multibody_sym.errors import ModelError
-from multibody_sym.program.arithmetic import OPERATIONS
-from multibody_sym.program.program import Program, interpret
+from multibody_sym.program.program import OPERATIONS, Program, interpret
 from multibody_sym.program.replay import replay
 from multibody_sym.program.statements import TARGETS, Array, Output, Rows, Solve
 from multibody_sym.program.trace import Trace

@@ -9,9 +9,9 @@ import pytest
 
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.c_target import c_source
+from multibody_sym.program.list_target import python_source
 from multibody_sym.program.loading import load
 from multibody_sym.program.program import Program, interpret, program_hash
-from multibody_sym.program.python_target import python_source
 from multibody_sym.program.statements import Array
 from multibody_sym.program.target_layout import NUMBERS_FILE
 from multibody_sym.program.trace import Trace
