@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from multibody_sym.scalars.least_norm import Solution, Span, row_spans
+from multibody_sym.scalars.least_norm import LeastNormSolution, Span, row_spans
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)
 GUARD = 12345.0
@@ -45,7 +45,7 @@ def solve_in_c(
     right: np.ndarray,
     most: float = math.inf,
     spans: Sequence[Span] | None = None,
-) -> Solution:
+) -> LeastNormSolution:
     """Return what mbs_factorise and mbs_substitute return; no array is written beyond its end."""
     s, n = matrix.shape
     spans = row_spans(matrix.tolist()) if spans is None else spans
@@ -57,7 +57,7 @@ def solve_in_c(
     library.mbs_factorise(pattern, _pointer(given[0]), ctypes.c_double(most), _pointer(factors))
     library.mbs_substitute(pattern, _pointer(factors), _pointer(given[1]), *map(_pointer, found))
     assert all(a[-1] == GUARD for a in (factors, *found))
-    return Solution(*(a[:-1] for a in found))
+    return LeastNormSolution(*(a[:-1] for a in found))
 
 
 class ActingInC:
@@ -88,7 +88,7 @@ class ActingInC:
         most: float,
         acting: np.ndarray,
         exerted: np.ndarray | None = None,
-    ) -> Solution:
+    ) -> LeastNormSolution:
         """Return what the solves return, as `solve_in_c`; no array is written beyond its end."""
         (s, n), guard = matrix.shape, self._guard
         found = [np.full(size + 1, guard) for size in (n, s, 3)]
@@ -102,7 +102,7 @@ class ActingInC:
         self._library.mbs_substitute_acting(given[0], *room, _pointer(wanted), *map(_pointer, found))
         assert all(a[-1] == guard for a in (self._factors, *found))
         assert self._spans[self._last].high == self._kept[-1] == -1
-        return Solution(*(a[:-1] for a in found))
+        return LeastNormSolution(*(a[:-1] for a in found))
 
 
 def solve_some_in_c(
@@ -113,7 +113,7 @@ def solve_some_in_c(
     acting: np.ndarray,
     exerted: np.ndarray | None = None,
     guard: float = GUARD,
-) -> Solution:
+) -> LeastNormSolution:
     """Return what the solves of rows that act return in new room."""
     filled = [np.asarray(x) != 0.0 for x in (matrix, exerted) if x is not None]
     return ActingInC(library, *filled, guard=guard)(matrix, right, most, acting, exerted)
@@ -130,7 +130,7 @@ def _sparse(matrix: np.ndarray, filled: np.ndarray, joins: object = None) -> tup
     return ctypes.pointer(rows), (ctypes.c_double * max(1, len(elements)))(*elements)
 
 
-def assert_same_bits(found: Solution, wanted: Solution) -> None:
+def assert_same_bits(found: LeastNormSolution, wanted: LeastNormSolution) -> None:
     """Assert that all numbers are the same, zeros with their signs, nan wherever it stands."""
     for a, b in zip(vars(found).values(), vars(wanted).values(), strict=True):
         np.testing.assert_array_equal(a, b)

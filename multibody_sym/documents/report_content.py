@@ -46,7 +46,7 @@ from multibody_sym.pictures.draw import draw as draw_scene
 from multibody_sym.pictures.scene.scene import scene_of
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import Node, symbol
+from multibody_sym.scalars.node import nodes_among, symbol
 from multibody_sym.text.printer import COMPONENTS, latex_width
 from multibody_sym.text.values import Quantity, Units
 
@@ -189,7 +189,7 @@ def only_coefficient(system: System) -> str | None:
     """Return the one parameter that is a coefficient of friction; None for none or several."""
     rough = (*system.contacts.values(), *system.forces.values())
     given = [getattr(each, key, None) for each in rough for key in ("static", "kinetic")]
-    names = {leaf.data for leaf in leaves([x for x in given if isinstance(x, Node)], "symbol")}
+    names = {leaf.data for leaf in leaves(nodes_among(given), "symbol")}
     return names.pop() if len(names) == 1 and names <= set(system.parameters) else None
 
 

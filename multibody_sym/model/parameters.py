@@ -34,7 +34,7 @@ from multibody_sym.model.fields import (
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import maximum, minimum, table, where
 from multibody_sym.scalars.node import ZERO, Node, add, as_node, less_equal, multiply, number, sqrt, subtract, symbol
-from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
+from multibody_sym.scalars.tabulated import Kind, Tabulated, TabulatedRows
 from multibody_sym.text.parser import parse_scalar
 from multibody_sym.text.printer import text
 from multibody_sym.text.units import DIMENSIONLESS, Dimension, parse_unit, rate_unit
@@ -140,8 +140,8 @@ class TableRows:
 
     of_any_unit: ClassVar[bool] = True
 
-    def accept(self, value: Any) -> Rows:
-        if isinstance(value, Rows):
+    def accept(self, value: Any) -> TabulatedRows:
+        if isinstance(value, TabulatedRows):
             return value
         rows = value.tolist() if hasattr(value, "tolist") else value
         if isinstance(rows, Mapping):
@@ -167,7 +167,7 @@ class TableRows:
                     if node is not as_node(number):
                         exact[index, column] = node
                 (y if column else x).append(number)
-        table_rows = Rows(x, y, exact)
+        table_rows = TabulatedRows(x, y, exact)
         for index, (before, after) in enumerate(pairwise(x), 1):
             if not before < after:
                 with at(index):
@@ -177,7 +177,7 @@ class TableRows:
                     )
         return table_rows
 
-    def tree(self, value: Rows) -> list[list[str]]:
+    def tree(self, value: TabulatedRows) -> list[list[str]]:
         return [[text(x) for x in row] for row in value]
 
 
@@ -253,7 +253,7 @@ class Table(Tabled):
     none, which ends a run (`error`). `dimension` is that of the values, where they have units.
     """
 
-    table: Rows = holds(
+    table: TabulatedRows = holds(
         TableRows(), such="[[0, 0], [1 s, 2 N]]",
         says="rows [argument, value] with growing arguments, or the file that has them",
     )
@@ -288,8 +288,8 @@ class Table(Tabled):
 
 
 def _texts_in(rows: Any, column: int) -> Iterator[tuple[int, str]]:
-    """Yield the texts of a column that are no decimals, with their row numbers; Rows have none."""
-    for index, row in enumerate(() if isinstance(rows, Rows) else rows):
+    """Yield the texts of a column that are no decimals, with their row numbers; TabulatedRows have none."""
+    for index, row in enumerate(() if isinstance(rows, TabulatedRows) else rows):
         if isinstance(row[column], str) and not DECIMAL.fullmatch(row[column]):
             yield index, row[column]
 
@@ -419,12 +419,12 @@ class Grid(Tabled):
         return _within([(x[0], of_x, x[-1]), (y[0], of_y, y[-1])], found) if self.outside == "error" else found
 
 
-def _rows_of(x: Sequence[Node], y: Sequence[Node]) -> Rows:
+def _rows_of(x: Sequence[Node], y: Sequence[Node]) -> TabulatedRows:
     """Return rows of numbers, which stay exact."""
     pairs = [(_float_of(a), _float_of(b)) for a, b in zip(x, y, strict=True)]
     nodes = {(k, c): node for k, row in enumerate(zip(x, y, strict=True)) for c, node in enumerate(row)}
     exact = {place: node for place, node in nodes.items() if node is not as_node(_float_of(node))}
-    return Rows((a for a, _ in pairs), (b for _, b in pairs), exact)
+    return TabulatedRows((a for a, _ in pairs), (b for _, b in pairs), exact)
 
 
 def _float_of(node: Node) -> float:

@@ -247,11 +247,8 @@ def description(fmu: Fmu, fmi: Fmi) -> bytes:
     for name, meaning in _TOLD:
         ET.SubElement(categories, "Category", {"name": name, "description": meaning})
     ET.SubElement(root, "DefaultExperiment", _given(startTime=0.0, stopTime=fmu.stop_time, tolerance=fmu.tolerance))
-    variables = list(_variables(fmu))
-    if two:
-        _describe_2(root, variables, _dependencies(fmu))
-    else:
-        _describe_3(root, [*variables, *_indicators(fmu)], _dependencies(fmu))
+    variables = [*_variables(fmu), *([] if two else _indicators(fmu))]
+    _describe_variables(root, fmi, variables, _dependencies(fmu))
     return _xml(root)
 
 
@@ -274,48 +271,41 @@ def _indicators(fmu: Fmu) -> list[_Variable]:
     ]
 
 
-def _describe_2(root: ET.Element, variables: Sequence[_Variable], dependencies: Mapping[int, list[int]]) -> None:
-    places = {variable.reference: k for k, variable in enumerate(variables, 1)}
-    listed = ET.SubElement(root, "ModelVariables")
+_STRUCTURES: Final[dict[Fmi, tuple[str, ...]]] = {
+    2: ("Outputs", "Derivatives", "InitialUnknowns"),
+    3: ("Output", "ContinuousStateDerivative", "InitialUnknown", "EventIndicator"),
+}
+
+
+def _describe_variables(
+    root: ET.Element, fmi: Fmi, variables: Sequence[_Variable], dependencies: Mapping[int, list[int]]
+) -> None:
+    """Describe variables, and what depends on what: by their places in FMI 2.0, by value references in FMI 3.0."""
+    two = fmi == 2
+    places = {v.reference: k if two else v.reference for k, v in enumerate(variables, 1)}
+    listed, structure = (ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure"))
     for v in variables:
         told = _given(name=v.name, valueReference=v.reference, causality=v.causality, variability=v.variability)
-        scalar = ET.SubElement(listed, "ScalarVariable", told | _given(initial=v.initial))
+        told |= _given(initial=v.initial)
         derivative = None if v.derivative_of is None else places[v.derivative_of]
         values = _given(unit=v.unit or None, min=v.least, start=v.start, derivative=derivative)
-        ET.SubElement(scalar, "Real", values)
-    structure = ET.SubElement(root, "ModelStructure")
-
-    def unknowns(kind: str, chosen: Iterable[_Variable], known: Mapping[int, list[int]]) -> None:
-        of_kind = [(places[v.reference], known.get(v.reference)) for v in chosen]
-        element = ET.SubElement(structure, kind) if of_kind else structure
-        for place, on in of_kind:
-            on_places = None if on is None else " ".join(str(places[k]) for k in on)
-            ET.SubElement(element, "Unknown", _given(index=place, dependencies=on_places))
-
-    unknowns("Outputs", [v for v in variables if v.causality == "output"], dependencies)
-    unknowns("Derivatives", [v for v in variables if v.derivative_of is not None], dependencies)
-    unknowns("InitialUnknowns", [v for v in variables if _initially_unknown(v)], {})
-
-
-def _describe_3(root: ET.Element, variables: Sequence[_Variable], dependencies: Mapping[int, list[int]]) -> None:
-    listed = ET.SubElement(root, "ModelVariables")
-    for v in variables:
-        told = _given(name=v.name, valueReference=v.reference, causality=v.causality, variability=v.variability)
-        told |= _given(initial=v.initial, unit=v.unit or None, min=v.least, start=v.start, derivative=v.derivative_of)
-        ET.SubElement(listed, "Float64", told)
-    structure = ET.SubElement(root, "ModelStructure")
-
-    def unknowns(kind: str, chosen: Iterable[_Variable], known: Mapping[int, list[int]]) -> None:
+        if two:
+            ET.SubElement(ET.SubElement(listed, "ScalarVariable", told), "Real", values)
+        else:
+            ET.SubElement(listed, "Float64", told | values)
+    unknowns: tuple[tuple[list[_Variable], Mapping[int, list[int]]], ...] = (
+        ([v for v in variables if v.causality == "output"], dependencies),
+        ([v for v in variables if v.derivative_of is not None], dependencies),
+        ([v for v in variables if _initially_unknown(v)], {}),
+        ([v for v in variables if v.name.startswith("event_indicator[")], {}),
+    )
+    for kind, (chosen, known) in zip(_STRUCTURES[fmi], unknowns, strict=False):
+        of_kind = ET.SubElement(structure, kind) if two and chosen else structure
         for v in chosen:
             on = known.get(v.reference)
-            told = _given(valueReference=v.reference, dependencies=None if on is None else " ".join(map(str, on)))
-            ET.SubElement(structure, kind, told)
-
-    indicators = [v for v in variables if v.name.startswith("event_indicator[")]
-    unknowns("Output", [v for v in variables if v.causality == "output"], dependencies)
-    unknowns("ContinuousStateDerivative", [v for v in variables if v.derivative_of is not None], dependencies)
-    unknowns("InitialUnknown", [v for v in variables if _initially_unknown(v)], {})
-    unknowns("EventIndicator", indicators, {})
+            on_places = None if on is None else " ".join(str(places[k]) for k in on)
+            place = {"index" if two else "valueReference": places[v.reference]}
+            ET.SubElement(of_kind, "Unknown" if two else kind, _given(**place, dependencies=on_places))
 
 
 def _initially_unknown(variable: _Variable) -> bool:

@@ -277,11 +277,11 @@ class _Stage:
                     known[first] = values[self._index[first][0]]
                     continue
                 read = tuple(places[x] for x in column)
-                array = inputs.setdefault(read, Array(f"given_{_letters(len(inputs))}"))
+                array = inputs.setdefault(read, Array(f"given_{array_letters(len(inputs))}"))
                 known[first] = array.slots[0]
-            values[number] = _replace_known(c.members[0], known)
+            (values[number],) = replace_known([c.members[0]], known)
             if number in self._kept:
-                outputs[f"value_{_letters(len(outputs))}"] = ((), [values[number]])
+                outputs[f"value_{array_letters(len(outputs))}"] = ((), [values[number]])
                 writes.append(
                     Window(results, progression(range(places[c.members[0]][1], places[c.members[-1]][1] + 1)))
                 )
@@ -398,17 +398,20 @@ def _postorder(roots: Sequence[Node], done: Mapping[Node, Any]) -> Iterable[Node
             stack += [(a, False) for a in reversed(node.args)]
 
 
-def _replace_known(root: Node, known: dict[Node, Node]) -> Node:
-    """Return an expression in which `known` stand for what they are, numbers for factors and terms alone."""
-    values: dict[Node, Node] = dict(known)
-    for node in _postorder([root], values):
+def replace_known(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:
+    """Return expressions in which `known` stand for what they are, numbers for factors and terms alone.
+
+    Below what is known nothing is looked at.
+    """
+    wanted, values = list(roots), dict(known)
+    for node in _postorder(wanted, values):
         stays = node.op not in _FACTORS
         operands = (a if stays and a.shadow is not None else values.get(a, a) for a in node.args)
         values[node] = BUILD[node.op](*node.own, *operands)
-    return values.get(root, root)
+    return [values.get(node, node) for node in wanted]
 
 
-def _letters(k: int) -> str:
+def array_letters(k: int) -> str:
     """Return a, b, ..., z, ba, bb, ...; names of arrays hold no digits."""
     head, last = divmod(k, 26)
-    return (_letters(head) if head else "") + chr(ord("a") + last)
+    return (array_letters(head) if head else "") + chr(ord("a") + last)

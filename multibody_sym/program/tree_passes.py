@@ -7,12 +7,13 @@ passed, so that the code of a kind is as small as that of a body written out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
+from multibody_sym.program.loops import array_letters, replace_known
 from multibody_sym.program.program import Program
 from multibody_sym.program.statements import (
     Array,
@@ -26,7 +27,7 @@ from multibody_sym.program.statements import (
 )
 from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.elementary import BUILD, leaves, postorder
+from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.node import ZERO, Node, as_node, slot, slots
 
 _KEPT: Final = "kept"
@@ -203,9 +204,9 @@ class _Scanner:
         assert given.root is not None
         values = [given.root[k] for k in live]
         atoms = leaves(values, "slot")
-        inputs = [Array(f"given_{_letters(k)}") for k in range(len(atoms))]
+        inputs = [Array(f"given_{array_letters(k)}") for k in range(len(atoms))]
         known = dict(zip(atoms, (array.slots[0] for array in inputs), strict=True))
-        program = Trace("root", inputs).finish({given.name: ((len(live),), _replace_known(values, known))})
+        program = Trace("root", inputs).finish({given.name: ((len(live),), replace_known(values, known))})
         reads = [Window(array, Progression((k,))) for array, k in map(self.known.__getitem__, atoms)]
         written = Window(self.numbers[given.name], Progression((0,)))
         return [Loop(1, (Kernel(program, tuple(reads), (written,)),))]
@@ -364,7 +365,7 @@ class _Kind:
         shapes = {name: (len(part),) for name, part in segments.items()}
         shapes |= {name: (len(live),) for name, live in self.live.items()}
         shapes[_KEPT] = (self.kept_before(stage),)
-        ready = {name: ((len(values),), _replace_known(values, known)) for name, values in outputs.items()}
+        ready = {name: ((len(values),), replace_known(values, known)) for name, values in outputs.items()}
         used = {leaf.data[0] for _, values in ready.values() for leaf in leaves(values, "slot")}
         inputs = [Array(name, shape) for name, shape in shapes.items() if name in used]
         return Trace(f"pass_{stage + 1}", inputs).finish(ready)
@@ -380,28 +381,4 @@ def _segments(leaves: Sequence[Node], places: Places) -> dict[str, list[Node]]:
             groups[-1].append(j)
         else:
             groups.append([j])
-    return {f"given_{_letters(k)}": [leaves[j] for j in group] for k, group in enumerate(groups)}
-
-
-def _replace_known(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:
-    """Return expressions in which `known` stand for what they are; below them nothing is looked at."""
-    wanted = list(roots)
-    values = dict(known)
-    stack = wanted[::-1]
-    while stack:
-        node = stack[-1]
-        missing = [a for a in node.args if a not in values and a.shadow is None]
-        if node in values or node.shadow is not None:
-            stack.pop()
-        elif missing:
-            stack += missing
-        else:
-            stack.pop()
-            values[node] = BUILD[node.op](*node.own, *(values.get(a, a) for a in node.args))
-    return [values.get(node, node) for node in wanted]
-
-
-def _letters(k: int) -> str:
-    """Return a, b, ..., z, ba, bb, ...; names of arrays hold no digits."""
-    head, last = divmod(k, 26)
-    return (_letters(head) if head else "") + chr(ord("a") + last)
+    return {f"given_{array_letters(k)}": [leaves[j] for j in group] for k, group in enumerate(groups)}

@@ -50,7 +50,7 @@ class Span(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Solution:
+class LeastNormSolution:
     """What `solve` returns: x (n), multipliers (s), and the report (rank, conditioning, residual)."""
 
     solution: Floats
@@ -106,7 +106,7 @@ def solve(
     most: float = math.inf,
     acting: Sequence[float] = (),
     exerted: Sequence[Sequence[float]] = (),
-) -> Solution:
+) -> LeastNormSolution:
     """Return the minimum-norm x with A x = r and the multipliers lambda with x = A^T lambda.
 
     The rows of A are the columns of A^T = Q R P^T. They are taken as they come where at least 1e-6 of each is left by
@@ -134,7 +134,7 @@ def solve(
     else:
         whole = matrix.tolist()
         found = solve_lists(whole, right.tolist(), matrix.shape[1], most, row_spans(whole))
-    return Solution(*(np.array(values, dtype=float) for values in found))
+    return LeastNormSolution(*(np.array(values, dtype=float) for values in found))
 
 
 def solve_lists(

@@ -22,7 +22,7 @@ _VALUES: Final[Mapping[Kind, Callable[[Sequence[Sequence[float]], int, float], f
 }  # fmt: skip
 
 
-class Rows(Sequence[Row]):
+class TabulatedRows(Sequence[Row]):
     """Pairs (argument, value) whose arguments increase, held as floats `x` and `y`.
 
     A number is the decimal that its float prints as, but for those that are `exact` otherwise, such as pi/6, by their
@@ -53,7 +53,7 @@ class Rows(Sequence[Row]):
         return f"<{len(self)} rows from {self.x[0]!r} to {self.x[-1]!r}>"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Rows) and self.digest == other.digest and self.exact == other.exact
+        return isinstance(other, TabulatedRows) and self.digest == other.digest and self.exact == other.exact
 
     def __hash__(self) -> int:
         return hash(self.digest)
@@ -82,7 +82,7 @@ class Tabulated:
     nearest end. `knots` is the function to do with another one that changes its sign where the slope of that jumps.
     """
 
-    def __init__(self, name: str, rows: Rows, kind: Kind) -> None:
+    def __init__(self, name: str, rows: TabulatedRows, kind: Kind) -> None:
         self.name, self.rows, self.kind = name, rows, kind
 
     def __repr__(self) -> str:
@@ -95,7 +95,7 @@ class Tabulated:
         return hash((self.name, self.kind, self.rows))
 
     @property
-    def _identity(self) -> tuple[str, Rows, Kind]:
+    def _identity(self) -> tuple[str, TabulatedRows, Kind]:
         return self.name, self.rows, self.kind
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -156,7 +156,7 @@ class Tabulated:
         """Return the function that changes its sign at the arguments of some rows, whatever their values are."""
         x, exact = self.rows.x, self.rows.exact
         own = {(j, 0): exact[k, 0] for j, k in enumerate(places) if (k, 0) in exact}
-        return Tabulated(self.name, Rows([x[k] for k in places], [0.0] * len(places), own), "knots")
+        return Tabulated(self.name, TabulatedRows([x[k] for k in places], [0.0] * len(places), own), "knots")
 
 
 def _second_derivatives(x: Sequence[float], y: Sequence[float]) -> list[float]:

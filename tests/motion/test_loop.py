@@ -12,7 +12,7 @@ from multibody_sym.motion.methods import table
 from multibody_sym.motion.methods.multistep import IMPLICIT
 from multibody_sym.motion.methods.table import LIBRARY
 from multibody_sym.program.runtime_constants import Status
-from multibody_sym.scalars.tabulated import Rows, Tabulated
+from multibody_sym.scalars.tabulated import Tabulated, TabulatedRows
 
 OTHERS = {*IMPLICIT, *LIBRARY, table.AUTO, table.MOREAU}
 METHODS = {name: method for name, method in table.METHODS.items() if name not in OTHERS}
@@ -195,7 +195,7 @@ def test_a_trial_that_cannot_be_evaluated_is_shortened_first():
 def test_no_kink_is_passed_over_behind_one_at_the_very_start_of_a_step(seed):
     """One function tells 200 kinks of lines through random rows, whose integral the trapezoidal rule gives exactly."""
     t, y = np.linspace(1e4, 1e4 + 1, 201), np.cumsum(np.random.default_rng(seed).normal(size=201))
-    lines = Tabulated("f", Rows(t, y, {}), "linear")
+    lines = Tabulated("f", TabulatedRows(t, y, {}), "linear")
     events = Events(lambda time, x: np.array([lines.bends.value(0, time)]), (False,))
     flow = Flow(
         METHODS["dormand_prince"], lambda time, x: np.array([lines.value(0, time)]), t[0], t[-1], np.zeros(1),

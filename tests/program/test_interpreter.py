@@ -15,7 +15,7 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.arrays import power
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.node import number
-from multibody_sym.scalars.tabulated import Rows, Tabulated
+from multibody_sym.scalars.tabulated import Tabulated, TabulatedRows
 
 NUMBERS = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.0, 2.0, 0.5, 1e308, -745.0, 1e-320])
 
@@ -41,7 +41,7 @@ def test_a_solve_gives_solution_multipliers_and_report() -> None:
     assert interpret(program, [2.0, 0.0, 6.0])[0] == pytest.approx([1, 0, 0.5, 0, 0, 1, 1, (1.5 - 1) / 1.5])
 
 
-LINES = Tabulated("f", Rows([0.0, 1.0], [1.0, 2.0], {}), "linear")
+LINES = Tabulated("f", TabulatedRows([0.0, 1.0], [1.0, 2.0], {}), "linear")
 
 
 @pytest.mark.parametrize("op", BUILD)

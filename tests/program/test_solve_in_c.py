@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from multibody_sym.program.statements import Rows, column_order
-from multibody_sym.scalars.least_norm import Solution, row_spans, solve
+from multibody_sym.scalars.least_norm import LeastNormSolution, row_spans, solve
 from multibody_sym.scalars.node import ZERO, as_node
 
 
@@ -63,7 +63,7 @@ def nearly_across():
 def test_c_and_python_have_the_same_bits(problem, in_c):
     matrix, right, rank, made = problem
     found = in_c(matrix, right)
-    assert_same_bits(Solution(*found), solve(matrix, right))
+    assert_same_bits(LeastNormSolution(*found), solve(matrix, right))
     assert found[2][0] == rank
     if made is not None:
         lengths, blurred = np.linalg.norm(matrix, axis=1), 1e-13 * len(right) / max(found[2][1], 1e-12) ** 2
@@ -78,7 +78,7 @@ def test_many_rows_have_the_same_bits(rank, filled, in_c):
     matrix = np.where(rng.random((40, 50)) < filled, rng.standard_normal((40, 50)), -0.0)
     matrix[rank:] = matrix[: 40 - rank] - matrix[1 : 41 - rank]
     right = rng.standard_normal(40)
-    found = Solution(*in_c(matrix, right))
+    found = LeastNormSolution(*in_c(matrix, right))
     assert_same_bits(found, solve(matrix, right))
     assert found.report[0] == rank
 
@@ -171,7 +171,7 @@ def test_what_is_zero_by_structure_may_be_left_out(in_c, seed, size, filled, twi
     np.testing.assert_allclose(x, wanted.solution[order], rtol=0, atol=blurred)
     np.testing.assert_allclose(multipliers, wanted.multipliers, rtol=0, atol=blurred * (1 + abs(multipliers).max()))
     assert report[1] == pytest.approx(wanted.report[1], rel=1e-8)
-    assert_same_bits(Solution(x, multipliers, report), solve(matrix[:, order], right))
+    assert_same_bits(LeastNormSolution(x, multipliers, report), solve(matrix[:, order], right))
 
 
 @pytest.mark.parametrize("rubs", [False, True])

@@ -17,7 +17,7 @@ from multibody_sym.program.target_layout import NUMBERS_FILE
 from multibody_sym.program.trace import Trace
 from multibody_sym.scalars.elementary import table
 from multibody_sym.scalars.node import Node
-from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
+from multibody_sym.scalars.tabulated import Kind, Tabulated, TabulatedRows
 
 X = np.sort(np.random.default_rng(4).uniform(-1, 1, 40))
 KINDS: tuple[Kind, ...] = ("linear", "cubic", "knots")
@@ -27,7 +27,7 @@ def tabulating(y: np.ndarray) -> Program:
     """Return x -> all derivatives of all kinds of tables at x."""
     trace = Trace("tables", (Array("x"),))
     (x,) = trace["x"]
-    functions = [Tabulated("f", Rows(X, y, {}), kind) for kind in KINDS]
+    functions = [Tabulated("f", TabulatedRows(X, y, {}), kind) for kind in KINDS]
     values: list[Node] = [table(f, order, x) for f in functions for order in range(5)]
     return trace.finish({"y": ((len(values),), values)})
 

@@ -17,7 +17,7 @@ from multibody_sym.scalars.arrays import power
 from multibody_sym.scalars.elementary import BUILD, postorder
 from multibody_sym.scalars.functions import cos, exp, maximum, sin, sqrt, where
 from multibody_sym.scalars.node import PI, Node, number, symbol
-from multibody_sym.scalars.tabulated import Rows, Tabulated
+from multibody_sym.scalars.tabulated import Tabulated, TabulatedRows
 
 Q, T = Array("q", (3,)), Array("t")
 q, (t,) = Q.slots, T.slots
@@ -144,7 +144,7 @@ def test_arguments_that_do_not_fit_are_refused() -> None:
 
 
 def test_every_operation_has_an_interpretation() -> None:
-    lines = Tabulated("f", Rows([0.0, 1.0], [1.0, 2.0], {}), "linear")
+    lines = Tabulated("f", TabulatedRows([0.0, 1.0], [1.0, 2.0], {}), "linear")
     for op, build in {**BUILD, "table": partial(BUILD["table"], lines, 0)}.items():
         arity = 1 if op == "table" else build.__code__.co_argcount
         program = finished(build(*[t, q[0], q[1]][:arity]))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from multibody_sym.scalars.least_norm import Solution, solve
+from multibody_sym.scalars.least_norm import LeastNormSolution, solve
 
 
 def random_system(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -115,7 +115,7 @@ def test_a_row_of_rounding_has_no_direction() -> None:
 def test_what_is_not_finite_is_never_hidden(entry: float, value: float) -> None:
     matrix = np.array([[1.0, 0.0], [2.0, 0.0]])
     matrix[1, 0] *= entry
-    found: Solution = solve(matrix, np.array([1.0, value]))
+    found: LeastNormSolution = solve(matrix, np.array([1.0, value]))
     assert np.isnan(found.solution).all()
     assert np.isnan(found.multipliers).all()
     assert np.isnan(found.report).all()

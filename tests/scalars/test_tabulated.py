@@ -17,7 +17,7 @@ from multibody_sym.scalars.functions import evaluate, evaluate_float
 from multibody_sym.scalars.node import Node, number, symbol
 from multibody_sym.scalars.sign_changes import at_knots, known_zeros, switching_functions
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
-from multibody_sym.scalars.tabulated import Kind, Rows, Tabulated
+from multibody_sym.scalars.tabulated import Kind, Tabulated, TabulatedRows
 from multibody_sym.text.printer import text
 
 T = symbol("t")
@@ -26,7 +26,7 @@ Y = np.sin(5 * X)
 
 
 def tabulated(kind: Kind) -> Node:
-    return table(Tabulated("way", Rows(X, Y, {}), kind), 0, T)
+    return table(Tabulated("way", TabulatedRows(X, Y, {}), kind), 0, T)
 
 
 def at(node: Node, times: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ def test_lines_are_those_of_numpy_and_exact_for_exact_arguments() -> None:
     assert at(node, times) == pytest.approx(np.interp(times, X, Y), rel=1e-14)
     slopes = np.diff(Y) / np.diff(X)
     assert at(derivative(node, T), (X[1:] + X[:-1]) / 2) == pytest.approx(slopes, rel=1e-12)
-    thirds = Tabulated("f", Rows([0.0, 1.0], [0.0, 1 / 3], {(1, 1): number(Fraction(1, 3))}), "linear")
+    thirds = Tabulated("f", TabulatedRows([0.0, 1.0], [0.0, 1 / 3], {(1, 1): number(Fraction(1, 3))}), "linear")
     assert table(thirds, 0, number(Fraction(1, 2))) is number(Fraction(1, 6))
 
 
@@ -83,7 +83,7 @@ def test_it_comes_back_from_sympy_and_from_a_pickle() -> None:
 
 
 def test_names_tell_tables_apart_and_their_numbers_do_not_order_sums() -> None:
-    first, second = (Rows([0.0, 1.0], [0.0, y], {}) for y in (1.0, 2.0))
+    first, second = (TabulatedRows([0.0, 1.0], [0.0, y], {}) for y in (1.0, 2.0))
     given = (("a", first), ("b", first), ("a", second))
     a, b, c = (table(Tabulated(name, rows, "linear"), 0, T) for name, rows in given)
     assert a is not b
@@ -96,8 +96,8 @@ def test_names_tell_tables_apart_and_their_numbers_do_not_order_sums() -> None:
 def test_knots_are_exact_numbers_that_later_expressions_share() -> None:
     """A float would take the place of the equal integer or fraction wherever that is written from then on."""
     x = [number(7919), number(Fraction(15841, 2)), 2523 * PI]
-    rows = Rows([7919.0, 7920.5, 2523 * np.pi], [0.0, 1.0, 2.0], {(2, 0): x[2]})
+    rows = TabulatedRows([7919.0, 7920.5, 2523 * np.pi], [0.0, 1.0, 2.0], {(2, 0): x[2]})
     assert at_knots(table(Tabulated("way", rows, "linear"), 0, T)) == [T - each for each in x]
-    knots = at_knots(table(Tabulated("way", Rows([6007.0, 6008.5], [0.0, 1.0], {}), "linear"), 0, T))
+    knots = at_knots(table(Tabulated("way", TabulatedRows([6007.0, 6008.5], [0.0, 1.0], {}), "linear"), 0, T))
     assert knots == [T - 6007, T - Fraction(12017, 2)]
     assert [type(number(value).data) for value in (6007, Fraction(12017, 2))] == [int, Fraction]

@@ -38,7 +38,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative, tangents
 from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import apply, evaluate, evaluate_float
-from multibody_sym.scalars.node import ONE, TWO, ZERO, Node, add, as_node, divide, multiply, slot, symbol
+from multibody_sym.scalars.node import ONE, TWO, ZERO, Node, add, as_node, divide, multiply, nodes_among, slot, symbol
 from multibody_sym.scalars.rank import ROUNDED, least_squares
 
 _T: Final = symbol("t")
@@ -77,14 +77,14 @@ class HarmonicInput:
     @classmethod
     def of(cls, system: System, name: str) -> HarmonicInput:
         """Return an input of a system. Raises NoSolutionError where it is not harmonic."""
-        given = system.inputs[name]
-        if isinstance(given, Node):
-            waves = {x for x in postorder([given]) if x.op in ("sin", "cos") and _T in leaves([x], "symbol")}
+        for expression in nodes_among([system.inputs[name]]):
+            waves = {x for x in postorder([expression]) if x.op in ("sin", "cos") and _T in leaves([x], "symbol")}
             if len(waves) == 1:
                 (wave,) = waves
-                mean, (angle,) = _waves_replaced(given, wave, ZERO), wave.args
-                found = cls(name, mean, derivative(_waves_replaced(given, wave, _WAVE), _WAVE), angle, wave.op == "sin")
-                if not {_WAVE, _T}.intersection(leaves([mean, found.amplitude, found.frequency], "symbol")):
+                mean, (angle,) = _waves_replaced(expression, wave, ZERO), wave.args
+                amplitude = derivative(_waves_replaced(expression, wave, _WAVE), _WAVE)
+                found = cls(name, mean, amplitude, angle, wave.op == "sin")
+                if not {_WAVE, _T}.intersection(leaves([mean, amplitude, found.frequency], "symbol")):
                     return found
         raise NoSolutionError(
             f"{name} is no harmonic input: declare it with one wave, such as {name}: F0*sin(w*t)", number="N111"

@@ -44,7 +44,7 @@ from multibody_sym.mechanics.spanning_tree import letters_of
 from multibody_sym.mechanics.units import REACTION_UNITS, MechanismUnits
 from multibody_sym.model.fields import Point
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.node import ZERO, Node, as_node, slot, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, nodes_among, slot, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.text.printer import COMPONENTS, text
 from multibody_sym.text.units import DIMENSIONLESS
@@ -178,7 +178,7 @@ def _is_of_start(asked: WorkedAnswer, lines: Sequence[Line]) -> bool:
 
 def _expressions(lines: Sequence[Line]) -> list[Node]:
     parts = (line.sides if isinstance(line, Formula) else line.words for line in lines)
-    return [x for each in parts for x in each if isinstance(x, Node)]
+    return nodes_among(x for each in parts for x in each)
 
 
 def _is_of_motion(lines: Sequence[Line]) -> bool:

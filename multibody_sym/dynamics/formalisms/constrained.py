@@ -40,7 +40,7 @@ from multibody_sym.mechanics.row_kinematics import along_reactions, constraint_j
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.functions import is_exactly, maximum, sqrt
-from multibody_sym.scalars.least_norm import SHORTEST, Solution, solve
+from multibody_sym.scalars.least_norm import SHORTEST, LeastNormSolution, solve
 from multibody_sym.scalars.rank import PIVOT, vanishes
 from multibody_sym.scalars.vectors import S
 
@@ -358,7 +358,9 @@ def verify_inertia(motion: Motion) -> None:
         )
 
 
-def in_floats(matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0) -> Solution:
+def in_floats(
+    matrix: Sequence[Sequence[float]], right: Sequence[float], size: int, /, beside: int = 0
+) -> LeastNormSolution:
     """Return the solve of equalities in floats: A (s x n), r (s), n."""
     A, r = np.array(matrix, dtype=float).reshape(len(right), size), np.array(right, dtype=float)
     return solve(A, r)

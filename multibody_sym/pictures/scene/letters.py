@@ -27,7 +27,7 @@ from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate
 from multibody_sym.scalars.node import ZERO as NOTHING
-from multibody_sym.scalars.node import Node
+from multibody_sym.scalars.node import Node, nodes_among
 from multibody_sym.text.printer import is_word, read_parts, text
 
 _LONGEST: Final = 9
@@ -81,7 +81,7 @@ def mass_letters(stage: PlacedSystem, name: str) -> str:
 def law_letters(element: Any) -> str:
     """Return the letters of a spring, a damper, friction in a joint or a motor; nothing for numbers."""
     if isinstance(element, Friction):
-        arms = [letters(arm) for arm in (element.radius, element.length) if isinstance(arm, Node)]
+        arms = map(letters, nodes_among((element.radius, element.length)))
         return ", ".join(filter(None, (coefficients(element.static, element.kinetic), *arms)))
     nodes: list[Node] = []
     if isinstance(element, SpringDamper):
@@ -96,7 +96,7 @@ def law_letters(element: Any) -> str:
 def short_formula(node: Node, inputs: Mapping[str, Any]) -> str:
     """Return a value as it stands at an arrow: short, without powers, one of `inputs` as declared; else nothing."""
     given = inputs.get(text(node).removeprefix("-"))
-    for value in (given, node) if isinstance(given, Node) else (node,):
+    for value in nodes_among((given, node)):
         found = text(value).removeprefix("-")
         if len(found) <= _LONGEST_VALUE and "^" not in found and leaves([value], "symbol"):
             return found
@@ -105,14 +105,14 @@ def short_formula(node: Node, inputs: Mapping[str, Any]) -> str:
 
 def coefficients(static: Node | str | None, kinetic: Node | None, restitution: Node | None = None) -> str:
     """Return the letters of coefficients of friction and restitution, mu and e for those that are numbers."""
-    rough = [static, kinetic] if isinstance(static, Node) and static is not kinetic else [kinetic or static]
+    rough = [static, kinetic] if nodes_among([static]) and static is not kinetic else [kinetic or static]
     names = ("mu_s", "mu_k") if len(rough) == 2 else ("mu",)
     entries = [*zip(names, rough, strict=True), ("e", restitution)]
     return ", ".join(dict.fromkeys(found for name, node in entries if (found := _coefficient(name, node))))
 
 
 def _coefficient(name: str, node: Node | str | None) -> str:
-    if not isinstance(node, Node) or node is NOTHING:
+    if node is None or isinstance(node, str) or node is NOTHING:
         return ""
     return letters(node) if node.shadow is None else f"{name} = {node.shadow:.3g}"
 
