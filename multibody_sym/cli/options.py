@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from keyword import iskeyword
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final, NoReturn, cast, get_args
 
@@ -335,6 +336,14 @@ def _parser(names: Sequence[str] = COMMANDS) -> tuple[argparse.ArgumentParser, M
 
 
 _FILES: Final = ("FILE", "OUT", "PNG")
+_PACKAGE: Final = Path(__file__).parents[1]
+
+
+def examples() -> dict[str, Path]:
+    """Return the file of each shipped example by name."""
+    inside = _PACKAGE / "examples"  # of the installed package, else of the checkout
+    folder = inside if inside.is_dir() else _PACKAGE.parent / "examples"
+    return {path.stem: path for path in sorted(folder.rglob("*.yaml"))}
 
 
 def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[str, argparse.ArgumentParser]) -> str:
@@ -345,7 +354,6 @@ def completion(shell: str, parser: argparse.ArgumentParser, commands: Mapping[st
         message = "completion needs shtab: pip install 'multibody_sym[completion]'"
         raise OutputError(message, number="O104") from None
     # the words that fit where the command or option takes any text
-    from multibody_sym.cli.commands.new import examples
     from multibody_sym.cli.error_pages import EXPLAINED
     from multibody_sym.derivation.derive import IN_MOMENTA, METHODS
     from multibody_sym.derivation.routes import FORMALISMS

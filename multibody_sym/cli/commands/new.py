@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from multibody_sym.cli.options import Reply
+from multibody_sym.cli.options import Reply, examples
 from multibody_sym.errors import InputError, nearest
 from multibody_sym.text.files import write_new
 
@@ -15,7 +15,6 @@ HELP: Final = "write a model file to start from, any of the shipped examples"
 STARTER: Final = "pendulum"
 _DESCRIPTION: Final = re.compile(r"^description: >-\n((?:  .*\n)+)", re.MULTILINE)
 _SENTENCE: Final = re.compile(r".*?(?:[.?](?= |$)|$)")
-_PACKAGE: Final = Path(__file__).parents[2]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -40,13 +39,6 @@ def run(options: argparse.Namespace) -> Reply:
     target = options.output or f"{name}.yaml"
     write_new(target, known[name].read_bytes())
     return Reply({"file": target, "example": name}, f"wrote {target}; next: multibody-sym simulate {target} --plot")
-
-
-def examples() -> dict[str, Path]:
-    """Return the file of each shipped example by name."""
-    inside = _PACKAGE / "examples"  # of the installed package, else of the checkout
-    folder = inside if inside.is_dir() else _PACKAGE.parent / "examples"
-    return {path.stem: path for path in sorted(folder.rglob("*.yaml"))}
 
 
 def _title(path: Path) -> str:
