@@ -363,7 +363,7 @@ def with_mean_inputs(system: System) -> System:
     """Return a system whose inputs have no waves."""
     inputs: dict[str, object] = {}
     for name, given in system.inputs.items():
-        varies = isinstance(given, Node) and _T in leaves([given], "symbol")
+        varies = _T in leaves(nodes_among([given]), "symbol")
         try:
             inputs[name] = HarmonicInput.of(system, name).mean if varies else given
         except NoSolutionError:
