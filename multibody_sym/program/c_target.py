@@ -130,19 +130,17 @@ class _Names(dict[Node, str]):
 class Printer:
     """Prints one Program with its `constants`; a long one as static functions that share a work space w."""
 
-    def __init__(
-        self, function: Function, every: Functions, prefix: str, constants: NumbersInText | NumbersApart
-    ) -> None:
+    def __init__(self, function: Function, every: Functions, constants: NumbersInText | NumbersApart) -> None:
         self.function = function
         self.every = every
         self.constants = constants
         self.language = Language(
-            functions={"abs": "fabs"} | {op: f"{prefix}__{name}" for op, name in _OWN_FUNCTIONS.items()},
+            functions={"abs": "fabs"} | {op: f"mbs__{name}" for op, name in _OWN_FUNCTIONS.items()},
             choice="({condition} ? {yes} : {no})",
-            power=f"{prefix}__power({{x}}, {{n}})",
+            power="mbs__power({x}, {n})",
             truth="{x} != 0.0",
             table=lambda f, order, x: (
-                f"{prefix}__{TABLE_FUNCTIONS[f.kind]}({constants.table(f)}, {len(f.columns[0])}, {order}, {x})"
+                f"mbs__{TABLE_FUNCTIONS[f.kind]}({constants.table(f)}, {len(f.columns[0])}, {order}, {x})"
             ),
         )
         program = function.program
@@ -698,13 +696,13 @@ def _place(given: Progression, tables: dict[Progression, str], count: int) -> st
 # ----------------------------------------------------------------------------------------------------------------------
 
 _AS_WRITTEN: Final = '#pragma GCC push_options\n#pragma GCC optimize ("O0")'
+_OWN_NAMES: Final = ("mbs_programs", "mbs_program_count", "mbs_numbers", "mbs_number_count", "mbs__numbers")
 _AS_BEFORE: Final = "#pragma GCC pop_options"
 
 
 def c_source(
     programs: Mapping[str, Program],
     *,
-    prefix: str = "mbs",
     samples: Samples | None = None,
     rare: Mapping[str, Program] = MappingProxyType({}),
     parts: Collection[str] = EXPORTED_PARTS,
@@ -714,31 +712,29 @@ def c_source(
 
     With the numbers `apart` these are in a file of their own, and all else is the same for other numbers.
 
-    Each program becomes the function `<prefix>_<name>`; `<prefix>_programs` lists them all under one type. Those that
+    Each program becomes the function `mbs_<name>`; `mbs_programs` lists them all under one type. Those that
     are `rare` come last: they are called so seldom that the compiler's work on them takes longer than it saves.
     The same Programs give the same bytes in every process.
     Raises ProgramError where there is no program, or a name is none.
     """
     files = runtime_files(parts)
     used = {name for header in RUNTIME_HEADERS for name in re.findall(r"\bmbs_\w+", files[header])}
-    own = ("programs", "program_count", "numbers", "number_count", "_numbers")
-    taken = [*(f"{prefix}_{name}" for name in own), *sorted(used)]
-    every = functions({**programs, **rare}, f"{prefix}_", f"{prefix}__", taken)
-    often = len(functions(programs, f"{prefix}_", f"{prefix}__", taken).functions) if rare else None
-    numbers = NumbersApart(prefix) if apart else None
-    model = _model(every, [*programs, *rare], prefix, often, runtime_sources(parts), numbers)
-    files |= {"model.c": model, "model.h": _header(every, prefix)}
+    taken = [*_OWN_NAMES, *sorted(used)]
+    every = functions({**programs, **rare}, taken)
+    often = len(functions(programs, taken).functions) if rare else None
+    numbers = NumbersApart() if apart else None
+    model = _model(every, [*programs, *rare], often, runtime_sources(parts), numbers)
+    files |= {"model.c": model, "model.h": _header(every)}
     if numbers is not None:
         files[NUMBERS_FILE] = numbers.file
     if samples is not None:
-        files["selftest.c"] = _selftest(programs, samples, prefix)
+        files["selftest.c"] = _selftest(programs, samples)
     return files
 
 
 def _model(
     every: Functions,
     names: Sequence[str],
-    prefix: str,
     often: int | None,
     runtime: Sequence[str],
     numbers: NumbersApart | None,
@@ -746,12 +742,12 @@ def _model(
     """Return model.c; from function number `often` on the compiler does not work on its code."""
     exported = list(zip(names, every.exported, strict=True))
     table = [
-        f'    {{"{name}", {len(f.program.inputs)}, {prefix}__in_sizes_{k}, '
-        f"{len(f.program.outputs)}, {prefix}__out_sizes_{k}, {prefix}__call_{k}}},"
+        f'    {{"{name}", {len(f.program.inputs)}, mbs__in_sizes_{k}, '
+        f"{len(f.program.outputs)}, mbs__out_sizes_{k}, mbs__call_{k}}},"
         for k, (name, f) in enumerate(exported)
     ]
-    constants = NumbersInText(prefix) if numbers is None else numbers
-    printed = [Printer(function, every, prefix, constants).text(write) for function in every.functions]
+    constants = NumbersInText() if numbers is None else numbers
+    printed = [Printer(function, every, constants).text(write) for function in every.functions]
     told = [line for name, f in exported for line in summary(name, f.program)] if numbers is None else []
     if often is not None:
         printed = [*printed[:often], _AS_WRITTEN, *printed[often:], _AS_BEFORE]
@@ -761,15 +757,14 @@ def _model(
         runtime=" ".join(runtime),
         summary="\n".join(f" * {line}" for line in told or ["Numbers stand apart."]),
         numbers=constants.definitions,
-        prefix=prefix,
         functions="\n\n".join(printed),
-        adapters="\n\n".join(_adapter(k, f, prefix) for k, (_, f) in enumerate(exported)),
+        adapters="\n\n".join(_adapter(k, f) for k, (_, f) in enumerate(exported)),
         table="\n".join(table),
         count=len(exported),
     )
 
 
-def _header(every: Functions, prefix: str) -> str:
+def _header(every: Functions) -> str:
     sizes = []
     for f in every.exported:
         inputs, outputs = parameters(f.program, RESERVED)
@@ -777,20 +772,18 @@ def _header(every: Functions, prefix: str) -> str:
         for name, part in zip(inputs + outputs, parts, strict=True):
             sizes.append(f"#define {f'{f.name}_{name}'.upper()}_SIZE {math.prod(part.shape)}")
     prototypes = "\n".join(f"{head_of(f)};" for f in every.exported)
-    return fill_template(
-        "c/model.h.in", title=TITLE, prefix=prefix, guard=prefix.upper(), sizes="\n".join(sizes), prototypes=prototypes
-    )
+    return fill_template("c/model.h.in", title=TITLE, sizes="\n".join(sizes), prototypes=prototypes)
 
 
-def _adapter(k: int, function: Function, prefix: str) -> str:
+def _adapter(k: int, function: Function) -> str:
     program = function.program
     arguments = [f"in[{i}]" if array.shape else f"in[{i}][0]" for i, array in enumerate(program.inputs)]
     arguments += [f"out[{i}]" for i in range(len(program.outputs))]
     unused = [f"    (void){name};" for name, part in (("in", program.inputs), ("out", program.outputs)) if not part]
     lines = [
-        f"static const int {prefix}__in_sizes_{k}[] = {{{_sizes([a.size for a in program.inputs])}}};",
-        f"static const int {prefix}__out_sizes_{k}[] = {{{_sizes([len(o.values) for o in program.outputs])}}};",
-        f"static void {prefix}__call_{k}(const double *const *in, double *const *out)",
+        f"static const int mbs__in_sizes_{k}[] = {{{_sizes([a.size for a in program.inputs])}}};",
+        f"static const int mbs__out_sizes_{k}[] = {{{_sizes([len(o.values) for o in program.outputs])}}};",
+        f"static void mbs__call_{k}(const double *const *in, double *const *out)",
         "{",
         *unused,
         wrap_items(f"    {function.name}(", arguments, ");", indent=" " * 8),
@@ -803,7 +796,7 @@ def _sizes(sizes: Sequence[int]) -> str:
     return ", ".join(map(str, sizes or [0]))
 
 
-def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) -> str:
+def _selftest(programs: Mapping[str, Program], samples: Samples) -> str:
     texts = {math.inf: "INFINITY", -math.inf: "-INFINITY"}
     numbers = [
         "NAN" if math.isnan(x) else texts.get(x, repr(x))
@@ -814,7 +807,6 @@ def _selftest(programs: Mapping[str, Program], samples: Samples, prefix: str) ->
     arrays = [len(part) for program in programs.values() for part in (program.inputs, program.outputs)]
     return fill_template(
         "c/selftest.c.in",
-        prefix=prefix,
         tolerance=repr(TOLERANCE),
         largest=max([1, *results]),
         arrays=max([1, *arrays]),

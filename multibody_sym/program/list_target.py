@@ -341,17 +341,15 @@ OWN_ARITHMETIC: Final = (arrays, rank, least_norm)
 """The modules whose text stands in exported Python."""
 
 
-def python_source(
-    programs: Mapping[str, Program], *, prefix: str = "mbs", samples: Samples | None = None, alone: bool = False
-) -> str:
-    """Return a module with a function `<prefix>_<name>` for each program, and all of them by name in `PROGRAMS`.
+def python_source(programs: Mapping[str, Program], *, samples: Samples | None = None, alone: bool = False) -> str:
+    """Return a module with a function `mbs_<name>` for each program, and all of them by name in `PROGRAMS`.
 
     It imports this package's arithmetic and solve, or holds their text where it is to stand `alone`, with nothing but
     NumPy beside it. With `samples` it tests itself when it is run. The same Programs give the same text in every
     process.
     Raises ProgramError where there is no program, or a name is none.
     """
-    every = functions(programs, f"{prefix}_", f"{prefix}__", ())
+    every = functions(programs)
     exported = list(zip(programs, every.exported, strict=True))
     names = {"div": "divide", "pow": "real_power"}
     text = fill_template(
@@ -419,7 +417,7 @@ def javascript_source(programs: Mapping[str, Program], samples: Samples) -> dict
     The last one simulates the model. The same Programs give the same text in every process. Raises ProgramError where
     there is no program, a name is none, and for solves of which some rows act, as in Programs of all modes.
     """
-    every = functions(programs, "mbs_", "mbs__", ())
+    every = functions(programs)
     solves = (s for f in every.functions for s in f.program.statements if isinstance(s, Solve))
     if any(solve.acting for solve in solves):
         raise ProgramError("JavaScript has no solve of which some rows act")

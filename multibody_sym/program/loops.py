@@ -9,7 +9,7 @@ length of a Program of many like parts, such as four-bar linkages in a row, foll
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -187,7 +187,7 @@ class _Rolling:
     def _outside(self, roots: Sequence[Node]) -> set[Node]:
         """Return what is asked for, or read by more than what the roots need."""
         read: dict[Node, int] = {}
-        for node in _postorder(roots, self.places):
+        for node in _computed(roots, self.places):
             for a in node.args:
                 inner = a.args[0] if a.op == "neg" else a
                 read[inner] = read.get(inner, 0) + 1
@@ -332,7 +332,7 @@ class _Classes:
         self._order: dict[Node, tuple[int, int]] = {}
         self._of_text: dict[Any, int] = {}
         wanted = {*roots, *(term for root in roots for term in _terms(root))}
-        for node in _postorder(roots, done):
+        for node in _computed(roots, done):
             text, reads, level = self._described(node)
             if node in wanted or (uses.get(node, 0) > 1 and node.op != "neg") or len(reads) > _LARGEST:
                 text, reads, level = self._named(node, text, reads, level)
@@ -346,7 +346,7 @@ class _Classes:
         number = self._numbers.setdefault(whole, len(self.found))
         if number == len(self.found):
             self.found.append(_Class(level, [], []))
-            self.size += sum(1 for _ in _postorder([node], dict.fromkeys(distinct)))
+            self.size += sum(1 for _ in _computed([node], dict.fromkeys(distinct)))
             if self.size > self._most:
                 raise _TooLongError
         self.found[number].members.append(node)
@@ -384,18 +384,9 @@ def _terms(root: Node) -> list[Node]:
     return [x for x in found if x.args and x.shadow is None] if len(found) >= _LONG_SUM else []
 
 
-def _postorder(roots: Sequence[Node], done: Mapping[Node, Any]) -> Iterable[Node]:
+def _computed(roots: Iterable[Node], done: Container[Node]) -> Iterator[Node]:
     """Yield what is to be computed, operands first; what is done is not looked into."""
-    seen: set[Node] = set()
-    stack: list[tuple[Node, bool]] = [(root, False) for root in reversed(roots)]
-    while stack:
-        node, ready = stack.pop()
-        if ready:
-            yield node
-        elif node not in seen and node.shadow is None and node not in done:
-            seen.add(node)
-            stack.append((node, True))
-            stack += [(a, False) for a in reversed(node.args)]
+    return (node for node in postorder(roots, done) if node.shadow is None)
 
 
 def replace_known(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Node]:
@@ -404,7 +395,7 @@ def replace_known(roots: Iterable[Node], known: Mapping[Node, Node]) -> list[Nod
     Below what is known nothing is looked at.
     """
     wanted, values = list(roots), dict(known)
-    for node in _postorder(wanted, values):
+    for node in _computed(wanted, values):
         stays = node.op not in _FACTORS
         operands = (a if stays and a.shadow is not None else values.get(a, a) for a in node.args)
         values[node] = BUILD[node.op](*node.own, *operands)

@@ -50,8 +50,8 @@ class Functions:
         return tuple(f for f in self.functions if f.exported)
 
 
-def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, reserved: Collection[str]) -> Functions:
-    """Return the functions for `programs` (`prefix` and name) and for all they call (`callee_prefix` and a number).
+def functions(programs: Mapping[str, Program], reserved: Collection[str] = ()) -> Functions:
+    """Return the functions `mbs_<name>` for `programs`, and `mbs__<number>` for all they call.
 
     A name that is reserved gets an underscore.
 
@@ -59,7 +59,7 @@ def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, 
     """
     if not programs:
         raise ProgramError("there is no program to print")
-    exported = dict(zip(programs, _identifiers([prefix + name for name in programs], reserved), strict=True))
+    exported = dict(zip(programs, _identifiers([f"mbs_{name}" for name in programs], reserved), strict=True))
     names = {id(program): exported[name] for name, program in programs.items()}
     by_hash: dict[str, str] = {}
     found: list[Function] = []
@@ -68,7 +68,7 @@ def functions(programs: Mapping[str, Program], prefix: str, callee_prefix: str, 
         for callee, inlined in _callees(program, names):
             identity = program_hash(callee)
             if identity not in by_hash:
-                by_hash[identity] = f"{callee_prefix}{len(by_hash) + 1}"
+                by_hash[identity] = f"mbs__{len(by_hash) + 1}"
                 found.append(Function(by_hash[identity], callee, exported=False, inlined=inlined))
             names[id(callee)] = by_hash[identity]
         found.append(Function(exported[name], program, exported=True))
@@ -264,8 +264,7 @@ _IN_TEXT: Final = (0.0, 1.0, -1.0)
 class NumbersInText:
     """Numbers in the text where they are met; tables are arrays of constants, each once, and so are other arrays."""
 
-    def __init__(self, prefix: str) -> None:
-        self._prefix = prefix
+    def __init__(self) -> None:
         self._tables: dict[bytes, str] = {}
         self._arrays: list[str] = []
 
@@ -275,14 +274,14 @@ class NumbersInText:
 
     def array(self, values: Sequence[float]) -> str:
         """Return the address of numbers."""
-        name = f"{self._prefix}__array_{len(self._arrays) + 1}"
+        name = f"mbs__array_{len(self._arrays) + 1}"
         self._arrays.append(wrap_items(f"static const double {name}[] = {{", map(repr, values), "};"))
         return name
 
     def table(self, function: Tabulated) -> str:
         """Return the address of a table's columns, one after the other."""
         if function.digest not in self._tables:
-            name = f"{self._prefix}__table_{len(self._tables) + 1}"
+            name = f"mbs__table_{len(self._tables) + 1}"
             values = (repr(x) for column in function.columns for x in column)
             start = f"static const double {name}[] = {{ /* {function.name} */\n    "
             self._arrays.append(wrap_items(start, values, "};"))
@@ -301,8 +300,7 @@ class NumbersApart:
     Zero, one and minus one stay in the text. Equal numbers do not share a place: other ones need not be equal.
     """
 
-    def __init__(self, prefix: str) -> None:
-        self._prefix = prefix
+    def __init__(self) -> None:
         self._values: list[float] = []
         self._tables: dict[bytes, int] = {}
 
@@ -311,12 +309,12 @@ class NumbersApart:
         if value in _IN_TEXT:
             return repr(value)
         self._values.append(value)
-        return f"{self._prefix}__numbers[{len(self._values) - 1}]"
+        return f"mbs__numbers[{len(self._values) - 1}]"
 
     def array(self, values: Sequence[float]) -> str:
         """Return the address of numbers, zero and one among them."""
         self._values += values
-        return f"{self._prefix}__numbers + {len(self._values) - len(values)}"
+        return f"mbs__numbers + {len(self._values) - len(values)}"
 
     def table(self, function: Tabulated) -> str:
         """Return the address of a table's columns, one after the other, which share a place with equal ones."""
@@ -324,16 +322,16 @@ class NumbersApart:
             self._tables[function.digest] = len(self._values)
             for column in function.columns:
                 self._values += column
-        return f"{self._prefix}__numbers + {self._tables[function.digest]}"
+        return f"mbs__numbers + {self._tables[function.digest]}"
 
     @property
     def definitions(self) -> str:
         """The array, and by what name the loader of the library finds it, which alone writes it."""
-        prefix, size = self._prefix, len(self._values)
+        size = len(self._values)
         lines = (
-            f"static double {prefix}__numbers[{max(1, size)}];",
-            f"double *const {prefix}_numbers = {prefix}__numbers;",
-            f"const int {prefix}_number_count = {size};",
+            f"static double mbs__numbers[{max(1, size)}];",
+            "double *const mbs_numbers = mbs__numbers;",
+            f"const int mbs_number_count = {size};",
         )
         return "\n".join(lines) + "\n\n"
 

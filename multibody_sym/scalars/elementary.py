@@ -5,7 +5,7 @@ from __future__ import annotations
 import copyreg
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import is_dataclass
 from fractions import Fraction
 from typing import Any, Final
@@ -183,13 +183,16 @@ BUILD: Final[dict[str, Callable[..., Node]]] = {
 # Ways through expressions: each part once however often it is shared, and without recursion however deep it is.
 
 
-def postorder(roots: Iterable[E]) -> Iterator[E]:
-    """Yield every expression below `roots` once, operands before the expressions that use them (no recursion)."""
+def postorder(roots: Iterable[E], known: Container[E] = ()) -> Iterator[E]:
+    """Yield every expression below `roots` once, operands before the expressions that use them (no recursion).
+
+    What is `known` is neither yielded nor looked into.
+    """
     seen: set[E] = set()
     stack: list[tuple[E, bool]] = []
     for root in roots:
         if not root.args:
-            if root not in seen:
+            if root not in seen and root not in known:
                 seen.add(root)
                 yield root
             continue
@@ -198,7 +201,7 @@ def postorder(roots: Iterable[E]) -> Iterator[E]:
             node, ready = stack.pop()
             if ready:
                 yield node
-            elif node not in seen:
+            elif node not in seen and node not in known:
                 seen.add(node)
                 stack.append((node, True))
                 stack.extend((a, False) for a in reversed(node.args) if a not in seen)
