@@ -12,6 +12,8 @@ from multibody_sym.scalars.arrays import Floats
 
 _REAL: Final = "fiub"
 _OBJECTS: Final = "O"
+LARGEST: Final = 1e150
+"""The largest number whose square is finite, about."""
 
 
 def floats(name: str, given: Any) -> Floats:
@@ -65,9 +67,12 @@ def vector(name: str, given: Any, size: int) -> Floats:
 
 
 def verify_finite(name: str, values: Floats) -> None:
-    """Raise InputError where a value is not finite."""
+    """Raise InputError where a value is not finite, or so large that its square is not."""
     if not np.isfinite(values).all():
         raise InputError(f"{name} is to be finite, got {short_repr(values.tolist())}")
+    if (np.abs(values) > LARGEST).any():
+        message = f"{name} is too large to compute with, got {short_repr(values.tolist())}: at most {LARGEST:g}"
+        raise InputError(message, number="M119")
 
 
 def _describe(given: Any) -> str:

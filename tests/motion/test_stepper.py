@@ -355,6 +355,7 @@ def test_wrong_words_are_told(cart: mbs.Prepared) -> None:
         (lambda: sim.step({"F": [1.0, 2.0]}), r"inputs\['F'\] has the shape \(2,\), not a number"),
         (lambda: sim.step([np.nan, 0.0]), r"inputs is to be finite, got \[nan, 0.0\]"),
         (lambda: sim.step({"F": np.inf}), r"inputs\['F'\] is to be finite"),
+        (lambda: sim.step([1e308, 0.0]), r"inputs is too large to compute with, got \[1e\+308, 0.0\]: at most 1e\+150"),
         (lambda: sim.step("F"), "inputs is to be real numbers"),
         (lambda: many.step(np.zeros((3, 2))), r"inputs has the shape \(3, 2\), not \(2,\) or \(2, 2\)"),
         (lambda: sim.step({"F": "2 m"}), r"^inputs\.F: '2 m' does not fit here"),

@@ -32,7 +32,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves, where
 from multibody_sym.scalars.node import ZERO, as_node, less, symbol
-from multibody_sym.scalars.numbers import floats
+from multibody_sym.scalars.numbers import LARGEST, floats
 
 if TYPE_CHECKING:
     from multibody_sym.motion.switching.mode_run import ModeRun
@@ -170,7 +170,7 @@ class SampledInputs:
                 given = f"inputs[{_told(names)}] returned the shape {found.shape}"
                 raise InputError(f"{given} at t = {t:g} s, not {wanted}")
             for name, value in zip(names, found.ravel().tolist(), strict=True):
-                if not np.isfinite(value):
+                if not abs(value) <= LARGEST:
                     raise InputError(f"inputs[{_told(names)}] returned {value} for {name} at t = {t:g} s")
                 yield name, value
 
