@@ -284,7 +284,9 @@ class ModePrograms:
         return found
 
     def _made(self, entered: Mechanism, mode: Mode) -> ModeProgram:
-        if self.every is None:
+        # One contact and a rope on one line share forces, which Programs of all modes do only of several contacts.
+        chosen = chosen_parameters(mode).keys()
+        if self.every is None or not chosen <= number_places(self.every.mechanism).keys():
             own = switchings(entered)
             every_one = tuple(range(len(own)))
             return ModeProgram(entered, entered, self._make(entered), ModeSwitchings(own), mode, None, every_one)
