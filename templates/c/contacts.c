@@ -453,6 +453,11 @@ void mbs_contacts_start(mbs_contact_run *c, const double *x0, double *work)
 {
     const int none[ELEMENTS + 1] = {0};
     double x[NX + 1], largest = 0.0;
+    for (int k = 0; k < MBS_CONTACTS_NP; ++k)
+        if (!isfinite(c->parameters[k]) || (mbs_contacts_positive[k] && !(c->parameters[k] > 0.0)))
+            c->status = MBS_CONTACTS_PARAMETERS;
+    if (c->status != MBS_CONTACTS_GOES_ON)
+        return;
     mbs_copy(NX, x0, x);
     set_mode(c, c->problem.t0, 0.0);
     mbs_ask(&c->course, c->problem.t0, x, x + NQ);
@@ -518,6 +523,7 @@ const char *mbs_contacts_words(mbs_contacts_status status)
     case MBS_CONTACTS_TOO_MANY: return "too many contacts touch at once";
     case MBS_CONTACTS_IMPACT: return "an impact of several rough contacts, of which some bounce or jam, is not solved here";
     case MBS_CONTACTS_STANDS_STILL: return "states and impacts follow each other and time does not go on";
+    case MBS_CONTACTS_PARAMETERS: return "a parameter is no number, or a mass or another one that must be positive is not";
     default: return "a force jumps to and fro and time does not go on";
     }
 }

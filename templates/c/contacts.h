@@ -24,7 +24,8 @@ typedef enum {
     MBS_CONTACTS_TOO_MANY,     /* more contacts touch at once than are searched */
     MBS_CONTACTS_IMPACT,       /* several rough contacts strike together, of which some bounce: not solved here */
     MBS_CONTACTS_STANDS_STILL, /* states and impacts follow each other and time does not go on */
-    MBS_CONTACTS_JUMPS         /* a force jumps to and fro and time does not go on */
+    MBS_CONTACTS_JUMPS,        /* a force jumps to and fro and time does not go on */
+    MBS_CONTACTS_PARAMETERS    /* a parameter that was changed is no number, or a mass or the like is not positive */
 } mbs_contacts_status;
 
 /* An element or one of its friction parts, by name, the word of its state, or `impact`, and the impulse along the normal

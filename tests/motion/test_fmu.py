@@ -129,6 +129,13 @@ def test_parameters_of_constraints_on_positions_are_fixed() -> None:
     }  # fmt: skip
 
 
+def test_masses_stay_positive_though_nobody_says_so() -> None:
+    text = CART.replace("M: {value: 2 kg, positive: true}", "M: 2 kg")
+    about = described(exported(mbs.loads(text)))
+    least = {each.get("name"): each.find("Real").get("min") for each in about.iter("ScalarVariable")}  # type: ignore[union-attr]
+    assert (least["M"], least["k"]) == ("0.0", None)
+
+
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_archive_has_its_sources_and_is_the_same_twice(fmi: int) -> None:
     content = exported(cart(), fmi)

@@ -39,7 +39,7 @@ from multibody_sym.program.program import Program, interpret
 from multibody_sym.program.target_layout import c_array, c_number, c_structure, template_text
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
-from multibody_sym.scalars.node import ZERO, symbol
+from multibody_sym.scalars.node import ZERO, slot, symbol
 
 T = TypeVar("T")
 _PREFIX: Final = "contacts_"
@@ -101,6 +101,13 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
 
 def _named(known: Mapping[str, T]) -> dict[str, T]:
     return {f"{_PREFIX}{name}": x for name, x in known.items()}
+def positive_parameters(mechanism: Mechanism, values: Sequence[float]) -> set[int]:
+    """Return the places of parameters that stay positive whoever sets them: those declared so, and masses of bodies."""
+    masses = {body.mass.mass for body in mechanism.bodies}
+    entries = zip(mechanism.parameters, values, strict=True)
+    return {k for k, (x, value) in enumerate(entries) if value > 0 and (x.positive or slot("parameters", k) in masses)}
+
+
 
 
 def _why_not(laws: LawMechanism, settings: RunSettings, placed: StartState, system: System) -> str:
@@ -202,7 +209,7 @@ class _Tables:
         assert turned is not None
         angles = [int(x.name in turned.rows.laws.turning) for x in elements]
         slides = turned.rows.laws.slides.tolist()
-        conditions = list(declared.state_stops.values())
+        positive, conditions = positive_parameters(self.every, self.values.tolist()), list(declared.state_stops.values())
         ends = np.cumsum([0, *(len(condition.words) for condition in conditions)])
         return [
             ("double", "values", self.values.tolist()), ("double", "start_state", [*begin.q, *begin.u]),
@@ -229,6 +236,7 @@ class _Tables:
             ("int", "stop_elements", [names.index(condition.element) for condition in conditions]),
             ("int", "stop_strikes", [int(condition.strikes) for condition in conditions]),
             ("int", "stop_begins", ends.tolist()),
+            ("int", "positive", [int(k in positive) for k in range(len(self.every.parameters))]),
             ("char *const", "stop_words", [word for condition in conditions for word in condition.words]),
             ("char *const", "slip_words", [word for pair in pairs for word in _slip_words(*pair)]),
         ]  # fmt: skip

@@ -26,7 +26,7 @@ from multibody_sym.model.system import System
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.methods.explicit import RungeKutta
 from multibody_sym.motion.methods.table import AUTO, COLLOCATION, METHODS
-from multibody_sym.motion.prepare.contact_code import ContactCode
+from multibody_sym.motion.prepare.contact_code import ContactCode, positive_parameters
 from multibody_sym.motion.prepare.problem import knots_before, pairing_of, terminal_of
 from multibody_sym.motion.prepare.settings import RunSettings, method_fields, run_settings
 from multibody_sym.program.fmu_target import (
@@ -270,6 +270,7 @@ def _parameters(
 ) -> tuple[FmuParameter, ...]:
     """Return the entries of the parameter vector; those that constraints on positions read are fixed."""
     units, nodes, fixed = MechanismUnits(mechanism).parameters, _parameter_nodes(mechanism), set[Node]()
+    positive = positive_parameters(mechanism, values)
     places = [slot("parameters", k) for k in range(len(nodes))]
     if "project_position" in made:
         read = [x for row in elements_read(made["project_position"])["phi"] for x in row if x in places]
@@ -281,7 +282,7 @@ def _parameters(
         return "follows" if nodes[k] is not places[k] else "fixed" if places[k] in fixed else "tunable"
 
     return tuple(
-        FmuParameter(p.name, units[p.name], float(x), kind(k, p.source is Source.DECLARED), p.positive)
+        FmuParameter(p.name, units[p.name], float(x), kind(k, p.source is Source.DECLARED), k in positive)
         for k, (p, x) in enumerate(zip(mechanism.parameters, values, strict=True))
     )
 
