@@ -109,3 +109,46 @@ def test_the_command_names_why_a_model_is_not_held(
     assert (f"without simulate.c, which goes from state to state: {reason}" in printed) == bool(reason)
     assert ("simulate.c goes from state to state;" in printed) == (not reason)
     assert (tmp_path / "out" / "simulate.c").exists() == (not reason)
+
+
+ON_ONE_LINE = """
+multibody_sym: 1
+name: a particle on a floor hangs on a rope
+gravity: [0, -9.81, 0]
+parameters: {m: 1 kg}
+bodies:
+  ground: {surfaces: {floor: {plane: [0, 0, 0], normal: y}}, points: {O: [0, 1, 0]}}
+  p: {mass: m}
+joints: {p: {type: point, parent: ground, child: p, q: [x, y], initial: {q: [0, 0]}}}
+inputs: {F: 0.5*t}
+forces: {push: {type: force, on: p, value: [F, 0, 0]}}
+contacts: {c: {between: [p, ground.floor], static: 0.3, kinetic: 0.2}}
+simulation: {t_end: 1, samples: 3}
+"""
+ROPE = "constraints: {r: {type: rope, path: [ground.O, p], OPTIONS}}\n"
+
+
+@pytest.mark.parametrize("options", ["label: S", "slack: true"])
+def test_a_rope_and_a_floor_on_one_line_share_forces(tmp_path: Path, options: str) -> None:
+    """Neither knows what the other carries: friction holds what it can, and exported C does not go on by itself."""
+    system = mbs.loads(ON_ONE_LINE + ROPE.replace("OPTIONS", options))
+    run = mbs.simulate(system)
+    assert run.q == pytest.approx(np.zeros((3, 2)), abs=1e-12)
+    mbs.export(system, to="c", directory=tmp_path)
+    assert not (tmp_path / "simulate.c").exists()
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+def test_parameters_that_no_model_has_end_the_run(tmp_path: Path) -> None:
+    mbs.export(mbs.loads(ON_ONE_LINE), to="c", directory=tmp_path)
+    source = tmp_path / "simulate.c"
+    begun = "mbs_contacts_begin(&run, 0.0, t_end, samples);"
+    changed = f"{begun}\n    run.parameters[0] = atof(given[3]);"
+    source.write_text(source.read_text(encoding="utf-8").replace(begun, changed), encoding="utf-8")
+    built = shell(f"{COMPILER} -std=c99 -O0 $(ls *.c | grep -v selftest) -lm -o simulate", tmp_path)
+    assert built.returncode == 0, built.stderr
+    assert shell("./simulate 1 3 2.5", tmp_path).returncode == 0
+    for value in ("-1", "0", "nan", "inf"):
+        run = shell(f"./simulate 1 3 {value}", tmp_path)
+        assert (run.stdout, run.returncode) == ("", 1)
+        assert "a mass or another one that must be positive is not" in run.stderr.splitlines()[-1]

@@ -82,6 +82,8 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
         return reason
     if len(placed.modes) > 1:
         return "the laws leave several states at the start"
+    if shared := _shared(placed):
+        return f"the forces of {' and '.join(shared)} are not unique, and not all of them rub"
     assert laws.every is not None
     programs, places, _ = every_mode_programs(laws.declared, FORMALISMS[formalism])
     del programs["energy"]
@@ -99,8 +101,6 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
     return ContactCode(_named(programs), files, _named(samples), names, functions(laws.every))
 
 
-def _named(known: Mapping[str, T]) -> dict[str, T]:
-    return {f"{_PREFIX}{name}": x for name, x in known.items()}
 def positive_parameters(mechanism: Mechanism, values: Sequence[float]) -> set[int]:
     """Return the places of parameters that stay positive whoever sets them: those declared so, and masses of bodies."""
     masses = {body.mass.mass for body in mechanism.bodies}
@@ -108,6 +108,8 @@ def positive_parameters(mechanism: Mechanism, values: Sequence[float]) -> set[in
     return {k for k, (x, value) in enumerate(entries) if value > 0 and (x.positive or slot("parameters", k) in masses)}
 
 
+def _named(known: Mapping[str, T]) -> dict[str, T]:
+    return {f"{_PREFIX}{name}": x for name, x in known.items()}
 
 
 def _why_not(laws: LawMechanism, settings: RunSettings, placed: StartState, system: System) -> str:
@@ -131,6 +133,22 @@ def _why_not(laws: LawMechanism, settings: RunSettings, placed: StartState, syst
     if declared.rows and placed.declared.parameters.independent_rows(placed.begin.parameters) < len(declared.rows):
         return "its constraints depend on each other"
     return "its motion begins with `impact`" if system.impact is not None else ""
+
+
+def _shared(placed: StartState) -> list[str]:
+    """Return what shares forces as a rope and a rough floor on one line do at the start; empty for none.
+
+    Friction is as large as the laws allow, and C has modes alone in which one of them carries all.
+    """
+    if placed.posed is None or placed.found is None or not placed.found.states:
+        return []
+    places, open_ones = placed.posed.places, placed.found.states[0].not_unique
+    smooth = [row.name for row in placed.posed.mechanism.rows if places[row.name] in open_ones]
+    rough = []
+    for element in placed.posed.elements:
+        if any(places.get(row.name) in open_ones for row in element.rows):
+            (rough if any(part.rubs for part in element.frictions) else smooth).append(element.name)
+    return [*smooth, *rough] if smooth and rough else []
 
 
 def _why_not_element(element: LawElement) -> str:
@@ -218,6 +236,7 @@ class _Tables:
             ("int", "turned", [int(x.unit == "rad") for x in declared.coordinates]),
             ("int", "plain", [k for pair in pairing_of(declared).plain for k in pair]),
             ("int", "terminal", [int(x) for x in self._terminal]),
+            ("int", "positive", [int(k in positive) for k in range(len(self.every.parameters))]),
             ("int", "acts", [number[f"acts {each.name}"] for each in self.every.rows]),
             ("int", "normals", [row[x.normals[0].name] for x in elements]),
             ("int", "parts", [_part_of(x, numbers) for x in elements]),
@@ -236,7 +255,6 @@ class _Tables:
             ("int", "stop_elements", [names.index(condition.element) for condition in conditions]),
             ("int", "stop_strikes", [int(condition.strikes) for condition in conditions]),
             ("int", "stop_begins", ends.tolist()),
-            ("int", "positive", [int(k in positive) for k in range(len(self.every.parameters))]),
             ("char *const", "stop_words", [word for condition in conditions for word in condition.words]),
             ("char *const", "slip_words", [word for pair in pairs for word in _slip_words(*pair)]),
         ]  # fmt: skip
