@@ -28,7 +28,7 @@ import numpy as np
 from robots import ROBOTS, path_of
 
 import multibody_sym as mbs
-from multibody_sym.motion.loop.native_problem import NativeProblem
+from multibody_sym.motion.loop.native_loop import NativeProblem
 from multibody_sym.motion.switching.legs import ModeLeg
 from multibody_sym.program.loading import find_compiler
 from multibody_sym.program.target_layout import runtime_files

@@ -139,19 +139,19 @@ if TYPE_CHECKING:
     from multibody_sym.motion.function import Function as Function
     from multibody_sym.motion.function import function as function
     from multibody_sym.motion.function import functions as functions
-    from multibody_sym.motion.function_results import CanonicalRates as CanonicalRates
-    from multibody_sym.motion.function_results import CentroidalMomentum as CentroidalMomentum
-    from multibody_sym.motion.function_results import ConstraintTerms as ConstraintTerms
-    from multibody_sym.motion.function_results import EnergyResults as EnergyResults
-    from multibody_sym.motion.function_results import FrameJacobian as FrameJacobian
-    from multibody_sym.motion.function_results import FrameMotion as FrameMotion
-    from multibody_sym.motion.function_results import HybridForces as HybridForces
-    from multibody_sym.motion.function_results import ImpactResults as ImpactResults
-    from multibody_sym.motion.function_results import MomentumResults as MomentumResults
-    from multibody_sym.motion.function_results import OperationalSpace as OperationalSpace
-    from multibody_sym.motion.function_results import Rates as Rates
-    from multibody_sym.motion.function_results import Regressor as Regressor
-    from multibody_sym.motion.ordinary_equations import OrdinaryEquations as OrdinaryEquations
+    from multibody_sym.motion.function_values import CanonicalRates as CanonicalRates
+    from multibody_sym.motion.function_values import CentroidalMomentum as CentroidalMomentum
+    from multibody_sym.motion.function_values import ConstraintTerms as ConstraintTerms
+    from multibody_sym.motion.function_values import EnergyResults as EnergyResults
+    from multibody_sym.motion.function_values import FrameJacobian as FrameJacobian
+    from multibody_sym.motion.function_values import FrameMotion as FrameMotion
+    from multibody_sym.motion.function_values import HybridForces as HybridForces
+    from multibody_sym.motion.function_values import ImpactResults as ImpactResults
+    from multibody_sym.motion.function_values import MomentumResults as MomentumResults
+    from multibody_sym.motion.function_values import OperationalSpace as OperationalSpace
+    from multibody_sym.motion.function_values import OrdinaryEquations as OrdinaryEquations
+    from multibody_sym.motion.function_values import Rates as Rates
+    from multibody_sym.motion.function_values import Regressor as Regressor
     from multibody_sym.motion.prepare.export import export as export
     from multibody_sym.motion.prepare.functions import canonical_equations as canonical_equations
     from multibody_sym.motion.prepare.functions import compile as compile
@@ -231,9 +231,8 @@ _NAMES = {
     "model.system": "System parameters t variable",
     "model.urdf": "UrdfNotice load_urdf",
     "motion.function": "Function function functions",
-    "motion.function_results": "CanonicalRates CentroidalMomentum ConstraintTerms EnergyResults FrameJacobian "
-    "FrameMotion HybridForces ImpactResults MomentumResults OperationalSpace Rates Regressor",
-    "motion.ordinary_equations": "OrdinaryEquations",
+    "motion.function_values": "CanonicalRates CentroidalMomentum ConstraintTerms EnergyResults FrameJacobian "
+    "FrameMotion HybridForces ImpactResults MomentumResults OperationalSpace OrdinaryEquations Rates Regressor",
     "motion.prepare.export": "export",
     "motion.prepare.functions": "canonical_equations compile hybrid_dynamics impact inverse_dynamics mass_matrix "
     "state_derivative",

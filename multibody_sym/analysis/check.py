@@ -55,7 +55,7 @@ from multibody_sym.model.constraints import Rope
 from multibody_sym.model.contacts_and_impacts import copies
 from multibody_sym.model.system import System
 from multibody_sym.motion.methods.explicit import dormand_prince_8
-from multibody_sym.motion.results.limits_passed import limits_passed
+from multibody_sym.motion.results.integrals import limits_passed
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import EPSILON, UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves

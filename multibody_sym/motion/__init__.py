@@ -4,9 +4,7 @@
     stepper       `Stepper`: a system stepped from outside
     function      `function`, `functions`: quantities of a system at a state, and their derivatives
     function_question    which function is asked for: names, options, the mode and start it needs, units
-    function_results    the types of what functions return, by their names
-    ordinary_equations    x' = f(t, x) of a Function, with its Jacobian, for solvers
-    other_tools    a Function in Pinocchio's order, and as other tools take it
+    function_values    arguments and types of results of functions; a Function as x' = f(t, x), and in other tools
     prepare       from a System to what runs: settings, Programs, functions, exports
     methods       integration methods as data that prove themselves
     integrator    one step, and what may happen in it

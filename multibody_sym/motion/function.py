@@ -26,7 +26,7 @@ from multibody_sym.model.argument_checks import callback, door, flag, whole_numb
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function_question import FunctionQuestion, verify_options
-from multibody_sym.motion.function_results import (
+from multibody_sym.motion.function_values import (
     ArrayName,
     CanonicalRates,
     CentroidalMomentum,
@@ -39,14 +39,19 @@ from multibody_sym.motion.function_results import (
     ImpactResults,
     MomentumResults,
     OperationalSpace,
+    OrdinaryEquations,
     Rates,
     Regressor,
+    Replacements,
+    Values,
+    array_of,
     described,
+    pinocchio_order,
     result_type,
+    share_memory,
+    state_count,
+    tool_function,
 )
-from multibody_sym.motion.ordinary_equations import OrdinaryEquations
-from multibody_sym.motion.other_tools import pinocchio_order, tool_function
-from multibody_sym.motion.prepare.arguments import Replacements, Values, array_of, share_memory, state_count
 from multibody_sym.program.backend import Backend, Native
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.native import Door, NativeFunction, run_many

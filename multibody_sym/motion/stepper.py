@@ -24,11 +24,10 @@ from multibody_sym.errors import ArgumentError, InputError, MultibodyError, shor
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.model.argument_checks import door, whole_number
 from multibody_sym.model.system import System
+from multibody_sym.motion.function_values import in_si_units
 from multibody_sym.motion.loop.integrate import held_at_start, loop_for
-from multibody_sym.motion.loop.native_loop import native_loop
-from multibody_sym.motion.loop.native_problem import NativeProblem, address
+from multibody_sym.motion.loop.native_loop import NativeProblem, address, native_loop
 from multibody_sym.motion.loop.problem import Hold, Problem
-from multibody_sym.motion.prepare.arguments import in_si_units
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem, ResolvedAlone, RunLabels
 from multibody_sym.motion.results.samples import RunStart
 from multibody_sym.motion.runs.held_inputs import HeldInputs, held_names, positive_time

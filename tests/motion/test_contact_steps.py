@@ -199,8 +199,8 @@ def test_c_and_python_have_the_same_bits() -> None:
 
 def test_many_contacts_go_by_steps_unless_something_else_is_asked_for() -> None:
     from multibody_sym.mechanics.resolve import mechanism
-    from multibody_sym.motion.prepare import time_stepping
-    from multibody_sym.motion.prepare.time_stepping import steps_over_contacts
+    from multibody_sym.motion.prepare import settings as time_stepping
+    from multibody_sym.motion.prepare.settings import steps_over_contacts
 
     system, few = discs(6, 3), time_stepping.MANY_CONTACTS
     declared = mechanism(system)

@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 import multibody_sym as mbs
 from multibody_sym.dynamics.programs.state_functions import OPTIONS, Name
 from multibody_sym.motion import function as function_module
-from multibody_sym.motion.function_results import RESULTS
+from multibody_sym.motion.function_values import RESULTS
 from multibody_sym.scalars.arrays import Floats
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

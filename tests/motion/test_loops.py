@@ -23,7 +23,7 @@ from scipy.special import ellipj, ellipk
 
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.integrate import integrate
-from multibody_sym.motion.loop.native_course import (
+from multibody_sym.motion.loop.native_loop import (
     ActingStruct,
     CourseStruct,
     EntriesStruct,
@@ -31,8 +31,8 @@ from multibody_sym.motion.loop.native_course import (
     ModeStruct,
     PassageStruct,
     TurnStruct,
+    native_loop,
 )
-from multibody_sym.motion.loop.native_loop import native_loop
 from multibody_sym.motion.loop.problem import NO_MODE, Problem
 from multibody_sym.motion.loop.python_loop import python_loop
 from multibody_sym.motion.methods.multistep import IMPLICIT

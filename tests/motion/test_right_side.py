@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import multibody_sym as mbs
-from multibody_sym.motion.prepare import arguments
+from multibody_sym.motion import function_values as arguments
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRIVEN = (

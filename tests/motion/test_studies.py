@@ -14,7 +14,7 @@ import pytest
 import multibody_sym as mbs
 from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
-from multibody_sym.motion.loop import native_problem
+from multibody_sym.motion.loop import native_loop
 from multibody_sym.motion.sweep import rows
 from multibody_sym.motion.sweep import study as studies
 from multibody_sym.motion.sweep.plan import axes_of, plan_of
@@ -69,13 +69,13 @@ def test_floats_make_no_expressions_and_are_the_numbers_that_their_digits_are_re
 
 def test_the_structures_of_a_family_are_made_once(system: mbs.System, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[Any] = []
-    own = native_problem.method_struct
+    own = native_loop.method_struct
 
     def method_struct(method: Any) -> Any:
         made.append(method)
         return own(method)
 
-    monkeypatch.setattr("multibody_sym.motion.loop.native_problem.method_struct", method_struct)
+    monkeypatch.setattr("multibody_sym.motion.loop.native_loop.method_struct", method_struct)
     asked = mbs.loads(PENDULUM.partition("stop:")[0] + "simulation: {t_end: 0.01, samples: 2}")
     runs = [make(None) for make in mbs.prepare(asked).runs({"l": np.linspace(0.5, 1, 100).tolist()}, {})]
     assert len({run["theta"][-1] for run in runs}) == 100

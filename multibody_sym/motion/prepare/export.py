@@ -38,7 +38,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.text.files import is_special, path_name, write_whole
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.prepare.contact_code import ContactCode
+    from multibody_sym.motion.prepare.fmu import ContactCode
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The folder of an export: its files replace those of an earlier one, never what somebody else wrote or changed.
@@ -192,8 +192,12 @@ def exported(
         if given:
             with at(name):
                 raise InputError(f"an FMU has parameters and no other functions: leave out {name}", number="M110")
-    from multibody_sym.motion.prepare.contact_code import contact_code  # which other exports do without
-    from multibody_sym.motion.prepare.fmu import fmu_of, free_inputs, write_fmu
+    from multibody_sym.motion.prepare.fmu import (
+        contact_code,  # which other exports do without
+        fmu_of,
+        free_inputs,
+        write_fmu,
+    )
 
     contacts: ContactCode | str | None = None
     if model.mechanism.one_way:
@@ -283,7 +287,7 @@ class ExportedModel:
 
 def _simulated(system: System, model: ExportedModel, fold: bool) -> ContactCode | str:
     """Return what simulates a system from state to state of its contacts in C, or why nothing does."""
-    from multibody_sym.motion.prepare.contact_code import contact_code  # which other exports do without
+    from multibody_sym.motion.prepare.fmu import contact_code  # which other exports do without
 
     return "the parameters are folded" if fold else contact_code(system, model.placed, model.route)
 

@@ -37,7 +37,7 @@ from multibody_sym.model.argument_checks import door, flag
 from multibody_sym.model.argument_checks import names as listed_names
 from multibody_sym.model.system import System, verify_system
 from multibody_sym.motion.function import Function, function
-from multibody_sym.motion.prepare.arguments import Arguments, Values
+from multibody_sym.motion.function_values import Arguments, Values
 from multibody_sym.motion.prepare.problem import prepare_system
 from multibody_sym.motion.prepare.records import PreparedSystem
 from multibody_sym.motion.prepare.settings import run_settings

@@ -38,8 +38,14 @@ from multibody_sym.motion.loop.integrate import integrate
 from multibody_sym.motion.loop.problem import NO_MODE, Loop, ModeNumbers, Problem
 from multibody_sym.motion.methods.table import METHODS, MOREAU, OF_SECOND_ORDER
 from multibody_sym.motion.prepare.records import Numbers, PreparedSystem
-from multibody_sym.motion.prepare.settings import RunSettings, form_of, run_settings
-from multibody_sym.motion.prepare.time_stepping import default_step, steps_over_contacts, verify_contacts
+from multibody_sym.motion.prepare.settings import (
+    RunSettings,
+    default_step,
+    form_of,
+    run_settings,
+    steps_over_contacts,
+    verify_contacts,
+)
 from multibody_sym.program import loading
 from multibody_sym.program.backend import PORTABLE, Native
 from multibody_sym.program.cache import digest

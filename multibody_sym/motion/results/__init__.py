@@ -1,9 +1,7 @@
 """What a run leaves: samples, integrals, remarks, plots.
 
     trajectory       Trajectory: samples, end, drift, cost of a run; unphysical or undefined states: ropes that push
-    between          a run at any time, by dense output
     samples          columns of a motion's table, their names and order; states of contacts, energy account
-    integrals        work and impulses from the start; balances of the theorems
-    limits_passed    limits of joints that a motion passes, edges of boxes that it crosses
+    integrals        a run looked at once more: work and impulses, theorems, any time, limits and edges passed
     plot             panels, curves and marks of a plot
 """

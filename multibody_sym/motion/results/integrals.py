@@ -1,4 +1,4 @@
-"""Outputs that name work and impulses: integrals of powers and forces from the start of a run."""
+"""A run looked at once more: work and impulses from its start, theorems, any time, limits and edges that it passes."""
 
 from __future__ import annotations
 
@@ -6,22 +6,29 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from itertools import product
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.balance import INTEGRAL, THEOREMS, theorems_program
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
 from multibody_sym.dynamics.programs.quantities import angular_momentum, body_momenta, generalized_momenta, quantities
+from multibody_sym.errors import InputError
 from multibody_sym.mechanics.energy import kinetic_energy
+from multibody_sym.mechanics.law_elements import boxes_that_touch
 from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.mechanics.modes import every_row
 from multibody_sym.mechanics.motion import Motion, arrays, motion_of, slot_state, state_of
+from multibody_sym.mechanics.points import position
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motions
+from multibody_sym.mechanics.row_records import BodyFace
+from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.motion.integrator.flow import longest_in_modes
 from multibody_sym.motion.loop.integrate import Integration, integrate
-from multibody_sym.motion.loop.problem import Problem
+from multibody_sym.motion.loop.problem import Begun, Problem, SampleTimes
 from multibody_sym.motion.prepare.records import LegSamples, ResolvedAlone, RunLabels
 from multibody_sym.program.loading import Compiled, load
 from multibody_sym.program.program import Program
@@ -30,14 +37,14 @@ from multibody_sym.program.trace import Trace
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
-from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import Node, as_node
+from multibody_sym.scalars.functions import evaluate, evaluate_float
+from multibody_sym.scalars.node import Node, as_node, slot
+from multibody_sym.scalars.numbers import floats
 from multibody_sym.scalars.rank import ROUNDED, least_squares
 from multibody_sym.text.parser import QUANTITIES
 
 if TYPE_CHECKING:
     from multibody_sym.motion.switching.impact import ImpactOutcome
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Stretches of a run in fine samples, and integrals over them.
@@ -544,3 +551,159 @@ def _worst(missed: Floats, size: Floats, t: Floats) -> Miss:
         relative = np.where(most == 0.0, 0.0, most / of)
     k = int(np.argmax(np.where(np.isnan(relative), np.inf, relative)))
     return Miss(float(relative[k]), float(t[k]))
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A run at any time: between its samples as the method's continuous extension tells, at events on either side.
+
+
+_ROUNDED: Final = 1e-14
+"""The part of a run's time by which a time may be beyond its end."""
+
+
+def motion_at(legs: Sequence[FineLeg], until: float, t: ArrayLike, *, before: bool) -> list[LegSamples]:
+    """Return the motion of a run, which lasts `until` a time, at times (m,), `before` or after events that are there.
+
+    Raises InputError for times that do not increase, or are outside of the run.
+    """
+    times = _times_within(legs[0].problem.start, until, t)
+    starts = np.array([leg.problem.start for leg in legs])
+    places = np.searchsorted(starts, times, side="left" if before else "right") - 1
+    places = places.clip(0, len(legs) - 1)
+    return [_leg_at(legs[k], times[places == k]) for k in np.unique(places).tolist()]
+
+
+def _times_within(start: float, end: float, t: ArrayLike) -> Floats:
+    """Return times (m,) that increase within a run. Raises InputError."""
+    given = np.atleast_1d(floats("t", t))
+    if given.ndim != 1 or not len(given):
+        raise InputError(f"a run is asked at a time or at a list of times, not at an array of shape {np.shape(t)}")
+    outside = ~((given >= start) & (given <= end + _ROUNDED * abs(end)))
+    if outside.any():
+        raise InputError(f"t = {given[outside][0]:g} is outside of the run, which lasts from {start:g} to {end:g} s")
+    if not np.all(np.diff(given) > 0.0):
+        raise InputError("the times at which a run is asked increase")
+    return np.minimum(given, end)
+
+
+def _leg_at(leg: FineLeg, times: Floats) -> LegSamples:
+    """Return the motion at times of a leg, which is integrated once more in its own steps."""
+    problem, nq = leg.problem, len(leg.problem.q0)
+    start, until = problem.start, leg.until
+    x = np.tile(problem.x0, (len(times), 1))
+    if until > start:
+        between = (times > start) & (times < until)
+        samples = SampleTimes((start, *times[between].tolist(), until))
+        begun = None if problem.begun is None else Begun(start, 1)
+        again = replace(problem, t_end=until, samples=samples, begun=begun, limiting=())
+        done = integrate(replace(again, margins=(NEVER,) * len(problem.margins)))
+        x[times > start] = np.concatenate([done.q_final, done.u_final])
+        x[np.flatnonzero(between)[: len(done.t) - 1]] = np.hstack([done.q, done.u])[1 : 1 + between.sum()]
+    return leg.sampled(times, x[:, :nq], x[:, nq:])
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a motion passes, and when: limits of joints, edges of boxes.
+
+
+ERROR_OF_A_RUN: Final = 1e-9
+"""How far beyond a limit a motion that rests there may be found."""
+
+
+class PassedLimit(NamedTuple):
+    """A limit (`lower`, `upper` or `velocity`) of a joint, `bound` in its SI unit, passed first at a sample."""
+
+    joint: str
+    limit: str
+    bound: float
+    unit: str
+    sample: int
+
+
+def limits_passed(
+    mechanism: Mechanism, parameters: Sequence[float] | Floats, samples: Callable[[str], Floats]
+) -> list[PassedLimit]:
+    """Return the limits that a motion passes; `samples` gives those (m,) of a coordinate or speed by name."""
+    units = MechanismUnits(mechanism).state
+    values = {slot("parameters", i): float(x) for i, x in enumerate(parameters)}
+    found = []
+    for limit in mechanism.limits:
+        position, speed = samples(limit.coordinate), np.abs(samples(limit.speed))
+        sides = (("lower", limit.lower, position, -1), ("upper", limit.upper, position, 1))
+        for name, declared, size, side in (*sides, ("velocity", limit.velocity, speed, 1)):
+            unit = units[limit.coordinate if size is position else limit.speed]
+            if declared is not None:
+                bound = evaluate_float([declared], values)[0]
+                beyond = np.flatnonzero(side * (size - bound) > ERROR_OF_A_RUN)
+                found += [PassedLimit(limit.joint, name, bound, unit, int(k)) for k in beyond[:1]]
+    return found
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Boxes in space whose edges pass into each other in a run: their corners touch faces, edges only what is declared.
+
+
+_MOST: Final = 200
+"""At how many samples it is looked, evenly spaced: each takes the places of all bodies anew."""
+_DEPTH: Final = 1e-6
+"""The part of a box by which an edge of another one is in it more than by the rounding of what touches."""
+_ALONG: Final = ((1, 2), (0, 2), (0, 1))
+
+
+def crossed_boxes(mechanism: Mechanism, parameters: Floats, t: Floats, q: Floats, u: Floats) -> dict[str, float]:
+    """Return for each contact of two boxes the time of the first sample in which an edge leads through the other box.
+
+    Both ends of the edge are outside, so that no corner tells.
+    """
+    pairs = boxes_that_touch(mechanism.one_way)
+    found: dict[str, float] = {}
+    for k in np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST)).astype(int)).tolist() if pairs else ():
+        given = float(t[k]), q[k].tolist(), u[k].tolist(), parameters.tolist()
+        motion = motion_of(mechanism, state_of(mechanism, float, *given))
+        for name, faces in pairs.items():
+            if name in found:
+                continue
+            first, second = (_Box.of(motion, sides) for sides in faces)
+            if first.depth(second.edges()) > _DEPTH or second.depth(first.edges()) > _DEPTH:
+                found[name] = given[0]
+    return found
+
+
+@dataclass(frozen=True)
+class _Box:
+    """A box in world axes: its `centre` (3,), and the ways from there to three faces, `halves` (3, 3)."""
+
+    centre: Floats
+    halves: Floats
+
+    @classmethod
+    def of(cls, motion: Motion, faces: Sequence[BodyFace]) -> _Box:
+        """Return the box between six faces."""
+        middles = np.array([position(motion, face.place) for face in faces], dtype=float)
+        ways = middles - middles.mean(axis=0)
+        halves: list[Floats] = []
+        for way in ways:
+            if all(abs(way @ other) <= 0.5 * (way @ way) for other in halves):
+                halves.append(way)
+        return cls(middles.mean(axis=0), np.array(halves))
+
+    def edges(self) -> Floats:
+        """Return the ends of the twelve edges (12, 2, 3)."""
+        return np.array(
+            [
+                [self.centre + s * self.halves[b] + t * self.halves[c] + end * self.halves[a] for end in (-1.0, 1.0)]
+                for a, (b, c) in enumerate(_ALONG)
+                for s, t in product((-1.0, 1.0), repeat=2)
+            ]
+        )
+
+    def depth(self, edges: Floats) -> float:
+        """Return how deep the deepest of edges (n, 2, 3) leads through, relative to the box; 0 where none does."""
+        scaled = (edges - self.centre) @ (self.halves / (self.halves**2).sum(axis=1)[:, None]).T
+        before, whole = scaled[:, 0], scaled[:, 1] - scaled[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossed = np.stack([(-1.0 - before) / whole, (1.0 - before) / whole])
+        still, inside = np.abs(whole) < _DEPTH, np.abs(before) < 1.0
+        first = np.where(still, np.where(inside, 0.0, 1.0), crossed.min(axis=0)).max(axis=1)
+        last = np.where(still, np.where(inside, 1.0, 0.0), crossed.max(axis=0)).min(axis=1)
+        middle = before + ((first + last) / 2)[:, None] * whole
+        leads = (first > 0.0) & (last < 1.0) & (first < last)
+        return float((1.0 - np.abs(middle).max(axis=1))[leads].max(initial=0.0))

@@ -18,6 +18,7 @@ from multibody_sym.motion.loop.integrate import Integration
 from multibody_sym.motion.loop.problem import Problem
 from multibody_sym.motion.prepare.records import freeze
 from multibody_sym.motion.results.samples import (
+    EDGES_CROSS,
     ENERGY,
     NO_VALUE,
     PULLING,
@@ -89,7 +90,7 @@ class Trajectory(Samples):
         `before` it. Each call integrates the legs of the run once more: ask for many times at once.
         Raises InputError for times outside of the run, or that do not increase.
         """
-        from multibody_sym.motion.results.between import motion_at  # which few runs are asked for
+        from multibody_sym.motion.results.integrals import motion_at  # which few runs are asked for
 
         parts = motion_at(self.stretches, self.t_final, t, before=flag("before", before))
         t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in "tqu")
@@ -141,7 +142,7 @@ class Trajectory(Samples):
     def _limits_passed(self) -> list[dict[str, Any]]:
         if not self._told.limited:
             return []
-        from multibody_sym.motion.results.limits_passed import limits_passed
+        from multibody_sym.motion.results.integrals import limits_passed
 
         crossed = limits_passed(self.ready.mechanism, self.parameters, self.__getitem__)
         return [{"t": float(self.t[at.sample]), "kind": f"{at.limit} limit", "element": at.joint} for at in crossed]
@@ -150,9 +151,10 @@ class Trajectory(Samples):
     def _crossed_boxes(self) -> list[dict[str, Any]]:
         if not self._told.boxes:
             return []
-        from multibody_sym.motion.results.limits_passed import crossed_boxes
+        from multibody_sym.motion.results.integrals import crossed_boxes
 
-        return crossed_boxes(self)
+        found = crossed_boxes(self.ready.mechanism, self.parameters, self.t, self.q, self.u)
+        return [{"t": t, "kind": EDGES_CROSS, "element": name} for name, t in found.items()]
 
     @property
     def changes(self) -> list[dict[str, Any]]:

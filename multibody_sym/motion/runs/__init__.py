@@ -5,6 +5,6 @@
     contact_steps  runs by time stepping: all contacts of a step at once (`moreau`)
     held_inputs    inputs that are held, as parameters; sampled from functions
     staged         runs of several stages, as one trajectory
-    family         runs that differ in numbers: compiled once, started together
+    family         runs that differ in numbers: compiled once, started together, integrated by one call of C
     replay         runs recalled from the cache
 """

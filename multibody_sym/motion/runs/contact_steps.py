@@ -37,7 +37,7 @@ from multibody_sym.mechanics.mechanism import Mechanism
 from multibody_sym.motion.integrator.flow import Pairing
 from multibody_sym.motion.loop.problem import SECONDS, Loop, Problem, Progress, RunFailure, Statistics
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
-from multibody_sym.motion.prepare.time_stepping import refusal
+from multibody_sym.motion.prepare.settings import refusal
 from multibody_sym.motion.results.samples import EnergyAccount, FrictionWork
 from multibody_sym.motion.switching.law_mechanism import LawMechanism
 from multibody_sym.motion.switching.law_values import Laws, LawValues, Places

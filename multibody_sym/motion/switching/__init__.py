@@ -5,9 +5,8 @@
     decision          the state that follows a switch
     impact            impacts of a run, and when bounces come to rest
     jams              friction that jams (Painleve)
-    known_switches    switches that were decided before
     law_values        what laws ask at an instant, in numbers; forces that are not unique
     law_mechanism     whether one set of Programs serves all modes; sides of thin bars, tips that meet
     modes             a mode as a problem to integrate
-    prepared          what runs of a system share and remember
+    prepared          what runs of a system share and remember; switches that were decided before
 """

@@ -34,8 +34,7 @@ from multibody_sym.mechanics.row_records import (
 from multibody_sym.model.bodies import IDENTITY
 from multibody_sym.model.fields import Point
 from multibody_sym.model.settings import Settings
-from multibody_sym.motion.prepare.settings import form_of
-from multibody_sym.motion.prepare.time_stepping import steps_over_contacts
+from multibody_sym.motion.prepare.settings import form_of, steps_over_contacts
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.law_values import Laws, LawValues
 from multibody_sym.program.runtime_constants import ROUNDED_GAP, TOUCHING

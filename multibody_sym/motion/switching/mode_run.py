@@ -39,7 +39,6 @@ from multibody_sym.motion.switching import law_mechanism
 from multibody_sym.motion.switching.decision import NextState
 from multibody_sym.motion.switching.impact import ImpactOutcome
 from multibody_sym.motion.switching.jams import before_jam, jam_of, jams, slip_stopped
-from multibody_sym.motion.switching.known_switches import follow_known_switch
 from multibody_sym.motion.switching.law_mechanism import LawMechanism
 from multibody_sym.motion.switching.law_values import Laws, LawValues, has_sliding_friction
 from multibody_sym.motion.switching.legs import (
@@ -55,7 +54,7 @@ from multibody_sym.motion.switching.legs import (
     times_to_check,
 )
 from multibody_sym.motion.switching.modes import EveryMode, ModePrograms, key_of, settled_direction
-from multibody_sym.motion.switching.prepared import PreparedRuns
+from multibody_sym.motion.switching.prepared import PreparedRuns, follow_known_switch
 from multibody_sym.program.backend import Native
 from multibody_sym.program.loading import Compiled
 from multibody_sym.program.runtime_constants import Status

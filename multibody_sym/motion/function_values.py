@@ -1,21 +1,33 @@
-"""What a user hands to a compiled function of a system, completed to what its Programs take."""
+"""What compiled functions of a system take and return, and Functions as solvers and other tools take them.
+
+In: what a user hands over, a Function's mechanism, Programs and parameters. Out: complete arguments, types of results,
+x' = f(t, x), a ToolFunction.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
-from typing import Any, Final, Literal
+from collections import namedtuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, cached_property
+from typing import Any, Final, Literal, NamedTuple, TypedDict
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import ArrayLike
 
+from multibody_sym.dynamics.programs.function_derivatives import state_jacobian
+from multibody_sym.dynamics.programs.state_functions import Axes, with_declared_inputs
 from multibody_sym.dynamics.start.number_checks import verify_bodies
 from multibody_sym.dynamics.start.parameters import parameter_values
 from multibody_sym.errors import InputError, at, short_repr
 from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.units import MechanismUnits
+from multibody_sym.model.argument_checks import door
 from multibody_sym.model.fields import scalar
-from multibody_sym.program.loading import Compiled
+from multibody_sym.program.backend import Backend, Native
+from multibody_sym.program.loading import Compiled, load
+from multibody_sym.program.program import Program
+from multibody_sym.program.replay import Argument, ToolFunction
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.numbers import floats, number, vector
@@ -227,3 +239,269 @@ def state_count(arrays: Mapping[str, Floats]) -> int | None:
     if len(set(lengths.values())) > 1:
         raise InputError(f"arguments have different numbers of states: {lengths}")
     return next(iter(lengths.values()), None)
+
+
+ArrayName = Literal[
+    "mass_matrix",
+    "inverse_dynamics",
+    "bias",
+    "gravity",
+    "coriolis_matrix",
+    "reactions",
+    "generalized_momenta",
+    "hamiltonian",
+    "acceleration",
+]
+"""Functions with one result."""
+
+
+class FunctionKeywords(TypedDict, total=False):
+    """The options of `function`."""
+
+    given: Any
+    drives: Any
+    mode: Literal["found"] | Mapping[str, str] | None
+    frame: str | None
+    axes: Axes
+    formalism: str | None
+    native: bool
+    backend: Backend | None
+
+
+class Rates(NamedTuple):
+    """Of `state_derivative`: q' (nq,), u' (nu,) and the multipliers of constraints (ns,)."""
+
+    qdot: Floats
+    udot: Floats
+    multipliers: Floats
+
+
+class CanonicalRates(NamedTuple):
+    """Of `canonical_equations`: q' (nq,), p' (nu,) and the multipliers of constraints (ns,)."""
+
+    qdot: Floats
+    pdot: Floats
+    multipliers: Floats
+
+
+class HybridForces(NamedTuple):
+    """Of `hybrid_dynamics`: u' (nu,) and the forces of the joints whose accelerations are given (nu,)."""
+
+    udot: Floats
+    forces: Floats
+
+
+class EnergyResults(NamedTuple):
+    """Of `energies`: both in J."""
+
+    kinetic: Floats
+    potential: Floats
+
+
+class MomentumResults(NamedTuple):
+    """Of `momentum`: linear (3,), and angular (3,) about the world's origin."""
+
+    linear: Floats
+    angular: Floats
+
+
+class CentroidalMomentum(NamedTuple):
+    """Of `centroidal_momentum`: linear and angular about the centre of mass (6,), and this centre (3,)."""
+
+    momentum: Floats
+    centre_of_mass: Floats
+
+
+class ConstraintTerms(NamedTuple):
+    """Of `constraints`: phi, phidot and gamma (ns,), and H (ns, nu)."""
+
+    phi: Floats
+    phidot: Floats
+    gamma: Floats
+    jacobian: Floats
+
+
+class FrameMotion(NamedTuple):
+    """Of `frame`: position (3,), rotation (3, 3), velocity (6,), drift (6,): its rate at udot = 0; quaternion (4,)."""
+
+    position: Floats
+    rotation: Floats
+    velocity: Floats
+    drift: Floats
+    quaternion: Floats
+
+
+class FrameJacobian(NamedTuple):
+    """Of `jacobian`: J (6, nu) and its rate (6, nu)."""
+
+    jacobian: Floats
+    rate: Floats
+
+
+class OperationalSpace(NamedTuple):
+    """Of `operational_space`: (J M^-1 J^T)^-1 and J M^-1 J^T (6, 6)."""
+
+    inertia: Floats
+    mobility: Floats
+
+
+class Regressor(NamedTuple):
+    """Of `regressor`: Y (nu, 10 bodies) and theta (10 bodies)."""
+
+    regressor: Floats
+    theta: Floats
+
+
+class ImpactResults(NamedTuple):
+    """Of `impact`: u after it (nu,), impulses by row, in joints (joints, 6), what is positive where its mode holds."""
+
+    after: Floats
+    impulses: Floats
+    joints: Floats
+    holds: Floats
+
+
+RESULTS: Final[Mapping[str, type[tuple[Floats, ...]]]] = {
+    "state_derivative": Rates,
+    "canonical_equations": CanonicalRates,
+    "hybrid_dynamics": HybridForces,
+    "energies": EnergyResults,
+    "momentum": MomentumResults,
+    "centroidal_momentum": CentroidalMomentum,
+    "constraints": ConstraintTerms,
+    "frame": FrameMotion,
+    "jacobian": FrameJacobian,
+    "operational_space": OperationalSpace,
+    "regressor": Regressor,
+    "impact": ImpactResults,
+}
+"""The types of results by the names of functions; others return an array, or a tuple of outputs by their names."""
+
+
+def result_type(of: str, name: str, names: tuple[str, ...]) -> Callable[..., Any]:
+    """Return the type of results with these names, of a function and of its derivatives, which have others."""
+    known = RESULTS.get(of)
+    return known if known is not None and known._fields == names else _result_type(name, names)  # type: ignore[attr-defined]
+
+
+@cache
+def _result_type(name: str, names: tuple[str, ...]) -> Callable[..., Any]:
+    """Return the type of results with these names, which pickles by them."""
+
+    def reduced(self: Any) -> tuple[Any, ...]:
+        return _result, (name, names, tuple(self))
+
+    base: Any = namedtuple(name, names, rename=True)  # type: ignore[misc]
+    return type(name, (base,), {"__slots__": (), "__reduce__": reduced})
+
+
+def _result(name: str, names: tuple[str, ...], values: tuple[Floats, ...]) -> Any:
+    return _result_type(name, names)(*values)
+
+
+def described(name: str, shape: tuple[int, ...], units: Any) -> str:
+    """Return a name with its shape and its units, each once."""
+    flat: list[str] = []
+    waiting = [units]
+    while waiting:
+        each = waiting.pop(0)
+        waiting[:0] = each if isinstance(each, (tuple, list)) else ()
+        flat += [each] if isinstance(each, str) and each else []
+    of_units = f" [{', '.join(dict.fromkeys(flat))}]" if flat else ""
+    return f"{name} {shape}{of_units}" if shape else f"{name}{of_units}"
+
+# ----------------------------------------------------------------------------------------------------------------------
+# x' = f(t, x) of a Function of accelerations, with its Jacobian, for solvers of ordinary differential equations.
+
+
+@dataclass(frozen=True, eq=False)
+class OrdinaryEquations:
+    """`rhs(t, x)` -> x' (nq + nu,), `rhs.jac(t, x)` -> d x'/dx: `solve_ivp(rhs, span, x0, jac=rhs.jac)`.
+
+    Quaternions count by their directions: x' is that of the state in which they have length one, so that what rounding
+    does to their lengths does not grow. x may be (n, nq + nu). Inputs and parameters are as declared.
+    """
+
+    _rates: Callable[[Any, Floats, Floats], Rates]
+    _program: Program
+    _mechanism: Mechanism
+    _parameters: Floats
+    _code: Native
+
+    @door
+    def __call__(self, t: float, x: ArrayLike) -> Floats:
+        """Return x' (nx,) at time t (s) and x (nx,), or (n, nx) of n states. Raises InputError for other shapes."""
+        q, u = self._parts(x)
+        for places in self._balls:
+            q[..., places] /= np.linalg.norm(q[..., places], axis=-1, keepdims=True)
+        found = self._rates(number("t", t), q, u)
+        return np.concatenate([found.qdot, found.udot], axis=-1)
+
+    @door
+    def jac(self, t: float, x: ArrayLike) -> Floats:
+        """Return d x'/dx (nx, nx) at time t (s) and one state x (nx,). Raises InputError for other shapes."""
+        q, u = self._parts(x)
+        if q.ndim != 1:
+            raise InputError(f"x has the shape {np.shape(x)}, not (nx,): jac takes one state")
+        sizes = [float(np.linalg.norm(q[places])) for places in self._balls]
+        for places, size in zip(self._balls, sizes, strict=True):
+            q[places] /= size
+        given = number("t", t), q, u, self._parameters, np.zeros(len(self._mechanism.inputs)), np.empty(0)
+        found: Floats = self._jacobian["jacobian"](*given)[0]
+        for places, size in zip(self._balls, sizes, strict=True):
+            way = q[places]
+            found[:, places] = (found[:, places] - np.outer(found[:, places] @ way, way)) / size
+        return found
+
+    @property
+    def _balls(self) -> list[list[int]]:
+        return [list(places) for body in self._mechanism.bodies for places in body.quaternions]
+
+    def _parts(self, x: ArrayLike) -> tuple[Floats, Floats]:
+        """Return copies of q and u."""
+        nq, nu = len(self._mechanism.coordinates), len(self._mechanism.speeds)
+        values = array_of("x", x, nq + nu)
+        return values[..., :nq].copy(), values[..., nq:].copy()
+
+    @cached_property
+    def _jacobian(self) -> Compiled:
+        program = with_declared_inputs(self._mechanism, state_jacobian(self._mechanism, self._program))
+        return load({"jacobian": program}, self._code)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A Function in other tools: the order of coordinates of Pinocchio, functions of CasADi and of JAX.
+
+
+def pinocchio_order(mechanism: Mechanism) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the places of our q and u in Pinocchio's order: depth-first, by names where joints part, w last."""
+    bodies = mechanism.bodies
+    carried: dict[int, list[int]] = {}
+    for k, body in enumerate(bodies):
+        carried.setdefault(body.parent, []).append(k)
+    places_q, places_u, waiting = list[int](), list[int](), [-1]
+    while waiting:
+        k = waiting.pop()
+        waiting += sorted(carried.get(k, ()), key=lambda child: bodies[child].joint_name, reverse=True)
+        if k >= 0:
+            own = list(bodies[k].q)
+            for ball in bodies[k].quaternions:
+                first = own.index(ball[0])
+                own[first : first + 4] = [*ball[1:], ball[0]]
+            places_q += own
+            places_u += bodies[k].u
+    return np.array(places_q, dtype=np.intp), np.array(places_u, dtype=np.intp)
+
+
+def tool_function(
+    name: str, program: Program, arguments: Sequence[str], free: Mapping[str, Sequence[int]], parameters: Floats
+) -> ToolFunction:
+    """Return a Program as a function of `arguments`, then of these places of its `inputs` and `parameters`.
+
+    Other parameters have these values.
+    """
+    sizes = {array.name: array.size for array in program.inputs}
+    third = program.inputs[2].name
+    arrays = {each: third if k == 2 else each for k, each in enumerate(arguments)}
+    taken = [Argument(each, array, tuple(range(sizes[array])), scalar=each == "t") for each, array in arrays.items()]
+    taken += [Argument(each, each, tuple(places)) for each, places in free.items()]
+    return ToolFunction(name, program, tuple(taken), {"parameters": tuple(parameters.tolist())})
