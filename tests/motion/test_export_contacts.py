@@ -143,12 +143,12 @@ def test_parameters_that_no_model_has_end_the_run(tmp_path: Path) -> None:
     mbs.export(mbs.loads(ON_ONE_LINE), to="c", directory=tmp_path)
     source = tmp_path / "simulate.c"
     begun = "mbs_contacts_begin(&run, 0.0, t_end, samples);"
-    changed = f"{begun}\n    run.parameters[0] = atof(given[3]);"
+    changed = f'{begun}\n    run.parameters[0] = atof(getenv("MASS"));'
     source.write_text(source.read_text(encoding="utf-8").replace(begun, changed), encoding="utf-8")
     built = shell(f"{COMPILER} -std=c99 -O0 $(ls *.c | grep -v selftest) -lm -o simulate", tmp_path)
     assert built.returncode == 0, built.stderr
-    assert shell("./simulate 1 3 2.5", tmp_path).returncode == 0
+    assert shell("MASS=2.5 ./simulate 1 3", tmp_path).returncode == 0
     for value in ("-1", "0", "nan", "inf"):
-        run = shell(f"./simulate 1 3 {value}", tmp_path)
+        run = shell(f"MASS={value} ./simulate 1 3", tmp_path)
         assert (run.stdout, run.returncode) == ("", 1)
         assert "a mass or another one that must be positive is not" in run.stderr.splitlines()[-1]
