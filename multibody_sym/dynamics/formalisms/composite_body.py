@@ -210,7 +210,9 @@ def without_reactions(motion: Motion) -> tuple[list[list[S]], list[S]]:
     count = len(motion.state.u)
     matrix: list[list[S]] = [[0] * count for _ in range(count)]
     velocity_terms: list[S] = [0] * count
-    for body, moved, reaction in zip(motion.mechanism.bodies, motion.bodies, inertial_reactions(motion), strict=True):
+    # R_i without loads, about the body's origin: rates of momentum, summed inward
+    reactions = summed_inward(motion, free_bodies(motion), lambda index, wrench: wrench.to_parent(motion.bodies[index]))
+    for body, moved, reaction in zip(motion.mechanism.bodies, motion.bodies, reactions, strict=True):
         for k, linear, angular in zip(body.u, moved.linear, moved.angular, strict=True):
             velocity_terms[k] = power(linear, angular, reaction.rest)
             for l, wrench in reaction.columns.items():
@@ -235,11 +237,6 @@ class LinearWrench:
         """Return the wrench about the parent's origin, in the parent's axes."""
         columns = {k: to_parent(moved, wrench) for k, wrench in self.columns.items()}
         return LinearWrench(columns, to_parent(moved, self.rest))
-
-
-def inertial_reactions(motion: Motion) -> list[LinearWrench]:
-    """Return the joints' R_i without loads, about the body's origin: rates of momentum, summed inward."""
-    return summed_inward(motion, free_bodies(motion), lambda index, wrench: wrench.to_parent(motion.bodies[index]))
 
 
 def free_bodies(motion: Motion) -> list[LinearWrench]:

@@ -233,24 +233,6 @@ class CompiledRows:
 # (1985); E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section VII.1.
 
 
-def index_2_programs(
-    mechanism: Mechanism, dynamics: TreeDynamics, inputs: Program, derivative: Program
-) -> dict[str, Program]:
-    """Return by name the Programs that Newton's iteration for the stabilised equations of a mechanism with rows needs.
-
-    `index_2`: (t, q, u, .., multipliers) -> qdot (nq,), udot (nu,), phi (ns,), residual (ns,): H u + phi_t or psi. The
-    multipliers (2 ns,) are (mu, lambda). `index_2_by_state`: the derivative of all four by (q, u), through the inputs
-    as well, which `inputs` gives from (t, q, u, parameters). `index_2_by_multipliers`: that of qdot and udot.
-    """
-    rows = _Index2(mechanism, dynamics, derivative)
-    equations = rows.equations()
-    outputs = [output.name for output in equations.outputs]
-    from multibody_sym.program.derivatives import total_jacobian  # which few methods need
-
-    by_state = total_jacobian(equations, outputs, ("q", "u"), inputs, name="index_2_by_state")
-    return {program.name: program for program in (equations, by_state, rows.by_multipliers())}
-
-
 @dataclass(frozen=True, eq=False)
 class _Index2:
     """The rows of a mechanism by their part in equations of index 2, with its state `derivative`.
@@ -304,8 +286,21 @@ class _Index2:
     def unheld(self, values: Sequence[Node]) -> list[Node]:
         return [ZERO if k in self.held else x for k, x in enumerate(values)]
 
+    def programs(self, inputs: Program) -> dict[str, Program]:
+        """Return by name the Programs that Newton's iteration for the stabilised equations needs.
+
+        `index_2`: (t, q, u, .., multipliers) -> qdot (nq,), udot (nu,), phi (ns,), residual (ns,): H u + phi_t or psi.
+        The multipliers (2 ns,) are (mu, lambda). `index_2_by_state`: the derivative of all four by (q, u), through the
+        inputs as well, which `inputs` gives from (t, q, u, parameters). `index_2_by_multipliers`: that of qdot, udot.
+        """
+        from multibody_sym.program.derivatives import total_jacobian  # which few methods need
+
+        equations = self.equations()
+        outputs = [output.name for output in equations.outputs]
+        by_state = total_jacobian(equations, outputs, ("q", "u"), inputs, name="index_2_by_state")
+        return {program.name: program for program in (equations, by_state, self.by_multipliers())}
+
     def equations(self) -> Program:
-        """Return -> qdot, udot, phi, residual."""
         mechanism, dynamics, count = self.mechanism, self.dynamics, len(self.dynamics.rows)
         trace = Trace("index_2", (*arrays(mechanism), Array("multipliers", (2 * count,))))
         mu, multipliers = trace["multipliers"][:count], trace["multipliers"][count:]
@@ -423,7 +418,7 @@ def _programs(
     if constrained:
         of_rows |= _row_programs(mechanism, constrained)
     if constrained and form == "index_2":
-        of_rows |= index_2_programs(mechanism, constrained, inputs, derivative)
+        of_rows |= _Index2(mechanism, constrained, derivative).programs(inputs)
     ends, jacobian = events(mechanism, sources), None
     if ends is not None:
         from multibody_sym.program.loops import with_loops  # which trees do without

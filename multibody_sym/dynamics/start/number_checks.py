@@ -86,32 +86,6 @@ class _Part:
     open: Floats
 
 
-def verify_masses(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first impossible mass or inertia of welded bodies."""
-    for parts in _welded_groups(mechanism, parameters):
-        first = parts[0]
-        is_particle = len(parts) == 1 and 0.0 <= first.mass < np.inf and not first.inertia.any()
-        if first.name != GROUND and not is_particle:
-            worst = min(parts, key=lambda part: part.mass)
-            with at("bodies", worst.name if worst.mass < 0.0 else first.name):
-                _verify(parts)
-
-
-def verify_apart(mechanism: Mechanism, parameters: Sequence[float]) -> None:
-    """Raise ModelError at the first body, as a hole, that is possible only together with the body it is welded to."""
-    for parts in _welded_groups(mechanism, parameters):
-        for part in parts if parts[0].name != GROUND else ():
-            try:
-                _verify([part])
-            except ModelError:
-                with at("bodies", part.name):
-                    raise ModelError(
-                        f"{part.name} counts only together with {parts[0].name}, to which it is welded, and absolute "
-                        "coordinates move every body by itself: choose coordinates: relative",
-                        number="M119",
-                    ) from None
-
-
 def holes(mechanism: Mechanism, parameters: Sequence[float]) -> Iterator[tuple[str, str]]:
     """Yield the bodies of negative mass, each with the first of its welded group."""
     for parts in _welded_groups(mechanism, parameters):
@@ -322,9 +296,23 @@ def verify_bodies(mechanism: Mechanism, parameters: Sequence[float]) -> None:
     `parameters` in the order of the mechanism's coordinates of joints.
     """
     base = mechanism.relative or mechanism
-    verify_masses(base, parameters)
-    if mechanism.relative is not None:
-        verify_apart(base, parameters)
+    groups = [parts for parts in _welded_groups(base, parameters) if parts[0].name != GROUND]
+    for parts in groups:
+        first, worst = parts[0], min(parts, key=lambda part: part.mass)
+        is_particle = len(parts) == 1 and 0.0 <= first.mass < np.inf and not first.inertia.any()
+        if not is_particle:
+            with at("bodies", worst.name if worst.mass < 0.0 else first.name):
+                _verify(parts)
+    for first, part in ((parts[0], part) for parts in groups for part in parts if mechanism.relative is not None):
+        try:  # by itself
+            _verify([part])
+        except ModelError:
+            with at("bodies", part.name):
+                raise ModelError(
+                    f"{part.name} counts only together with {first.name}, to which it is welded, and absolute "
+                    "coordinates move every body by itself: choose coordinates: relative",
+                    number="M119",
+                ) from None
     known = {slot("parameters", k): x for k, x in enumerate(parameters)}
     for k, row in enumerate(base.rows):  # ropes and wheels
         least = min(evaluate_float(row.radii, known), default=0.0)

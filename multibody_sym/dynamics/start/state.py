@@ -227,15 +227,13 @@ def _law_states(problem: Posed, left: Mapping[str, float] | None = None) -> LawS
     return find(problem.problem, every=every, drift=problem.drift, left=known)
 
 
-def examined_state(
-    system: System, overrides: Mapping[str, float] | None = None, *, left: Mapping[str, float] | None = None
-) -> StartState:
+def examined_state(system: System, *, left: Mapping[str, float] | None = None) -> StartState:
     """Return the state of a system at its start, after checks of its numbers.
 
     `left`: exact values at limits, by rows, which decide there.
     """
     search = None if left is None else partial(_law_states, left=left)
-    return state_at(check_numbers(system), project=system.simulation.project, overrides=overrides, search=search)
+    return state_at(check_numbers(system), project=system.simulation.project, search=search)
 
 
 def with_numbers_as_data(state: StartState) -> StartState:
