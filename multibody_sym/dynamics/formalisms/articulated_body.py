@@ -74,7 +74,7 @@ _NOTHING: Final = (ZERO_VECTOR, ZERO_VECTOR)
 """No motion, or no wrench."""
 
 
-class Joint(Protocol):
+class JointFactors(Protocol):
     """The freedoms of a body's joint, eliminated; `pivot` are the factors of their V = A^T M* A."""
 
     @property
@@ -95,7 +95,7 @@ class TreeFactors:
     """The factorised mass matrix of a tree: all joints in tree order; free bodies `along` their axes."""
 
     motion: Motion
-    joints: tuple[Joint, ...]
+    joints: tuple[JointFactors, ...]
     along: tuple[BodyAxes, ...] = ()
 
     @property
@@ -139,7 +139,7 @@ class TreeFactors:
         """Return udot (n), from the root to the leaves, and each body's accelerations without its own udot."""
         return self._reached(self._by_joint(e, lambda joint, own: joint.pivot.solve(own)))
 
-    def _by_joint(self, values: Sequence[S], change: Callable[[Joint, list[S]], list[S]]) -> list[S]:
+    def _by_joint(self, values: Sequence[S], change: Callable[[JointFactors, list[S]], list[S]]) -> list[S]:
         """Return values of the speeds (n) changed joint by joint, zero for those that no joint frees."""
         found: list[S] = [0] * len(values)
         for joint in self.joints:
