@@ -17,7 +17,7 @@ Sources: Vereshchagin (1974); Featherstone, Rigid Body Dynamics Algorithms, chap
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Final, Protocol
 
@@ -98,9 +98,20 @@ class TreeFactors:
     joints: tuple[JointFactors, ...]
     along: tuple[BodyAxes, ...] = ()
 
+    @cached_property
+    def pivot(self) -> Factors:
+        """The factors of V of all joints together, with a 1 for each speed (n) that none of them frees."""
+        count = len(self.motion.state.u)
+        below: list[tuple[tuple[int, S], ...]] = [()] * count
+        pivots: list[S] = [1] * count
+        for joint in self.joints:
+            for k, own, pivot in zip(joint.speeds, joint.pivot.below, joint.pivot.pivots, strict=True):
+                below[k], pivots[k] = tuple((joint.speeds[i], x) for i, x in own), pivot
+        return Factors(tuple(below), tuple(pivots))
+
     @property
-    def pivots(self) -> list[S]:
-        return [pivot for joint in self.joints for pivot in joint.pivot.pivots]
+    def pivots(self) -> Sequence[S]:
+        return self.pivot.pivots
 
     def solve(self, right: Sequence[S]) -> list[S]:
         return self.accelerations(right, [_NOTHING] * len(self.joints))
@@ -111,12 +122,11 @@ class TreeFactors:
 
     def weighted(self, right: Sequence[S]) -> list[S]:
         """Return D^-1/2 L^-T right (n)."""
-        e, _ = self.inward(right, [_NOTHING] * len(self.joints))
-        return self._by_joint(e, lambda joint, own: joint.pivot.weighted(own))
+        return self.pivot.weighted(self.inward(right, [_NOTHING] * len(self.joints))[0])
 
     def unweighted(self, x: Sequence[S]) -> list[S]:
         """Return L^-1 D^-1/2 x (n)."""
-        return self._reached(self._by_joint(x, lambda joint, own: joint.pivot.unweighted(own)))[0]
+        return self._reached(self.pivot.unweighted(x))[0]
 
     def inward(self, right: Sequence[S], of_body: Sequence[Wrench]) -> tuple[list[S], list[Wrench]]:
         """Return e of every freedom (n), from the leaves to the root, and what is left of the wrench on each body."""
@@ -137,15 +147,7 @@ class TreeFactors:
 
     def outward(self, e: Sequence[S]) -> tuple[list[S], list[tuple[Vec, Vec]]]:
         """Return udot (n), from the root to the leaves, and each body's accelerations without its own udot."""
-        return self._reached(self._by_joint(e, lambda joint, own: joint.pivot.solve(own)))
-
-    def _by_joint(self, values: Sequence[S], change: Callable[[JointFactors, list[S]], list[S]]) -> list[S]:
-        """Return values of the speeds (n) changed joint by joint, zero for those that no joint frees."""
-        found: list[S] = [0] * len(values)
-        for joint in self.joints:
-            for k, x in zip(joint.speeds, change(joint, [values[k] for k in joint.speeds]), strict=True):
-                found[k] = x
-        return found
+        return self._reached(self.pivot.solve(e))
 
     def _reached(self, x: Sequence[S]) -> tuple[list[S], list[tuple[Vec, Vec]]]:
         udot = list(x)
@@ -228,7 +230,8 @@ def swept(
     """
     factors = TreeFactors(motion, joints)
     e, left = factors.inward(drives, forces)
-    udot, before = factors.outward(e)
+    freed = {k for joint in joints for k in joint.speeds}
+    udot, before = factors.outward([x if k in freed else 0 for k, x in enumerate(e)])
     every = zip(joints, before, left, strict=True)
     return udot, [wrench_difference(joint.handed_on.wrench(*reached), known) for joint, reached, known in every]
 
