@@ -92,13 +92,9 @@ class VectorPlan:
     joined: Sequence[tuple[str, str]]
 
     @property
-    def _scale(self) -> float:
-        """Points for one unit."""
-        return _PLAN / max(float(np.hypot(*v)) for v in self.points.values())
-
-    @property
     def _tips(self) -> dict[str, Floats]:
-        return {name: self._scale * np.array(v) for name, v in self.points.items()}
+        scale = _PLAN / max(float(np.hypot(*v)) for v in self.points.values())
+        return {name: scale * np.array(v) for name, v in self.points.items()}
 
     @property
     def _box(self) -> tuple[Floats, Floats]:

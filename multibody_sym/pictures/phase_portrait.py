@@ -84,7 +84,8 @@ class PhasePortrait:
         """What is seen, in words."""
         told = [f"Phase portrait of {self.coordinate}, its momentum over it: curves of constant energy."]
         for kind in ("centre", "saddle", "cusp"):
-            places = [self._place_text(x.q) for x in self.fixed_points if x.kind == kind]
+            found = [x.q for x in self.fixed_points if x.kind == kind]
+            places = [(_part_of_pi(q) if self.is_angle else "") or f"{q:.4g}" for q in found]
             if places:
                 told.append(f"{kind.capitalize()}{'s' * (len(places) > 1)} at {', '.join(places)}.")
         if any(x.kind == "separatrix" for x in self.curves):
@@ -93,9 +94,6 @@ class PhasePortrait:
         if start is not None:
             told.append("The declared motion goes to and fro." if start.closed else "The declared motion goes on.")
         return " ".join(told)
-
-    def _place_text(self, q: float) -> str:
-        return _part_of_pi(q) if self.is_angle and _part_of_pi(q) else f"{q:.4g}"
 
     # --- on the page, (0, 0) at the lower left corner of the plane ----------------------------------------------------
 
@@ -287,18 +285,10 @@ class Polhodes:
                 yield "polhode", -way
         if not self.is_symmetric:
             yield from (("separatrix", sign * self.about(2, middle)) for sign in (1.0, -1.0))
-        own = self._own
-        if own is not None:
-            yield "start", own
-
-    @property
-    def _own(self) -> Floats | None:
-        """The polhode of the start, None where it is a point, or the separatrix."""
-        axis = self.surrounded
-        if axis is None:
-            return None
-        way = self.about(axis, self._square)
-        return way if self.omega[axis] > 0.0 else -way
+        about = self.surrounded  # else the start's is a point, or the separatrix
+        if about is not None:
+            way = self.about(about, self._square)
+            yield "start", way if self.omega[about] > 0.0 else -way
 
     @property
     def surrounded(self) -> int | None:

@@ -147,11 +147,8 @@ class Frames:
         for name in names or ():
             if name not in known:
                 raise InputError(f"there is no point {name!r} to trace", word=name, known=known)
-        return {name: known[name] for name in (self._last if names is None else names)}
-
-    @property
-    def _last(self) -> list[str]:
-        return [body.name for body in self.scene.mechanism.bodies if not (body.is_double or body.is_foot)][-3:]
+        bodies = (body for body in self.scene.mechanism.bodies if not (body.is_double or body.is_foot))
+        return {name: known[name] for name in ([body.name for body in bodies][-3:] if names is None else names)}
 
     @cached_property
     def _points(self) -> dict[str, Anchor]:

@@ -466,7 +466,11 @@ def _fold(made: _Settling, rope: PlacedStrand) -> None:
     for k, fold in enumerate(folds):
         at = pieces[k][1]
         centre = None if fold else fillet(pieces[k][0], at, pieces[k + 1][1], WHEEL)
-        for item in _pulleys(made, at):
+        for item in made.scene.items:
+            if item.role != "pulley" or item.name in made.pulleys or item.symbol is None:
+                continue
+            if float(np.linalg.norm(made.page(item.body, item.symbol.at) - at)) >= _SAME:
+                continue
             if fold:  # the first one moves with its body
                 made.pulleys[item.name] = way = (ways[k][1] + ways[k + 1][0]) / 2
                 if item.body >= 0:
@@ -498,15 +502,6 @@ def _ways(pieces: Floats, folds: list[bool], across: Floats) -> Floats:
 
 def _cross(a: Floats, b: Floats) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
-
-
-def _pulleys(made: _Settling, at: Floats) -> Iterator[Item]:
-    """Yield the pulleys at a place of the page that are not displaced yet."""
-    for item in made.scene.items:
-        if item.role != "pulley" or item.name in made.pulleys or item.symbol is None:
-            continue
-        if float(np.linalg.norm(made.page(item.body, item.symbol.at) - at)) < _SAME:
-            yield item
 
 
 def fillet(a: Floats, corner: Floats, b: Floats, radius: float) -> Floats | None:

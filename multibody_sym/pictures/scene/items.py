@@ -535,8 +535,7 @@ class View:
     @property
     def towards(self) -> Vector:
         """The unit vector from the page to the reader."""
-        x, y, z = np.cross(self.right, self.up)
-        return float(x), float(y), float(z)
+        return vector(np.cross(self.right, self.up))
 
     def project(self, points: Floats) -> Floats:
         """Return where points (.., 3) are on the page (.., 2), in m."""
