@@ -623,7 +623,12 @@ def laid_out(marks: Iterable[Mark], title: str, description: str = "") -> Pictur
     lost = sorted((wish for wish in lost if wish.runs not in shown), key=lambda wish: wish.rank)
     entries = [(*wish.runs, (f" ({printable(wish.name)})", "small")) for wish in lost]
     more = legend_lines("no room", "without room: ", entries, len(entries)) if entries else ()
-    legend = _legend(drawn, [*more, *(mark for mark in given if isinstance(mark, LegendLine))])
+    # the legend stands below all that is drawn, from its left edge on
+    begin, under, _, _ = bounds(box_of(part) for mark in drawn for part in simple(mark))
+    legend = []
+    for k, note in enumerate([*more, *(mark for mark in given if isinstance(mark, LegendLine))], 1):
+        at = np.array([begin, under - 4.0 - _LINE * k * note.size])
+        legend.append(TextMark(at, note.runs, note.size, role=note.role, name=note.name, layer=note.layer))
     marks = in_order([*drawn, *legend])
     left, bottom, right, top = bounds(box_of(part) for mark in marks for part in simple(mark))
     shift = np.array([MARGIN - left, MARGIN - bottom])
@@ -660,13 +665,3 @@ def legend_lines(name: str, words: str, entries: Sequence[Runs], most: int = _MO
 
 def _line(name: str, runs: Sequence[Run]) -> LegendLine:
     return LegendLine(tuple(run for run in runs if run[0]), role="legend", name=name, layer=float(LAYER_TEXT))
-
-
-def _legend(drawn: list[Placed], notes: list[LegendLine]) -> Iterator[TextMark]:
-    """Yield the lines of a legend below all that is drawn, from its left edge on."""
-    if not notes:
-        return
-    left, bottom, _, _ = bounds(box_of(part) for mark in drawn for part in simple(mark))
-    for k, note in enumerate(notes, 1):
-        at = np.array([left, bottom - 4.0 - _LINE * k * note.size])
-        yield TextMark(at, note.runs, note.size, role=note.role, name=note.name, layer=note.layer)
