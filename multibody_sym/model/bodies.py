@@ -215,11 +215,9 @@ class InertiaField:
 class VariableMass(Element):
     """A mass that varies (Meshchersky): an expression of time or coordinates, with the velocity of the mass flow.
 
-    `relative_velocity` is that of the particles that leave or join, relative to the body there, along the axes of
-    `frame` (a body, or a frame of one; by default the body itself). `absolute_velocity` is relative to inertial space
-    (axes of ground by default). Without `at` every particle leaves or joins where the declared mass, `com` and inertia
-    change. With `at` all of it passes that point of the body. The flow inside the body has no swirl; Coriolis forces
-    and jet damping follow from the rates of mass, `com` and inertia.
+    Without `at` every particle leaves or joins where the declared mass, `com` and inertia change. With `at` all of it
+    passes that point of the body. The flow inside the body has no swirl; Coriolis forces and jet damping follow from
+    the rates of mass, `com` and inertia.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -370,10 +368,9 @@ class GroundMotion(Element):
 class Body(Element):
     """A rigid body, or a particle at `com` where no inertia is given.
 
-    `com` and `points` are in body axes from the body's origin; the inertia is about the centre of mass in body axes.
-    A `shape` gives mass, com and inertia instead. `motion` is for the body called ground alone: a lift, a shaker, a
-    turntable. A mass that varies is a `VariableMass`, and com, inertia and sizes vary only with it. World
-    axes are the inertial ones, in which gravity is given and which ground leaves when it moves.
+    `motion` is for the body called ground alone: a lift, a shaker, a turntable. A mass that varies is a `VariableMass`,
+    and com, inertia and sizes vary only with it. World axes are the inertial ones, in which gravity is given and which
+    ground leaves when it moves.
     """
 
     mass: Node | VariableMass | None = holds(

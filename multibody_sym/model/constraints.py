@@ -61,14 +61,10 @@ class Distance(Element):
 class Rope(Element):
     """A massless rope from end to end of `path` over pulleys; its multiplier is the tension.
 
-    `path` names points of bodies at both ends and pulleys or points between. Without `length` it is as long as the
-    initial positions make it. It is taut, unless it may go `slack`. A pulley on a `body` grips: the tensions on both
-    sides of it differ. `wind` names drums, pulleys on bodies at ends of the path, on which the rope winds; one that the
-    path does not name is put at its end: `path: [ground.hand], wind: [axle]`. `wrap` is the direction in which the rope
-    runs about a pulley's axis in path order, for all wheels or by name: + counter-clockwise, - clockwise. It is needed
-    at drums, and where the centre is not inside the bend at the start. The rope keeps its side, and a run ends where it
-    comes off. `turns` are additional full turns around pulleys. `label` is the letter of its tension in equations. A
-    rope that becomes taut with a speed rebounds with `restitution` (0 to 1), and is slack again.
+    It is taut, unless it may go `slack`; one that becomes taut with a speed rebounds and is slack again. A pulley on a
+    `body` grips: the tensions on both sides of it differ. A drum that `wind` names and the path does not is put at its
+    end: `path: [ground.hand], wind: [axle]`. `wrap` is needed at drums, and where the centre is not inside the bend at
+    the start. The rope keeps its side, and a run ends where it comes off.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"rough": "it belongs to the pulley: pulleys: {P: {.., rough: mu}}"}

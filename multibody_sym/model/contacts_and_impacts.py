@@ -81,13 +81,9 @@ class Contact(Element):
     `between` names surfaces, `body.surface`, or bodies and points. A box stands for its corners; discs, cylinders and
     spheres stand for themselves, a rod for its ends and sides. Any other body stands for its point. In space corners
     touch faces. Edges of boxes touch only if they are named (`a.bottom_front`); they and sides of bars touch each other
-    where they cross, and balls. Coulomb's friction has the coefficients `static` and `kinetic`. One alone holds for
-    both; without either the contact is smooth, and with `enough` it never slips. `rolling_resistance` is a length. An
-    impact returns `restitution` of the normal speed, and `tangential_restitution` of that along the surface, as far as
-    friction can (a superball). The normal leads from the second to the first. Friction is that on the first, positive
-    along the tangent; `tangent`, in the axes of the body with the plane, reverses it. An `open` contact does not touch
-    at the start. `repeat` declares so many contacts: `#` in their names and ends is 1, 2, ..., `#+1` and `#+2` the next
-    ones. Contacts of one body with another, such as a table's legs, have a sum, as corners do.
+    where they cross, and balls. Without coefficients of Coulomb's friction the contact is smooth. An impact returns a
+    part of the speed along the surface as far as friction can. Friction is that on the first, positive along the
+    tangent. Contacts that `repeat` between the same two bodies, such as a table's legs, have a sum, as corners do.
     """
 
     meant: ClassVar[Mapping[str, str]] = {"mu": "static", "friction": "static", "e": "restitution"}
@@ -249,12 +245,8 @@ _FITTING: Final[Mapping[str, tuple[str, ...]]] = {
 class Impact(Element):
     """An impact at the given instant.
 
-    `between` two points that meet: along `normal`, from the second to the first, in the axes of `frame` (a body, or a
-    frame of one; ground by default), with a `restitution` of 0 to 1 and friction `static`, `kinetic`. Without a normal
-    it acts along their relative velocity. `contacts`: declared contacts, stops and ropes that close. `impulse` (N s)
-    `at` a point, or `couple` (N m s) `on` a body, with components along the axes of `frame`. `begins`: joints that are
-    `cut`, or constraints, that did not hold before. `motion`: a joint or constraint with a prescribed motion whose rate
-    jumps by `speed`. `tangential_restitution` (0 to 1) returns that part of the tangential speed.
+    It is one of these: two points meet (`between`), declared `contacts` close, an `impulse` or a `couple` acts, a joint
+    or constraint `begins` to hold, a prescribed `motion` jumps.
     """
 
     between: tuple[str, ...] | None = holds(

@@ -117,9 +117,8 @@ def effort_unit(speed: str) -> str:
 class Initial(Element):
     """The state of a joint at t = 0: `q` of its coordinates, `u` of its speeds; null (None) is solved for.
 
-    `known` values are kept when closed loops are assembled: True for all given values, or a list with one entry a
-    coordinate. Missing values are always solved for. Given values are kept before missing ones, and never change for
-    their sake.
+    Missing values are always solved for. Given values are kept before missing ones, and never change for their sake;
+    those that are `known` do not change at all when closed loops are assembled.
     """
 
     meant: ClassVar[Mapping[str, str]] = {

@@ -229,28 +229,13 @@ def _read_side(side: str, extremes: dict[str, Extreme]) -> tuple[Node, str | Non
 class Ask(Element):
     """A question that `solve` answers.
 
-    `value`: an expression at the start; at the moment `when`; or `after` a time. `of` and `after`: the path of a body
-    in a time; with `along`, a direction, its displacement that way, which has a sign. `when` alone: the time at which a
-    coordinate reaches a value (or returns to its start value), a condition becomes true or a state begins; 0 if it
-    holds from the start on. `of` and `at`: the speed of a body then, or its velocity `along` a direction. `max`, `min`:
-    the largest or least value of an expression over the motion, `after` a time and `until` another or a moment. `find`:
-    the value of a parameter, coordinate or speed at the start for which the equation `so` holds, perhaps `between` two
-    values, or `least` or `greatest` instead of `so`: that for which an expression is so. `limit`: the value to which an
-    expression tends; `let` says what tends where, {M: oo}. `series`: the expansion of an expression `in` a parameter or
-    start value `about` a place (0), `through` a power. `formula`: a coordinate as a function of time, or an expression
-    as one `of` a coordinate or speed. `period_of`: the period of a coordinate in the motion from the start, of any
-    amplitude; `advance`: how far a coordinate goes in a period `of` another. `section` and `component`: the axial
-    force, shear force or bending moment that a beam transmits `at` a place along x of its body (or of a frame of it),
-    `at` the word greatest where it is so in size, or as a formula of that place. Expressions may name other answers.
-    Steady motions under an input, F: F0*sin(w*t), have for each coordinate an `amplitude` and a `phase` (the lag, rad)
-    `of` it, a frequency of `resonance` and of `antiresonance`, and a `transmissibility` from an input of the same unit;
-    small free motions have a `decrement` and modes a `damping` ratio. `velocity`, `acceleration`: those of a point at
-    the start, by components and size. `instant_center`: the point about which a body turns at the start, in the plane.
-    `action`: the action of a coordinate that swings or goes around, and the frequency of its angle. `bracket`: the
-    Poisson bracket of two expressions of coordinates, momenta p_q and speeds. `canonical`: whether new coordinates and
-    momenta, in pairs, are canonical. `principal_axes`: the principal moments of inertia of bodies about their centre of
-    mass.
-    With `stage` a question is about that stage of the motion, and the start is that of the stage.
+    `of` and `after` ask for the path of a body in a time; with `along` for its displacement that way, which has a sign.
+    `when` alone asks for the time at which a coordinate reaches a value (or returns to its start value), a condition
+    becomes true or a state begins; 0 if it holds from the start on. `of` and `at` ask for the speed of a body then, or
+    its velocity `along` a direction. Extremes over the motion may begin `after` a time. A `section` without `at` is
+    answered by a formula of the place. Steady motions are those under an input F0*sin(w*t); a `phase` is in rad, a
+    `transmissibility` is from an input of the same unit. Expressions may name other answers. The start of a question
+    about a `stage` is that of the stage.
     """
 
     meant: ClassVar[Mapping[str, str]] = {
@@ -546,9 +531,7 @@ class SamplesField:
 class Settings(Element):
     """How a system is simulated, unless the call says otherwise.
 
-    `coordinates` are those of joints from body to body, or of each body, which every joint restricts. `project` lets
-    every start value change, known ones too, as little as constraints need. `multipliers` selects the reported forces
-    of redundant constraints. `friction` makes dry friction smooth; it is exact by default.
+    Absolute `coordinates` are those of each body, which every joint restricts. Dry friction is exact by default.
     """
 
     t_end: Node = holds(Scalar("s"), 10, says="when the run ends", such="2 s")

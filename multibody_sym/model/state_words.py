@@ -246,10 +246,9 @@ MOMENTS: Final = ("after", "at", "when")
 class Stage(Element):
     """A stage of a motion, which begins `after` a time, `at` a place or `when` something happens.
 
-    It goes on from the coordinates and speeds of the stage before. Elements under `release` act no more, contacts and
-    forces under `begins` act from here on. `initial` replaces coordinates and speeds, by expressions of those before.
-    Then an `impact` changes speeds; constraints and cut joints that begin with it did not hold before. A stage without
-    any of these begins a new motion of the same system, such as the way back. Times count from t = 0.
+    It goes on from the coordinates and speeds of the stage before. After its `initial` values an `impact` changes
+    speeds; constraints and cut joints that begin with it did not hold before. A stage without any change begins a new
+    motion of the same system, such as the way back. Times count from t = 0.
     """
 
     after: Node | None = holds(Scalar("s"), None, says="the time at which the stage begins", such="2 s")
