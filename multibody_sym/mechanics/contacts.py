@@ -14,7 +14,7 @@ from itertools import combinations, permutations, product
 from typing import Any, Final
 
 from multibody_sym.errors import ModelError, at, gathered
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, coulomb_coefficients
 from multibody_sym.mechanics.mechanism import ARRAY, ParameterVector, TangentAngle
 from multibody_sym.mechanics.references import BARE, References, in_plane, moves_in_plane, no_part, surface_tangents
 from multibody_sym.mechanics.row_records import (
@@ -54,7 +54,7 @@ from multibody_sym.model.bodies import (
     unit_vector,
 )
 from multibody_sym.model.constraints import OnCurve, Rolling, row_names
-from multibody_sym.model.contacts_and_impacts import ENOUGH, Contact, copies, without_number
+from multibody_sym.model.contacts_and_impacts import Contact, copies, without_number
 from multibody_sym.model.fields import Names, Point
 from multibody_sym.model.joints import Fixed, Foot, Joint
 from multibody_sym.model.steps import Curve, is_upright
@@ -64,7 +64,7 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import cos, evaluate_float, sin, sqrt, substitute
-from multibody_sym.scalars.node import ONE, ZERO, Node, negate, nodes_among
+from multibody_sym.scalars.node import ONE, ZERO, Node, negate
 from multibody_sym.scalars.vectors import add, cross, dot, scale, subtract
 from multibody_sym.scalars.vectors import negate as opposite
 
@@ -205,7 +205,7 @@ def rolling_rows(name: str, element: Rolling, references: References) -> Iterato
     """Yield the rows of a ball or disc that rolls: along the normal, and along both tangents."""
     flat = references.plane or in_plane(references.system)
     skins = _rolling_skins(name, element, references, flat)
-    across = _usual_across(name, skins, references, flat)
+    across = _across(name, None, skins, references, flat)
     for row, along in zip(row_names(name, element), _ROLLING, strict=True):
         yield ContactRow(row, skins, along, across, flat)
 
@@ -261,7 +261,7 @@ def _elements(
         first, second = (word or unnamed for word in words)
         words, skins = (first, second), surfaces_with_feet(name, skins, references)
         part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
-        across = _across(name, contact, skins, references, flat)
+        across = _across(name, contact.tangent, skins, references, flat)
         both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
         yield LawElement(
             part,
@@ -321,43 +321,30 @@ def _rolls(skins: SurfacePair) -> bool:
 
 
 def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
-    enough = contact.static == ENOUGH
-    given = nodes_among((contact.static, contact.kinetic))
-    if enough or given:
-        static = BOUNDLESS if enough else given[0]
-        kinetic = given[-1] if given else BOUNDLESS
-        rows = meeting.rows("friction", _TANGENTS, ContactRow)
-        yield FrictionPart(meeting.name, rows, static, kinetic, enough)
+    coefficients = coulomb_coefficients(contact.static, contact.kinetic)
+    if coefficients is not None:
+        yield FrictionPart(meeting.name, meeting.rows("friction", _TANGENTS, ContactRow), *coefficients)
     if contact.rolling_resistance is not None and _rolls(meeting.row.skins):
         rows = meeting.rows("rolling", _TURNS, TurningRow)
         yield FrictionPart(f"{meeting.name}.rolling", rows, contact.rolling_resistance, contact.rolling_resistance)
 
 
-def _usual_across(name: str, skins: SurfacePair, references: References, flat: bool) -> Point | None:
-    """Return t1 in the axes of the plane as the start finds it there, None where neither skin is a plane."""
+def _across(name: str, tangent: Point | None, skins: SurfacePair, references: References, flat: bool) -> Point | None:
+    """Return t1 in the axes of the plane, as declared or as the start finds it; None where neither skin is a plane."""
     plane = plane_of(skins)
     if plane is None:
         return None
-    normal = plane.normal if plane is skins[1] else opposite(plane.normal)
     constant = references.constants.get(name)
-    if constant is None:
-        return surface_tangents(normal, flat=flat)[0]
-    assert isinstance(constant.measure, TangentAngle)
-    across, angle = constant.measure.across, constant.slot  # t1 leads `across` by the angle about the normal
-    return add(scale(cos(angle), across), scale(sin(angle), cross(plane.normal, across)))
-
-
-def _across(name: str, contact: Contact, skins: SurfacePair, references: References, flat: bool) -> Point | None:
-    """Return t1 in the axes of the plane, None where neither skin is one."""
-    plane = plane_of(skins)
-    if plane is None:
-        return None
+    if tangent is None and constant is not None:
+        assert isinstance(constant.measure, TangentAngle)
+        across, angle = constant.measure.across, constant.slot  # t1 leads `across` by the angle about the normal
+        return add(scale(cos(angle), across), scale(sin(angle), cross(plane.normal, across)))
     normal = plane.normal if plane is skins[1] else opposite(plane.normal)
-    if contact.tangent is None:
-        return _usual_across(name, skins, references, flat)
     usual, _ = surface_tangents(normal, flat=flat)
-    lying = subtract(contact.tangent, scale(dot(contact.tangent, normal), normal))
-    side = sample_value(dot(contact.tangent, usual) if flat else dot(lying, lying), references.parameters)
+    if tangent is None:
+        return usual
+    lying = subtract(tangent, scale(dot(tangent, normal), normal))
+    side = sample_value(dot(tangent, usual) if flat else dot(lying, lying), references.parameters)
     with at("tangent"):
         if not abs(side) > (_ALONG_NORMAL if flat else _ALONG_NORMAL**2):
             raise ModelError("it leads along the normal; give a direction along the surface", number="M114")

@@ -71,11 +71,12 @@ def _centres(between: tuple[str, ...], references: References) -> tuple[Marker, 
     return _centre(first, between[0], references), _centre(second, between[1], references)
 
 
-def _centre(marker: Marker, reference: str, references: References) -> Marker:
+def _centre(marker: Marker, reference: str, references: References, *, fixed: bool = True) -> Marker:
+    """Return the centre of mass of a body, or the point or frame that a reference names; `fixed`: it may not move."""
     body = references.system.bodies.get(reference)
     if body is None:
         return marker
-    if centre_moves(body, references.system.parameters):
+    if fixed and centre_moves(body, references.system.parameters):
         raise moving_centre(reference)
     return replace(marker, pose=Pose(mass_of(body).com))
 
@@ -153,7 +154,7 @@ def _(element: declared.Friction, name: str, references: References) -> None:
 @_load.register
 def _(element: declared.Force, name: str, references: References) -> Load:
     axes, value = references.along(element.frame, element.value)
-    return records.PointForce(name, _force_point(element, references), value, axes)
+    return records.PointForce(name, _point_on(element.on, element.at, references, fixed=False), value, axes)
 
 
 @_load.register
@@ -213,7 +214,8 @@ def _(element: declared.Motor, name: str, references: References) -> Load:
 
 @_load.register
 def _(element: declared.Drag, name: str, references: References) -> Load:
-    return records.PointDrag(name, _force_point(element, references), element.linear, element.quadratic)
+    point = _point_on(element.on, element.at, references, fixed=False)
+    return records.PointDrag(name, point, element.linear, element.quadratic)
 
 
 @_load.register
@@ -235,13 +237,7 @@ def _(element: declared.Potential, name: str, references: References) -> list[Lo
         _verify_names(element, "on", set(), references)
         with at("frame"):
             frame = references.marker(element.frame or "ground")
-        with at("on"):
-            marker = references.marker(element.on)
-        if element.at is None:
-            point = _centre(marker, element.on, references)
-        else:
-            with at("at"):
-                point = references.own_marker(element.on, element.at)
+        point = _point_on(element.on, element.at, references)
         x, y, z = (derivative(element.value, leaf) for leaf in place_leaves(name))
         return [records.PlacePotential(name, point, frame, element.value, (x, y, z))]
     if element.between is not None:
@@ -309,14 +305,14 @@ def _spring_load(
     return records.JointSpring(name, freedom.joint, freedom.coordinate, freedom.rate, stiffness, element.damping, rest)
 
 
-def _force_point(element: declared.Force | declared.Drag, references: References) -> Marker:
+def _point_on(on: str, point: str | None, references: References, *, fixed: bool = True) -> Marker:
+    """Return the point `at` of what stands under `on`, or its centre of mass."""
     with at("on"):
-        marker = references.marker(element.on)
-    if element.at is None:
-        body = references.system.bodies.get(element.on)
-        return marker if body is None else replace(marker, pose=Pose(mass_of(body).com))
+        marker = references.marker(on)
+    if point is None:
+        return _centre(marker, on, references, fixed=fixed)
     with at("at"):
-        return references.own_marker(element.on, element.at)
+        return references.own_marker(on, point)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -13,7 +13,6 @@ from typing import Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.contacts import verify_bodies
 from multibody_sym.mechanics.law_elements import (
-    BOUNDLESS,
     INSTANT,
     JUMPED,
     MEETING,
@@ -24,6 +23,7 @@ from multibody_sym.mechanics.law_elements import (
     MeetingRow,
     SpeedJump,
     StruckImpacts,
+    coulomb_coefficients,
     jump_leaf,
 )
 from multibody_sym.mechanics.load_records import BodyTorque, Load, PointForce
@@ -43,14 +43,14 @@ from multibody_sym.mechanics.references import References, in_plane, surface_tan
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion
 from multibody_sym.mechanics.row_records import CutJoint, Marker, Row
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
-from multibody_sym.model.contacts_and_impacts import ENOUGH, Impact, Impacts
+from multibody_sym.model.contacts_and_impacts import Impact, Impacts
 from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.model.system import with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import substitute
-from multibody_sym.scalars.node import ZERO, Node, as_node, nodes_among, slot
+from multibody_sym.scalars.node import ZERO, Node, as_node, slot
 from multibody_sym.scalars.vectors import S, Vec, apply_transposed, cross, dot, negate, subtract
 
 
@@ -131,14 +131,12 @@ class _Resolved:
         def row(word: str, axis: Point, *, closes: bool = False) -> MeetingRow:
             return MeetingRow(f"{name}.{word}", ends, axis, frame, closes)
 
-        given = nodes_among((impact.static, impact.kinetic))
-        enough = impact.static == ENOUGH
+        coefficients = coulomb_coefficients(impact.static, impact.kinetic)
         frictions: tuple[FrictionPart, ...] = ()
-        if enough or given:
+        if coefficients is not None:
             t1, t2 = surface_tangents(normal, flat=flat)
             rows = (row("friction", t1),) if flat else (row("friction1", t1), row("friction2", t2))
-            static, kinetic = BOUNDLESS if enough else given[0], given[-1] if given else BOUNDLESS
-            frictions = (FrictionPart(name, rows, static, kinetic, enough),)
+            frictions = (FrictionPart(name, rows, *coefficients),)
         return LawElement(
             name,
             "contact",

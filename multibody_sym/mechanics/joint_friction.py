@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
-from multibody_sym.mechanics.law_elements import BOUNDLESS, FrictionPart, LawElement
+from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, coulomb_coefficients
 from multibody_sym.mechanics.points import as_point
 from multibody_sym.mechanics.references import JointFreedom, References, in_plane
 from multibody_sym.mechanics.row_records import (
@@ -102,14 +102,11 @@ class Rubbing:
     def part(
         self, rows: tuple[Row, ...], normals: range, arm: Node = ONE, *, norm: bool = False, name: str = ""
     ) -> FrictionPart:
-        """Return the friction of some normals at an arm; a coefficient that is left out is the other."""
+        """Return the friction of some normals at an arm."""
         element = self.element
-        enough = isinstance(element.static, str)
-        static = BOUNDLESS if isinstance(element.static, str) else element.static
-        kinetic = element.kinetic if element.kinetic is not None else static
-        static = static if static is not None else kinetic
-        assert static is not None
-        assert kinetic is not None
+        coefficients = coulomb_coefficients(element.static, element.kinetic)
+        assert coefficients is not None
+        static, kinetic, enough = coefficients
         limits = arm * static, arm * kinetic
         smooth = None if element.regularised is None else element.regularised / arm
         return FrictionPart(name or self.name, rows, *limits, enough, tuple(normals), norm, regularised=smooth, arm=arm)

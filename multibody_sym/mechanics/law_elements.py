@@ -17,7 +17,7 @@ from multibody_sym.model.fields import Point
 from multibody_sym.model.steps import is_upright
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.limits import Kind
-from multibody_sym.scalars.node import ONE, ZERO, Node, number, slot
+from multibody_sym.scalars.node import ONE, ZERO, Node, nodes_among, number, slot
 
 INACTIVE: Final = 0
 ACTIVE: Final = 1
@@ -28,6 +28,19 @@ ALONG_VELOCITY: Final = 2
 BOUNDLESS: Final = number(10**6)
 """The coefficient of friction that is always enough, in place of an infinite one: it slides only where the normal force
 is no more than a millionth of the friction, which then alone keeps the contact closed."""
+
+
+
+def coulomb_coefficients(static: Node | str | None, kinetic: Node | None) -> tuple[Node, Node, bool] | None:
+    """Return the coefficients at rest and while sliding, and whether the first is always enough; None of what is smooth.
+
+    One that is left out is the other.
+    """
+    if isinstance(static, str):
+        return BOUNDLESS, BOUNDLESS if kinetic is None else kinetic, True
+    given = nodes_among((static, kinetic))
+    return (given[0], given[-1], False) if given else None
+
 
 ElementKind = Literal["contact", "rope", "stop", "friction"]
 

@@ -78,12 +78,9 @@ class Surface(Element):
 
     `revolution`, such as `0.5*s^2`, is the height along `axis` over `centre` of a surface of revolution, at the
     distance s from the axis. Points lie on it. In a plane model s is the distance along x if the axis is y, of any
-    sign. Balls and discs have their centre at `centre`; with `inside` they are bowls or drums. A plane goes through a
-    place and has a `normal`, which points away from the body. In a plane model it may end at the two places `between`.
-    A segment, a thin bar, leads from place to place. Its ends are places, or points of the body by name. In a plane
-    model it touches on both sides if its `normal` is z, else on that of the normal. In space the `normal` of one of two
-    crossing bars decides which lies above: the first lies where the normal of the second points, or, if that is z, the
-    second lies against the normal of the first.
+    sign. A plane may end in a plane model. A segment, a thin bar, touches there on both sides if its `normal` is z,
+    else on that of the normal. In space the `normal` of one of two crossing bars decides which lies above: the first
+    lies where the normal of the second points, or, if that is z, the second lies against the normal of the first.
 
     A `curve`, in a plane model, touches points, discs and outlines on one `side` of its direction: left, which is above
     `{y: f(x)}`, or right. An `outline` is that of the body, such as an ellipse. It runs once around, counter-clockwise,
