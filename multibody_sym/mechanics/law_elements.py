@@ -32,7 +32,7 @@ is no more than a millionth of the friction, which then alone keeps the contact 
 
 
 def coulomb_coefficients(static: Node | str | None, kinetic: Node | None) -> tuple[Node, Node, bool] | None:
-    """Return the coefficients at rest and while sliding, and whether the first is always enough; None of what is smooth.
+    """Return the coefficients at rest and while sliding, and whether the first is always enough; None if it is smooth.
 
     One that is left out is the other.
     """

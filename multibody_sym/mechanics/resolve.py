@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.changes import end_questions, in_stage, stage_systems
@@ -368,11 +368,9 @@ def _coordinates(system: System, joints: Iterable[str]) -> tuple[Coordinate, ...
     found = []
     for name in joints:
         joint = system.joints[name]
-        initial, units, names = _initial(joint), joint.coordinate_units, coordinate_names(name, joint)
-        values, marks = initial.values("q", len(units)), initial.marks(len(units))
-        for q, unit, value, zero, marked in zip(names, units, values, joint.zero_coordinates, marks, strict=True):
-            given = value is not None
-            found.append(Coordinate(q, name, unit, as_node(zero) if value is None else value, given, marked and given))
+        starts = _starts(joint, "q", coordinate_names(name, joint), joint.coordinate_units)
+        for (q, unit, value, known), zero in zip(starts, joint.zero_coordinates, strict=True):
+            found.append(Coordinate(q, name, unit, as_node(zero) if value is None else value, value is not None, known))
     return tuple(found)
 
 
@@ -389,19 +387,19 @@ def _speeds(system: System, joints: Iterable[str]) -> tuple[Speed, ...]:
     found = []
     for name in joints:
         joint = system.joints[name]
-        initial, units, names = _initial(joint), joint.speed_units, speed_names(name, joint)
-        marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion has one mark, and three speeds
-        for u, unit, value, marked in zip(names, units, initial.values("u", len(units)), marks, strict=True):
-            given = value is not None
-            found.append(Speed(u, name, unit, ZERO if value is None else value, given, marked and given))
+        for u, unit, value, known in _starts(joint, "u", speed_names(name, joint), joint.speed_units):
+            found.append(Speed(u, name, unit, ZERO if value is None else value, value is not None, known))
     return tuple(found)
 
 
-_NOTHING_GIVEN: Final = Initial()
-
-
-def _initial(joint: Joint) -> Initial:
-    return (joint.initial if isinstance(joint, MovingJoint) else None) or _NOTHING_GIVEN
+def _starts(
+    joint: Joint, key: str, names: Sequence[str], units: Sequence[str]
+) -> Iterator[tuple[str, str, Node | None, bool]]:
+    """Yield names, units and start values of a joint's coordinates (q) or speeds (u), and whether they are known."""
+    initial = (joint.initial if isinstance(joint, MovingJoint) else None) or Initial()
+    marks = initial.marks(len(joint.coordinate_units))[: len(units)]  # a quaternion has one mark, and three speeds
+    for name, unit, value, marked in zip(names, units, initial.values(key, len(units)), marks, strict=True):
+        yield name, unit, value, marked and value is not None
 
 
 def _slots(system: System, coordinates: Iterable[Coordinate], speeds: Iterable[Speed]) -> dict[Node, Node]:

@@ -234,7 +234,7 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Prose:
+class Prose(Text):
     """Sentences, in lines and paragraphs as they are written."""
 
     def accept(self, value: Any) -> str:
@@ -242,12 +242,9 @@ class Prose:
             raise ModelError(f"expected sentences, got {describe(value)}", number="M103")
         return value.strip()
 
-    def tree(self, value: str) -> str:
-        return value
-
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Text):
     """One of a few words; `meant`, pairs of a word that others use and the one for it here."""
 
     words: tuple[str, ...]
@@ -259,9 +256,6 @@ class Choice:
             message = f"{describe(value)} is no choice here"
             raise ModelError(message, number="M104", word=word, known=self.words, meant=meant)
         return str(value)
-
-    def tree(self, value: str) -> str:
-        return value
 
 
 @dataclass(frozen=True)

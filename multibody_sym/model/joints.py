@@ -475,17 +475,14 @@ class CurveJoint(MovingJoint):
 
 
 @dataclass(frozen=True)
-class Angles:
+class Angles(Text):
     """Three axes of successive rotations, written as letters: `xyz`, `zxz`, ...; no two neighbours alike."""
 
     def accept(self, value: Any) -> str:
-        word = Text().accept(value)
+        word = super().accept(value)
         if len(word) != 3 or set(word) - set("xyz") or word[0] == word[1] or word[1] == word[2]:
             raise ModelError(f"{word!r} names no three successive axes: write xyz, zxz, zyx or the like", number="M103")
         return word
-
-    def tree(self, value: str) -> str:
-        return value
 
 
 def _free_rotation(angles: str | None) -> tuple[Step, ...]:

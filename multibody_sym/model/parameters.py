@@ -271,18 +271,15 @@ class Table(Tabled):
 
     @property
     def arguments(self) -> tuple[Node, ...]:
-        """What it is a function of."""
         return (self.of,)
 
     def verify_arguments(self, units: Sequence[str | None]) -> None:
-        """Raise ModelError where an argument was given in another unit than that of `units`; None for any."""
         (unit,) = units
         with at("table"):
             for index, argument in _texts_in(getattr(self, TEXTS)["table"], 0):
                 content_of(index, argument, Scalar(unit))
 
     def value(self, name: str) -> Node:
-        """Return the value of the input `name` as an expression."""
         found = _along(Tabulated(name, self.table, self.kind), self.of, self.outside)
         return _within([(self.table[0][0], self.of, self.table[-1][0])], found) if self.outside == "error" else found
 
@@ -396,11 +393,9 @@ class Grid(Tabled):
 
     @property
     def arguments(self) -> tuple[Node, ...]:
-        """What it is a function of."""
         return self.of
 
     def verify_arguments(self, units: Sequence[str | None]) -> None:
-        """Raise ModelError where arguments were given in other units than those of `units`; None for any."""
         for name, unit in zip(("x", "y"), units, strict=True):
             if unit is not None:
                 self.verify_unit(name, unit)
