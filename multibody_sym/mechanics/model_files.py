@@ -365,8 +365,12 @@ def dump(system: System, file: str | os.PathLike[str]) -> None:
 def dumps(system: System) -> str:
     """Return the text of a model file that describes the System. Raises InputError for what is no System."""
     verify_system(system)
-    lines = (line for key, value in tree_from_system(system).items() for line in _entry(key, value, 0, blocks=1))
-    return "".join(f"{line}\n" for line in lines)
+    return yaml_text(tree_from_system(system))
+
+
+def yaml_text(tree: Mapping[str, Any]) -> str:
+    """Return a tree of maps, lists and text as YAML: one line for each element that fits, else indented."""
+    return "".join(line + "\n" for key, value in tree.items() for line in _entry(key, value, 0, blocks=1))
 
 
 def _entry(key: str, value: Any, indent: int, blocks: int) -> list[str]:
