@@ -51,40 +51,20 @@ _FORMS: Final = (
     "{action: coordinate}, {bracket: [expression, expression]}, {canonical: {Q: expression, P: expression}}; "
     "c sticks (a state) and conditions may stand for {coordinate: value}"
 )
-_SETS: Final = (
-    ("value",),
-    ("value", "when"),
-    ("value", "after"),
-    ("of", "after"),
-    ("when",),
-    ("of", "at"),
-    ("max",),
-    ("min",),
-    ("find", "so"),
-    ("find", "least"),
-    ("find", "greatest"),
-    ("limit", "let"),
-    ("series", "in_", "through"),
-    ("formula",),
-    ("formula", "of"),
-    ("period_of",),
-    ("advance", "of"),
-    ("section", "component"),
-    ("amplitude", "of"),
-    ("phase", "of"),
-    ("resonance", "of"),
-    ("antiresonance", "of"),
-    ("transmissibility", "of"),
-    ("decrement",),
-    ("damping",),
-    ("velocity",),
-    ("acceleration",),
-    ("instant_center",),
-    ("action",),
-    ("principal_axes",),
-    ("bracket",),
-    ("canonical",),
+FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissibility")
+"""Keys of questions about the steady motion under an input."""
+_ALONE: Final = (
+    *("value", "when", "max", "min", "formula", "period_of", "decrement", "damping", "velocity", "acceleration"),
+    *("instant_center", "action", "principal_axes", "bracket", "canonical"),
 )
+_SETS: Final[tuple[tuple[str, ...], ...]] = (
+    *((key,) for key in _ALONE),
+    *(("value", "when"), ("value", "after"), ("of", "after"), ("of", "at")),
+    *(("find", "so"), ("find", "least"), ("find", "greatest"), ("limit", "let"), ("series", "in_", "through")),
+    *((key, "of") for key in ("formula", "advance", *FORCED)),
+    ("section", "component"),
+)
+"""The keys of each kind of question."""
 _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "along": ("of",),
     "after": ("max", "min"),
@@ -94,8 +74,6 @@ _BESIDE: Final[Mapping[str, tuple[str, ...]]] = {
     "about": ("series",),
 }
 """Keys that may stand beside the keys of a question."""
-FORCED: Final = ("amplitude", "phase", "resonance", "antiresonance", "transmissibility")
-"""Keys of questions about the steady motion under an input."""
 MOMENTUM: Final = "p_"
 """What stands before the name of a coordinate in that of its momentum."""
 _MODES: Final = 1000
