@@ -35,12 +35,11 @@ from multibody_sym.mechanics.points import (
     add_force,
     angular_velocity,
     direction,
-    generalized_forces,
     position,
     velocity,
 )
 from multibody_sym.mechanics.references import References, in_plane, surface_tangents
-from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion
+from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion, row_of_wrenches
 from multibody_sym.mechanics.row_records import CutJoint, Marker, Row
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
 from multibody_sym.model.contacts_and_impacts import Impact, Impacts
@@ -351,13 +350,8 @@ def _(row: MeetingRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) -> RowMo
     wrenches = Wrenches(len(motion.bodies))
     add_force(wrenches, motion, first, n)
     add_force(wrenches, motion, second, negate(n))
-    return RowMotion(
-        dot(n, apart) if row.closes else None,
-        dot(n, moving),
-        generalized_forces(motion, wrenches.of_body),
-        -(dot(n, reached) + dot(turning, moving)),
-        wrenches.of_body,
-    )
+    phi, gamma = dot(n, apart) if row.closes else None, -(dot(n, reached) + dot(turning, moving))
+    return row_of_wrenches(motion, wrenches, phi, dot(n, moving), gamma)
 
 
 @row_motion.register

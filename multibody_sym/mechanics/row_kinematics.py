@@ -253,7 +253,7 @@ def _(row: records.PositionRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]])
     wrenches = Wrenches(len(motion.bodies))
     add_force(wrenches, motion, point, axis)
     add_force_at(wrenches, motion, frame.body, position(motion, point), negate(axis))
-    return _of_wrenches(motion, wrenches, dot(axis, d), dot(axis, v), -dot(axis, a))
+    return row_of_wrenches(motion, wrenches, dot(axis, d), dot(axis, v), -dot(axis, a))
 
 
 @row_motion.register
@@ -268,7 +268,7 @@ def _(row: records.AngleRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) ->
     wrenches = Wrenches(len(motion.bodies))
     add_moment(wrenches, motion, other.body, axis)
     add_moment(wrenches, motion, frame.body, negate(axis))
-    return _of_wrenches(motion, wrenches, dot(e, d) - value, dot(w, axis), -(dot(alpha, axis) + dot(w, axis_rate)))
+    return row_of_wrenches(motion, wrenches, dot(e, d) - value, dot(w, axis), -(dot(alpha, axis) + dot(w, axis_rate)))
 
 
 @row_motion.register
@@ -281,7 +281,7 @@ def _(row: records.ContactRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) 
     add_force_at(wrenches, motion, second, found.place, negate(along.vector))
     gamma = -(dot(along.rate, found.slip) + dot(along.vector, found.slip_rate))
     phi = found.gap if row.is_holonomic else None
-    return _of_wrenches(motion, wrenches, phi, dot(along.vector, found.slip), gamma)
+    return row_of_wrenches(motion, wrenches, phi, dot(along.vector, found.slip), gamma)
 
 
 @row_motion.register
@@ -293,7 +293,7 @@ def _(row: records.TurningRow, motion: Motion, bias: Sequence[tuple[Vec, Vec]]) 
     add_moment(wrenches, motion, first, axis.vector)
     add_moment(wrenches, motion, second, negate(axis.vector))
     gamma = -(dot(axis.rate, found.turning) + dot(axis.vector, found.turning_rate))
-    return _of_wrenches(motion, wrenches, None, dot(axis.vector, found.turning), gamma)
+    return row_of_wrenches(motion, wrenches, None, dot(axis.vector, found.turning), gamma)
 
 
 @row_motion.register
@@ -333,7 +333,8 @@ def friction_factors(sliding: Sliding, along: Sequence[RowMotion], motion: Motio
     return limits.sliding(coefficient, velocity, speed)
 
 
-def _of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S) -> RowMotion:
+def row_of_wrenches(motion: Motion, wrenches: Wrenches, phi: S, phidot: S, gamma: S) -> RowMotion:
+    """Return the row whose unit multiplier exerts these wrenches; phi is None of a nonholonomic one."""
     return RowMotion(phi, phidot, generalized_forces(motion, wrenches.of_body), gamma, wrenches.of_body)
 
 

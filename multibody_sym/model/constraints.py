@@ -40,7 +40,10 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.text.printer import text
 
-_ACTS: Final = Choice(("in_joints",))
+
+def _acts(words: str) -> Any:
+    """Return the field that drives joints along their own axes."""
+    return holds(Choice(("in_joints",)), None, says=f"in_joints: {words}", such="in_joints")
 
 
 @dataclass(frozen=True)
@@ -117,10 +120,7 @@ class Expression(Element):
     """
 
     zero: Node = holds(Scalar(), says="the expression of coordinates and t that stays zero", such="x1 + x2 - L")
-    acts: str | None = holds(
-        _ACTS, None, such="in_joints",
-        says="in_joints: joints are driven along their own axes, so that their reactions are known",
-    )
+    acts: str | None = _acts("joints are driven along their own axes, so that their reactions are known")
 
 
 @dataclass(frozen=True)
@@ -145,10 +145,7 @@ class Gear(Element):
         says="how many times as fast the first turns as the second; negative where wheels touch outside",
     )
     value: Node = holds(Scalar(), 0, says="the first coordinate where the second is zero", such="0")
-    acts: str | None = holds(
-        _ACTS, None, such="in_joints",
-        says="in_joints: the gear acts along the joints' own axes, so that reactions are known",
-    )
+    acts: str | None = _acts("the gear acts along the joints' own axes, so that reactions are known")
     radii: tuple[Node, ...] | None = holds(
         ListOf(Scalar("m"), 2, 2), None, such="[r1, r2]",
         says="radii of both wheels: the force acts at the tooth, and bearings have their reactions",
@@ -179,9 +176,7 @@ class Coupler(Element):
         MapOf(Scalar()), says="joints of one freedom each, with the factors of their coordinates", such="{A: 1, B: 3}"
     )
     value: Node = holds(Scalar(), 0, says="the constant value of the sum of factor times coordinate", such="0")
-    acts: str | None = holds(
-        _ACTS, None, says="in_joints: it acts along the joints' own axes, so that reactions are known", such="in_joints"
-    )
+    acts: str | None = _acts("it acts along the joints' own axes, so that reactions are known")
 
     def verify(self) -> None:
         if not self.joints:
@@ -288,9 +283,7 @@ class VelocityConstraint(Element):
     """A nonholonomic constraint: an expression that is linear in the speeds equals zero. `acts` as for `Expression`."""
 
     zero: Node = holds(Scalar(), says="an expression, linear in the speeds, that stays zero", such="u_x - r*u_phi")
-    acts: str | None = holds(
-        _ACTS, None, says="in_joints: it acts along the joints' own axes, so that reactions are known", such="in_joints"
-    )
+    acts: str | None = _acts("it acts along the joints' own axes, so that reactions are known")
 
 
 def row_names(name: str, element: Element) -> list[str]:
