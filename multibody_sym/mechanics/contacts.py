@@ -155,10 +155,9 @@ class _Meeting:
 
     name: str
     row: ContactRow
-    flat: bool
 
     def rows(self, word: str, along: tuple[ContactDirection, ...], kind: type[ContactRow]) -> tuple[ContactRow, ...]:
-        if self.flat:
+        if self.row.upright:
             along = along[:1]
         names = [f"{self.name}.{word}" + (str(k) if len(along) > 1 else "") for k in range(1, len(along) + 1)]
         r = self.row
@@ -168,7 +167,6 @@ class _Meeting:
 def contacts(references: References) -> tuple[LawElement, ...]:
     """Return the contacts of a system. Raises ModelError, with the place, for surfaces that cannot touch."""
     system = references.system
-    flat = references.plane or in_plane(system)
     found: list[LawElement] = []
     taken = {*system.constraints, *system.joints}
     for declared, contact in system.contacts.items():
@@ -180,13 +178,13 @@ def contacts(references: References) -> tuple[LawElement, ...]:
                         f"{name!r} is something else too, and results tell both by name; rename one", number="M108"
                     )
                 taken.add(name)
-                every.append(tuple(_elements(name, ("contacts", declared), copy, references, flat)))
+                every.append(tuple(_elements(name, ("contacts", declared), copy, references)))
             found += _together(without_number(declared), every, taken)
     for name, element in system.constraints.items():
         if isinstance(element, Rolling) and element.contact is not None:
             with at("constraints", name):
-                _rolling_skins(name, element, references, flat)
-                found += _elements(name, ("constraints", name), element.contact, references, flat)
+                _rolling_skins(name, element, references)
+                found += _elements(name, ("constraints", name), element.contact, references)
     return tuple(found)
 
 
@@ -203,23 +201,22 @@ def _together(declared: str, copies: Sequence[tuple[LawElement, ...]], taken: se
 
 def rolling_rows(name: str, element: Rolling, references: References) -> Iterator[ContactRow]:
     """Yield the rows of a ball or disc that rolls: along the normal, and along both tangents."""
-    flat = references.plane or in_plane(references.system)
-    skins = _rolling_skins(name, element, references, flat)
-    across = _across(name, None, skins, references, flat)
+    skins = _rolling_skins(name, element, references)
+    across = _across(name, None, skins, references)
     for row, along in zip(row_names(name, element), _ROLLING, strict=True):
-        yield ContactRow(row, skins, along, across, flat)
+        yield ContactRow(row, skins, along, across, references.flat)
 
 
-def _rolling_skins(name: str, element: Rolling, references: References, flat: bool) -> SurfacePair:
+def _rolling_skins(name: str, element: Rolling, references: References) -> SurfacePair:
     """Return the surfaces of a wheel and of its track. Raises ModelError for a body that does not roll there."""
     wrong = gathered()
     with wrong, at("body"):
-        wheels = [skin for _, skin in solid_of(element.body, references, flat=flat).skins]
+        wheels = [skin for _, skin in solid_of(element.body, references, flat=references.flat).skins]
         if len(wheels) != 1 or not (is_curved(wheels[0]) or isinstance(wheels[0], (Rim, Bent))):
             what = "a plane" if wheels[0].plane is not None else "neither a ball nor a disc"
             raise ModelError(f"{element.body} is {what}; a ball or a disc rolls", number="M112")
     with wrong, at("on"):
-        word, under = solid_of(element.on, references, flat=flat).skins[0]
+        word, under = solid_of(element.on, references, flat=references.flat).skins[0]
         if word or is_point(under):
             raise ModelError(f"{element.on} is neither a plane nor round; name a surface to roll on", number="M114")
     wrong.told()
@@ -230,16 +227,14 @@ def _rolling_skins(name: str, element: Rolling, references: References, flat: bo
     return surfaces_with_feet(name, (wheel, under), references)
 
 
-def _elements(
-    name: str, path: tuple[str, str], contact: Contact, references: References, flat: bool
-) -> Iterator[LawElement]:
+def _elements(name: str, path: tuple[str, str], contact: Contact, references: References) -> Iterator[LawElement]:
     """Yield the contacts of all parts of both ends that may meet."""
     with at("between"):
         verify_bodies(contact.between, references.system)
         solids = []
         for k, reference in enumerate(contact.between):
             with at(k):
-                solids.append(solid_of(reference, references, flat=flat))
+                solids.append(solid_of(reference, references, flat=references.flat))
                 _verify_crossed(reference, solids[-1], references.system)
         meeting = list(_meetings(solids[0], solids[1], contact.between))
         if len(meeting) > 1 and any(isinstance(skin, Bent) for _, skins, _ in meeting for skin in skins):
@@ -261,8 +256,8 @@ def _elements(
         first, second = (word or unnamed for word in words)
         words, skins = (first, second), surfaces_with_feet(name, skins, references)
         part = name if len(meeting) == 1 else ".".join((name, *(list(filter(None, words)) or [_ALONE])))
-        across = _across(name, contact.tangent, skins, references, flat)
-        both = _Meeting(part, ContactRow(part, skins, "normal", across, flat, inner), flat)
+        across = _across(name, contact.tangent, skins, references)
+        both = _Meeting(part, ContactRow(part, skins, "normal", across, references.flat, inner))
         yield LawElement(
             part,
             "contact",
@@ -329,9 +324,9 @@ def _frictions(meeting: _Meeting, contact: Contact) -> Iterator[FrictionPart]:
         yield FrictionPart(f"{meeting.name}.rolling", rows, contact.rolling_resistance, contact.rolling_resistance)
 
 
-def _across(name: str, tangent: Point | None, skins: SurfacePair, references: References, flat: bool) -> Point | None:
+def _across(name: str, tangent: Point | None, skins: SurfacePair, references: References) -> Point | None:
     """Return t1 in the axes of the plane, as declared or as the start finds it; None where neither skin is a plane."""
-    plane = plane_of(skins)
+    plane, flat = plane_of(skins), references.flat
     if plane is None:
         return None
     constant = references.constants.get(name)

@@ -11,7 +11,7 @@ from typing import Any, Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.law_elements import LawElement
 from multibody_sym.mechanics.mechanism import Measure, TangentAngle, TreeBody, measured_name
-from multibody_sym.mechanics.references import References, StartConstant, across, in_plane, rows_in_plane
+from multibody_sym.mechanics.references import References, StartConstant, across, rows_in_plane
 from multibody_sym.mechanics.ropes import may_slacken, pulley_bends, rope_elements, rope_measures, rope_rows
 from multibody_sym.mechanics.row_records import (
     CutJoint,
@@ -216,13 +216,12 @@ def with_constants(references: References, bodies: Sequence[TreeBody]) -> Refere
 
 
 def _start_measures(references: References) -> Iterator[tuple[str, Measure]]:
-    flat = references.plane or in_plane(references.system)
     for name, element in references.system.constraints.items():
         with at("constraints", name):
             if type(element) in _MEASURED:
                 yield from _MEASURED[type(element)](references, name, element)
     for _, name, contact in copies(references.system.contacts):
-        if contact.tangent is None and not flat:
+        if contact.tangent is None and not references.flat:
             yield from _tangent_angles(name, contact.between, references)
 
 
@@ -238,7 +237,7 @@ def _tangent_angles(name: str, ends: Sequence[str], references: References) -> I
 
 
 def _rolling_tangents(references: References, name: str, rolling: constraints.Rolling) -> Iterator[tuple[str, Measure]]:
-    if not (references.plane or in_plane(references.system)):
+    if not references.flat:
         yield from _tangent_angles(name, (rolling.on,), references)
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cached_property
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -38,7 +37,7 @@ from multibody_sym.mechanics.points import (
     position,
     velocity,
 )
-from multibody_sym.mechanics.references import References, in_plane, surface_tangents
+from multibody_sym.mechanics.references import References, surface_tangents
 from multibody_sym.mechanics.row_kinematics import RowMotion, row_motion, row_of_wrenches
 from multibody_sym.mechanics.row_records import CutJoint, Marker, Row
 from multibody_sym.model.bodies import GROUND, ORIGIN, Pose, unit_vector
@@ -96,10 +95,6 @@ class _Resolved:
     tangential: dict[str, Node] = field(default_factory=dict)
     paths: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
-    @cached_property
-    def flat(self) -> bool:
-        return self.references.plane or in_plane(self.references.system)
-
     def add(self, name: str, impact: Impact) -> None:
         self.paths[name] = self.declared.path(name)
         if impact.between is not None:
@@ -151,15 +146,15 @@ class _Resolved:
         """Return the unit normal, and whether it lies in the plane of a plane model."""
         if given is None:
             x, y, z = (slot(MEETING, 3 * number + k) for k in range(3))
-            return unit_vector((x, y, ZERO if self.flat else z)), self.flat
+            return unit_vector((x, y, ZERO if self.references.flat else z)), self.references.flat
         normal = unit_vector(given)
-        if self.flat and is_upright(normal):
+        if self.references.flat and is_upright(normal):
             with at("normal"):
                 raise ModelError(
                     "the normal leads out of the plane in which everything here moves; nothing strikes so",
                     number="M121",
                 )
-        return normal, self.flat and normal[2] is ZERO
+        return normal, self.references.flat and normal[2] is ZERO
 
     def _add_contacts(self, impact: Impact, names: tuple[str, ...]) -> None:
         unilateral = [element for element in self.one_way if element.unilateral]

@@ -15,7 +15,7 @@ from typing import Final
 from multibody_sym.errors import ModelError, at
 from multibody_sym.mechanics.law_elements import FrictionPart, LawElement, coulomb_coefficients
 from multibody_sym.mechanics.points import as_point
-from multibody_sym.mechanics.references import JointFreedom, References, in_plane
+from multibody_sym.mechanics.references import JointFreedom, References
 from multibody_sym.mechanics.row_records import (
     NOWHERE,
     BrakingRow,
@@ -227,8 +227,7 @@ def _joint_friction(name: str, element: Friction, references: References) -> Law
     make = ball_friction if isinstance(joint, Spherical) else _MAKERS.get(kinds)
     if make is None and kinds and set(kinds) <= {Translate, Rotate} and isinstance(joint, Custom):
         make = stacked_friction
-    flat = references.plane or in_plane(references.system)
-    asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), flat)
+    asked = Rubbing(name, element, joint, tuple(references.freedoms(element.joint).values()), references.flat)
     if make is None or any(step.motion is not None for step in joint.moves):
         raise asked.another()
     normals, parts = make(asked) if element.force is None else _constant(asked, kinds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from functools import singledispatch
+from functools import cached_property, singledispatch
 from typing import Final
 
 from multibody_sym.errors import ModelError, at
@@ -91,6 +91,11 @@ class References:
     constants: Mapping[str, StartConstant] = field(default_factory=dict)
     bodies: tuple[TreeBody, ...] = ()
     pulleys: Mapping[str, RopeBend] = field(default_factory=dict)
+
+    @cached_property
+    def flat(self) -> bool:
+        """Whether nothing leaves the xy-plane."""
+        return self.plane or in_plane(self.system)
 
     def marker(self, reference: str) -> Marker:
         """Return the marker of a body's origin, or of a point or frame of it, `body.point`.
