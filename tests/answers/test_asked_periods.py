@@ -38,3 +38,50 @@ def test_where_there_is_no_formula_a_value_is_found_by_numbers() -> None:
 def test_a_period_of_no_coordinate_is_refused() -> None:
     with pytest.raises(InputError):
         mbs.modes(mbs.loads(TEXTS["simple_pendulum"]), period=3)
+
+
+PENDULUM = """
+multibody_sym: 1
+name: pendulum
+parameters: {m: 1 kg, l: 0.5 m, g: 9.81 m/s^2}
+gravity: [0, -g, 0]
+bodies: {bob: {mass: m, com: [0, -l, 0]}}
+joints: {pin: {type: revolute, parent: ground, child: bob, q: theta, initial: {q: START}}}
+ask: {T: {period_of: theta}, J: {action: theta}}
+"""
+
+
+ORBIT = """
+multibody_sym: 1
+name: orbit
+gravity: [0, 0, 0]
+parameters:
+  k: {value: 3 N*m^2, positive: true}
+  m: {value: 2 kg, positive: true}
+  R: {value: 1.5 m, positive: true}
+bodies: {planet: {mass: m}}
+joints:
+  orbit: {type: custom, parent: ground, child: planet, free: [{rotate: z}, {translate: x}], q: [phi, r],
+          initial: {q: [0, R], u: [SPEED*sqrt(k/(m*R))/R, 0]}}
+forces: {sun: {type: potential, joint: orbit, value: -k/r}}
+simulation: {t_end: 20 s}
+ask: {J_r: {action: r}, J_phi: {action: phi}}
+"""
+
+
+def test_a_circular_orbit_has_no_radial_action() -> None:
+    """J_r = k sqrt(m/(-2 E)) - J_phi vanishes; the radial frequency is that of an orbit beside it, as Kepler has it."""
+    circle = mbs.solve(mbs.loads(ORBIT.replace("SPEED", "1"))).answers
+    assert circle["J_r"].value == 0.0
+    beside = mbs.solve(mbs.loads(ORBIT.replace("SPEED", "1.001"))).answers
+    energy = 2 * (1.001**2 * 3 / (2 * 1.5)) / 2 - 3 / 1.5
+    assert beside["J_r"].value == pytest.approx(3 * math.sqrt(2 / (-2 * energy)) - beside["J_phi"].value, abs=1e-9)
+    for name in ("J_r.frequency", "J_phi.frequency"):
+        assert circle[name].value == pytest.approx(math.sqrt(3 / (2 * 1.5**3)), rel=1e-12)
+        assert circle[name].value == pytest.approx(beside[name].value, rel=5e-3)
+
+
+def test_at_upright_rest_there_is_no_action() -> None:
+    found = mbs.solve(mbs.loads(PENDULUM.replace("START", "0").replace("[0, -g, 0]", "[0, g, 0]")))
+    assert found.answers["J"].value is None
+    assert any("unstable" in condition for condition in found.conditions)

@@ -206,6 +206,10 @@ class NoPeriodError(Exception):
     """The motion does not repeat itself; its text says how."""
 
 
+class RestingError(NoPeriodError):
+    """The coordinate does not move."""
+
+
 @dataclass(frozen=True)
 class MotionNumber:
     """A number of a periodic motion; `means` by which it was found, and to which part of it, `missed`, it is known."""
@@ -276,7 +280,7 @@ class Swing:
         """A run with a few turns, and these. Raises NoPeriodError where nothing moves."""
         run = self._long_enough()
         if np.abs(run[f"u_{self.coordinate}"]).max() <= _STILL:
-            raise NoPeriodError(f"{self.coordinate} does not move")
+            raise RestingError(f"{self.coordinate} does not move")
         return run, self._turns(run)
 
     def _with_error(self, of: Callable[[Swing], float]) -> MotionNumber:

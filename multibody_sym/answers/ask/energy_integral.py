@@ -341,6 +341,16 @@ class ToAndFro:
             return None
         return written(mass), written(wave / 2), written(modulus)
 
+    def square_at_rest(self) -> Quotient:
+        """Return omega^2 of small swings about the start, at which the coordinate rests, negative where they grow.
+
+        q'^2 = omega^2 (a^2 - x^2) has the second derivative -2 omega^2. Raises NoClosedFormError.
+        """
+        q = self.freedom.variable
+        bent = derivative(derivative(self.freedom.square, q), q)
+        (found,) = self.freedom.there.forms.of([put_in(bent, {q: self.freedom.start})])
+        return -found / 2
+
     def _there_and_back(self, rate: Node) -> Node:
         """Return the size of the integral of a rate by the time over a period. Raises NoClosedFormError."""
         freedom = self.freedom

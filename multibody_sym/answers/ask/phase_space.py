@@ -20,9 +20,9 @@ from functools import cached_property, partial, reduce
 from itertools import combinations
 from typing import Final, NamedTuple, Self
 
-from multibody_sym.algebra.quotient_functions import exact_solve
+from multibody_sym.algebra.quotient_functions import exact_solve, sign, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient, why_none
-from multibody_sym.analysis.modes.modes import NoPeriodError
+from multibody_sym.analysis.modes.modes import NoPeriodError, RestingError
 from multibody_sym.answers.ask.energy_integral import ToAndFro
 from multibody_sym.answers.ask.later_formulas import in_book_form
 from multibody_sym.answers.ask.named_answers import Anywhere, anywhere
@@ -102,6 +102,8 @@ class ActionQuestion(NumberQuestion):
         try:
             with at("action"):
                 found = numbers.motion.swing(self.coordinate).action
+        except RestingError:
+            return Value(0.0)
         except NoPeriodError as reason:
             raise NeverError(str(reason)) from None
         numbers.accuracy.append(f"its number is known {found.how}")
@@ -116,7 +118,10 @@ class ActionQuestion(NumberQuestion):
             return self._of_cyclic(motion, unit, cyclic, working)
         numbers = RunNumbers(motion.simulated)
         try:
-            found, period = (numbers.with_error(x) for x in (self, PeriodQuestion(self.coordinate)))
+            found = numbers.with_error(self)
+            if found.value == 0.0:
+                return self._at_rest(motion, unit, working)
+            period = numbers.with_error(PeriodQuestion(self.coordinate))
         except NeverError as reason:
             working.notes.append(str(reason))
             return {"": Value(None, unit=unit)}
@@ -139,6 +144,24 @@ class ActionQuestion(NumberQuestion):
             "": replace(motion.with_formula(found, formula), unit=unit),
             FREQUENCY: replace(motion.with_formula(frequency, form), unit="rad/s"),
         }
+
+    def _at_rest(self, motion: AskedMotion, unit: str, working: Working) -> Mapping[str, Value]:
+        """Return no action, and the frequency to which those of small swings tend; neither where these would grow."""
+        nothing = {"": Value(0.0, ZERO, unit)}
+        swing = ToAndFro.of(motion.solved, self.coordinate)
+        try:
+            square = None if swing is None else swing.square_at_rest()
+        except (NoClosedFormError, ExpressionError, *UNDEFINED):
+            square = None
+        if square is None:
+            working.notes.append(f"{self.coordinate} does not move, and nothing is known of small swings")
+            return nothing
+        if sign(square) < 0:
+            working.notes.append(f"{self.coordinate} does not move, and would not return: its rest is unstable")
+            return {"": Value(None, unit=unit)}
+        working.notes.append(f"{self.coordinate} does not move; the frequency is the limit of that of small swings")
+        form = written(sqrt(square))
+        return {**nothing, FREQUENCY: Value(evaluate_float([form], motion.solved.sample)[0], form, "rad/s")}
 
     def _lines(self, swing: ToAndFro, *, closed: bool) -> Iterator[Line]:
         """Yield the energy, J by the energy, and the derivative that is the frequency."""
@@ -174,7 +197,7 @@ class ActionQuestion(NumberQuestion):
         found = with_letters(solved, solved.asked(self.momentum), {"": unit})[""]
         working.steps.append(lambda: [Sentence((f"nothing depends on {self.coordinate}: J is its momentum",))])
         others = [x.name for x in solved.mechanism.coordinates if x.name not in cyclic]
-        if not others:
+        if not others or (len(others) == 1 and _rests(motion, others[0])):
             rate = with_letters(solved, solved.asked(quantity("'", (self.coordinate,))), {"": "rad/s"})[""]
             return {"": found, FREQUENCY: rate}
         if len(others) > 1:
@@ -194,6 +217,17 @@ class ActionQuestion(NumberQuestion):
         words = f"its mean rate: the advance of {self.coordinate} in a period of {others[0]}, by that period"
         working.steps.append(lambda: [Sentence((words,))])
         return {"": found, FREQUENCY: rate}
+
+
+def _rests(motion: AskedMotion, coordinate: str) -> bool:
+    """Return whether a coordinate keeps its value in the motion from the start."""
+    try:
+        motion.simulated.swing(coordinate).period  # noqa: B018 - raises where there is none
+    except RestingError:
+        return True
+    except NoPeriodError:
+        pass
+    return False
 
 
 def _cyclic(solved: SolvedInstant) -> list[str]:
