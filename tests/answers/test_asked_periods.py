@@ -51,6 +51,23 @@ ask: {T: {period_of: theta}, J: {action: theta}}
 """
 
 
+def test_a_swing_nearly_from_upright_has_its_period_and_action() -> None:
+    """T by its limit 4 sqrt(l/g) ln(4/cos(a/2)), J by the integral of p over the angle; runs lose the turns."""
+    found = mbs.solve(mbs.loads(PENDULUM.replace("START", "179.999999 deg"))).answers
+    with mp.workdps(40):
+        turn = mp.pi * mp.mpf("179.999999") / 180
+        wanted = 4 * mp.sqrt(mp.mpf("0.5") / mp.mpf("9.81")) * mp.log(4 / mp.cos(turn / 2))
+
+        def momentum(angle):
+            rise = mp.sin((turn - angle) / 2) * mp.sin((turn + angle) / 2)
+            return mp.mpf("0.25") * mp.sqrt(4 * mp.mpf("9.81") / mp.mpf("0.5") * rise)
+
+        action = 4 * mp.quad(momentum, [0, turn]) / (2 * mp.pi)
+    assert found["T"].value == pytest.approx(float(wanted), rel=1e-14)
+    assert found["J"].value == pytest.approx(float(action), rel=1e-12)
+    assert found["J.frequency"].value == pytest.approx(2 * math.pi / float(wanted), rel=1e-14)
+
+
 ORBIT = """
 multibody_sym: 1
 name: orbit

@@ -24,7 +24,7 @@ from multibody_sym.algebra.roots import rate, roots
 from multibody_sym.answers.ask.courses import FITS, InTime
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_book_form, in_letters
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
-from multibody_sym.answers.ask.working import acceleration, equation, integral_line, written
+from multibody_sym.answers.ask.working import OMEGA_0, acceleration, equation, integral_line, written
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.records import Line, Sentence
@@ -55,6 +55,9 @@ _SAME: Final = 1e-6
 """How near a root is to the coordinate that it is taken for."""
 
 _WORK: Final = symbol("W")
+_MODULI: Final = ("k", "kappa", "k_0")
+"""Letters of the modulus of elliptic integrals, in the order of preference: the first that the model does not have."""
+NEAR_REST: Final = "by elliptic integrals: runs lose a swing that turns so near to a place of unstable rest"
 _ENERGIES: Final = ("E", "E_0", "E_total")
 """Letters of the energy, in the order of preference: the first that the model does not have."""
 
@@ -325,7 +328,7 @@ class ToAndFro:
         assert self.freedom.energy is not None
         return written(self.freedom.there.forms.of([divide(ONE, derivative(action, self.freedom.energy))])[0])
 
-    def elliptic(self) -> tuple[Node, Node, Node] | None:
+    def elliptic(self) -> tuple[Quotient, Quotient, Quotient] | None:
         """Return M, omega_0^2 and k^2 of a swing with q'^2 = 4 omega_0^2 (k^2 - sin(q/2)^2) and M constant.
 
         None for other motions. Raises NoClosedFormError.
@@ -339,7 +342,29 @@ class ToAndFro:
         modulus = (square - wave * (cosine - 1)) / (2 * wave)
         if modulus.symbols & moving or not modulus.sample < 1:
             return None
-        return written(mass), written(wave / 2), written(modulus)
+        return mass, wave / 2, modulus
+
+    def by_elliptic_integrals(self) -> tuple[float, float] | None:
+        """Return T (s) and J of a pendulum's swing, however near to upright it turns; None for other motions."""
+        with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
+            parts = self.elliptic()
+            if parts is not None and parts[2].sample > 0:
+                mass, square, modulus = (x.sample for x in parts)
+                K, E, omega = PRECISE.ellipk(modulus), PRECISE.ellipe(modulus), PRECISE.sqrt(square)
+                return float(4 * K / omega), float(8 / PRECISE.pi * mass * omega * (E - (1 - modulus) * K))
+        return None
+
+    def elliptic_lines(self) -> Iterator[Line]:
+        """Yield period and action of a pendulum by elliptic integrals; nothing for other motions."""
+        parts = self.elliptic()
+        if parts is None:
+            return
+        mass, square, modulus = map(written, parts)
+        yield equation(multiply(OMEGA_0, OMEGA_0), square, "a pendulum with")
+        k = next(x for x in _MODULI if symbol(x) not in self.freedom.there.solved.mechanism.symbols)
+        yield equation(multiply(symbol(k), symbol(k)), modulus)
+        yield Sentence((f"J = 8/pi*M*omega_0*(E({k}) - (1 - {k}^2)*K({k})), T = 4*K({k})/omega_0, M = ", mass))
+        yield Sentence((f"K and E are the complete elliptic integrals of the modulus {k}",))
 
     def square_at_rest(self) -> Quotient:
         """Return omega^2 of small swings about the start, at which the coordinate rests, negative where they grow.

@@ -15,7 +15,7 @@ from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.modes import NoPeriodError
 from multibody_sym.answers.ask.courses import FITS
-from multibody_sym.answers.ask.energy_integral import ToAndFro
+from multibody_sym.answers.ask.energy_integral import NEAR_REST, ToAndFro
 from multibody_sym.answers.ask.kinematics import kinematic_lines
 from multibody_sym.answers.ask.later_formulas import BouncingFormulas, MotionFormulas, component_along
 from multibody_sym.answers.ask.linear_systems import shortest_course
@@ -398,8 +398,9 @@ class PeriodQuestion(NumberQuestion):
         try:
             found = numbers.with_error(self)
         except NeverError as reason:
-            working.notes.append(str(reason))
-            return Value(None, unit="s")
+            near = self._near_rest(motion, working)
+            working.notes.extend([str(reason)] if near is None else [])
+            return near or Value(None, unit="s")
         harmonic = self._formula(motion.solved, found.value or 0.0)
         swing = ToAndFro.of(motion.solved, self.coordinate) if harmonic is None else None
         formula = harmonic if swing is None else swing.confirmed(partial(swing.whole, TIME), found.value or 0.0)
@@ -407,6 +408,16 @@ class PeriodQuestion(NumberQuestion):
         working.steps.append(lambda: self._lines(motion.solved, numbers, told, swing, by_formula=harmonic is not None))
         working.notes.extend(numbers.accuracy if formula is None else ())
         return replace(motion.with_formula(found, formula), unit="s")
+
+    def _near_rest(self, motion: AskedMotion, working: Working) -> Value | None:
+        """Return the period of a pendulum that turns so near to upright that runs lose it; else None."""
+        swing = ToAndFro.of(motion.solved, self.coordinate)
+        known = None if swing is None else swing.by_elliptic_integrals()
+        if swing is None or known is None:
+            return None
+        working.notes.append(NEAR_REST)
+        working.steps.extend((lambda: swing.lines(TIME), swing.elliptic_lines))
+        return Value(known[0], unit="s")
 
     def _lines(
         self, solved: SolvedInstant, numbers: RunNumbers, found: Value, swing: ToAndFro | None, *, by_formula: bool

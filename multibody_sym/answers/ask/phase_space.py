@@ -23,7 +23,7 @@ from typing import Final, NamedTuple, Self
 from multibody_sym.algebra.quotient_functions import exact_solve, sign, sqrt
 from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient, why_none
 from multibody_sym.analysis.modes.modes import NoPeriodError, RestingError
-from multibody_sym.answers.ask.energy_integral import ToAndFro
+from multibody_sym.answers.ask.energy_integral import NEAR_REST, ToAndFro
 from multibody_sym.answers.ask.later_formulas import in_book_form
 from multibody_sym.answers.ask.named_answers import Anywhere, anywhere
 from multibody_sym.answers.ask.number_questions import AdvanceQuestion, PeriodQuestion
@@ -35,7 +35,7 @@ from multibody_sym.answers.ask.question import (
     RunNumbers,
     SingleQuestion,
 )
-from multibody_sym.answers.ask.working import OMEGA, OMEGA_0, Working, equation, written
+from multibody_sym.answers.ask.working import OMEGA, Working, equation, written
 from multibody_sym.answers.instant.instant import SolvedInstant, with_letters
 from multibody_sym.answers.instant.letters import TIME, put_in
 from multibody_sym.answers.records import Formula, Line, Sentence
@@ -73,8 +73,6 @@ from multibody_sym.text.values import Value
 FREQUENCY: Final = ".frequency"
 """The end of the name of the second answer."""
 _ACTION: Final = symbol("J")
-_MODULI: Final = ("k", "kappa", "k_0")
-"""Letters of the modulus of elliptic integrals, in the order of preference: the first that the model does not have."""
 
 
 @dataclass(frozen=True)
@@ -123,8 +121,14 @@ class ActionQuestion(NumberQuestion):
                 return self._at_rest(motion, unit, working)
             period = numbers.with_error(PeriodQuestion(self.coordinate))
         except NeverError as reason:
-            working.notes.append(str(reason))
-            return {"": Value(None, unit=unit)}
+            swing = ToAndFro.of(motion.solved, self.coordinate)
+            known = None if swing is None else swing.by_elliptic_integrals()
+            if swing is None or known is None:
+                working.notes.append(str(reason))
+                return {"": Value(None, unit=unit)}
+            working.notes.append(NEAR_REST)
+            working.steps.append(lambda: self._lines(swing, closed=False))
+            return {"": Value(known[1], unit=unit), FREQUENCY: Value(2 * math.pi / known[0], unit="rad/s")}
         assert period.value is not None
         swing = ToAndFro.of(motion.solved, self.coordinate)
         formula = None if swing is None else swing.confirmed(swing.action, found.value or 0.0)
@@ -173,14 +177,7 @@ class ActionQuestion(NumberQuestion):
         yield Sentence((_ACTION, " is the integral of ", momentum, " by ", freedom.variable, " over a period, by 2 pi"))
         if not closed:
             yield Sentence(("it is no elementary function that is known: numbers integrate it",))
-            parts = swing.elliptic()
-            if parts is not None:
-                mass, square, modulus = parts
-                yield equation(multiply(OMEGA_0, OMEGA_0), square, "a pendulum with")
-                k = next(x for x in _MODULI if symbol(x) not in freedom.there.solved.mechanism.symbols)
-                yield equation(multiply(symbol(k), symbol(k)), modulus)
-                yield Sentence((f"J = 8/pi*M*omega_0*(E({k}) - (1 - {k}^2)*K({k})), T = 4*K({k})/omega_0, M = ", mass))
-                yield Sentence((f"K and E are the complete elliptic integrals of the modulus {k}",))
+            yield from swing.elliptic_lines()
             return
         action = swing.action()
         if freedom.energy is None:
