@@ -10,7 +10,7 @@ around or away.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
 from itertools import pairwise
@@ -22,7 +22,7 @@ from multibody_sym.derivation.canonical import cyclic_speeds, energy_terms, redu
 from multibody_sym.dynamics.programs.quantities import generalized_momenta
 from multibody_sym.dynamics.start.state import examined_state
 from multibody_sym.errors import ModelError, NoSolutionError
-from multibody_sym.mechanics.energy import working_names
+from multibody_sym.mechanics.energy import split, working_names
 from multibody_sym.mechanics.motion import motion_of, state_of
 from multibody_sym.mechanics.units import MechanismUnits
 from multibody_sym.model.system import System
@@ -102,7 +102,9 @@ class PhasePlane:
         q, u = pairs[coordinate]
         replaced = [k for k in cyclic_speeds(mechanism) if k != u]
         free = [x.name for k, x in enumerate(mechanism.speeds) if k != u and k not in replaced]
-        _verify_conserved([*working_names(mechanism), *(x.name for x in state.declared.one_way)])
+        stored, exerted = ({load.name for load in loads} for loads in split(mechanism.loads))
+        working = [*working_names(mechanism), *(x.name for x in state.declared.one_way)]
+        _verify_conserved(working, stored - exerted)
         if free or mechanism.rows:
             beside = f"{mechanism.rows[0].name} restricts it" if mechanism.rows else f"{free[0]} is free beside it"
             raise NoSolutionError(f"{coordinate} is not the one freedom left: {beside}", number="N111")
@@ -321,11 +323,13 @@ class PhasePlane:
         return b + sign * math.sqrt(max(2 * m * (energy - v), 0.0)) if math.isfinite(v) else 0.0
 
 
-def _verify_conserved(working: Sequence[str]) -> None:
-    """Raise NoSolutionError where something may do work."""
+def _verify_conserved(working: Sequence[str], stored: Collection[str]) -> None:
+    """Raise NoSolutionError where something may do work: a force, or what is `stored` energy that time changes."""
     if working:
-        kept = "the phase plane is that of a conserved energy; declare forces by a potential"
-        raise NoSolutionError(f"{working[0]} may do work: {kept}", number="N111")
+        kept = "the phase plane is that of a conserved energy"
+        if working[0] in stored:
+            raise NoSolutionError(f"{working[0]} changes with time, and the energy with it: {kept}", number="N111")
+        raise NoSolutionError(f"{working[0]} may do work: {kept}; declare forces by a potential", number="N111")
 
 
 _NOWHERE: Final = (1.0, 0.0, math.inf, math.nan)

@@ -188,6 +188,9 @@ def test_a_phase_portrait_needs_one_freedom_that_keeps_its_energy() -> None:
     damped = _PENDULUM + "forces: {d: {type: damper, joint: hinge, damping: 1}}"
     with pytest.raises(MultibodyError, match="d may do work"):
         mbs.draw(mbs.loads(damped), phase="theta")
+    shaken = _PENDULUM + "forces: {V: {type: potential, joint: hinge, value: 3*sin(t)*theta^2}}"
+    with pytest.raises(MultibodyError, match=r"V changes with time, and the energy with it(?!.*declare)"):
+        mbs.draw(mbs.loads(shaken), phase="theta")
     with pytest.raises(MultibodyError, match="is free beside it"):
         mbs.draw(mbs.loads(_TOP.partition("ask")[0]), phase="th")
     with pytest.raises(MultibodyError, match="no coordinate is called 'x'"):
