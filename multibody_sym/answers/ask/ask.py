@@ -32,10 +32,6 @@ from multibody_sym.scalars.node import Node
 from multibody_sym.stages import doing, stage
 from multibody_sym.text.values import Value
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Answers to `ask`: the kinds of questions, and their answers in the order in which they name each other.
-
-
 QUESTIONS: Final[tuple[type[Question], ...]] = (
     *NAMED_QUESTIONS,
     *FORMULA_QUESTIONS,
@@ -89,8 +85,10 @@ def answers_of(solved: SolvedInstant) -> Answers:
             verify_asked(ask, solved.sample)
             reasons.set_aside()
             question = question_of(ask)
-            parts = _answers(motion, name, ask, worked[name].working, remarks)
-            parts = {end: _shortest(short, x) for end, x in parts.items()}
+            parts = dict(_answers(motion, name, ask, worked[name].working, remarks))
+            for end, x in parts.items():
+                if x.expression is not None:
+                    parts[end] = replace(x, expression=short.shortest(x.expression))
             written = question_of(solved.system.ask[name])
             if ask is not solved.system.ask[name] and isinstance(written, SingleQuestion):
                 unit = written.unit(motion)  # of the answers that it names
@@ -112,10 +110,6 @@ def answers_of(solved: SolvedInstant) -> Answers:
     reasons.put_back()
     every = (given.get(name, {name: answers[name]}) for name in solved.system.ask)
     return Answers({name: value for parts in every for name, value in parts.items()}, remarks, worked)
-
-
-def _shortest(short: ShortForms, value: Value) -> Value:
-    return value if value.expression is None else replace(value, expression=short.shortest(value.expression))
 
 
 def _rests_on(named: Collection[str], worked: Mapping[str, WorkedAnswer]) -> bool:

@@ -14,8 +14,7 @@ from itertools import chain
 from math import inf, isfinite, sqrt
 from typing import Final, Self
 
-from multibody_sym.algebra.quotient_functions import exact
-from multibody_sym.algebra.quotients import Field, NoClosedFormError
+from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.algebra.roots import angles_of_one_wave
 from multibody_sym.answers.ask.extremes import TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
@@ -31,10 +30,9 @@ from multibody_sym.answers.ask.varied import (
 )
 from multibody_sym.answers.ask.working import Working, equation, solving_lines, written
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
-from multibody_sym.answers.instant.letters import put_in
+from multibody_sym.answers.instant.letters import put_in, quotient_of
 from multibody_sym.answers.instant.states import conditions_of_mode
 from multibody_sym.answers.records import Formula, Line, Sentence
-from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError, MultibodyError, at
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.spanning_tree import free_name
@@ -556,10 +554,9 @@ class _Search:
         number = self.varied.of_formula(node, at)
         forms: list[tuple[Node, Node]] = []
         for place in places:
-            field = Field(WORK)
-            letters = {x: field.letter(x, letter) for x, letter in solved.symbolic.letters.items()}
             try:
-                form = written(exact(field, [put_in(node, {symbol(self.question.name): place})], letters)[0])
+                there = put_in(node, {symbol(self.question.name): place})
+                form = written(quotient_of(there, solved.symbolic.letters))
                 if abs(self._number(form) - number) <= _FLAT * abs(number):
                     forms.append((place, form))
             except (NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
@@ -658,12 +655,8 @@ class _Search:
             yield Sentence((f"the second derivative there is {value:.6g} {sign}: {kind} value",))
 
     def _forms(self, slope: Node) -> Iterator[Node]:
-        letters = self.varied.solved.symbolic.letters
-        field = Field(WORK)
-        try:
-            yield written(exact(field, [slope], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
-        except (NoClosedFormError, ExpressionError, *UNDEFINED):
-            return
+        with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
+            yield written(quotient_of(slope, self.varied.solved.symbolic.letters))
 
 
 def _lowest(cost: Callable[[float], float], low: float, high: float) -> float:

@@ -358,6 +358,7 @@ class _LinearQuestion(NumberQuestion, Generic[M]):
 # --- steady motions under a harmonic input ---------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
 class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
     """A question about a coordinate under the input `of`."""
 
@@ -408,8 +409,7 @@ def _modulus(part: Complex) -> tuple[Quotient, Node | None]:
     outside = a / below
     if not surely_positive(outside):
         outside = -outside if surely_positive(-outside) else one
-    squares = (written(x * x) if len(x.above) == 1 else multiply(*[written(x)] * 2) for x in (a / outside, b / outside))
-    return absolute(outside), BUILD["sqrt"](reduce(add, squares))
+    return absolute(outside), BUILD["sqrt"](_squares(a / outside, b / outside))
 
 
 def _size(factor: Quotient, above: Complex, below: Complex) -> Node:
@@ -441,16 +441,10 @@ def _granted(conditions: Sequence[Condition]) -> list[str]:
     return [str(each) for each in reduced(conditions)]
 
 
-@dataclass(frozen=True)
 class AmplitudeQuestion(_ForcedQuestion):
     """The amplitude of a coordinate in steady motion."""
 
-    coordinate: str
-    of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.amplitude is None or ask.of is None else cls(ask.amplitude, ask.of)
+    keys = ("amplitude", "of")
 
     def words(self) -> str:
         return f"amplitude of {self.coordinate} in steady motion under {self.of}"
@@ -469,22 +463,13 @@ class AmplitudeQuestion(_ForcedQuestion):
         yield from SteadySteps(linear, self.coordinate).amplitude_lines()
 
 
-@dataclass(frozen=True)
 class TransmissibilityQuestion(_ForcedQuestion):
     """The amplitude of a coordinate by that of an input of the same unit."""
 
-    coordinate: str
-    of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.transmissibility is None or ask.of is None else cls(ask.transmissibility, ask.of)
+    keys = ("transmissibility", "of")
 
     def words(self) -> str:
         return f"transmissibility from {self.of} to {self.coordinate}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return ""
 
     def value(self, linear: ForcedMotion) -> float:
         return abs(linear.number(self.coordinate, self.omega(linear)))
@@ -499,22 +484,14 @@ class TransmissibilityQuestion(_ForcedQuestion):
         yield Sentence(("the transmissibility is this amplitude by ", linear.drive.amplitude))
 
 
-@dataclass(frozen=True)
 class PhaseQuestion(_ForcedQuestion):
     """The angle (rad) by which a coordinate lags behind an input, from -pi to pi."""
 
-    coordinate: str
-    of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.phase is None or ask.of is None else cls(ask.phase, ask.of)
+    keys = ("phase", "of")
+    si_unit = "rad"
 
     def words(self) -> str:
         return f"phase by which {self.coordinate} lags behind {self.of} in steady motion"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "rad"
 
     def value(self, linear: ForcedMotion) -> float:
         x = linear.number(self.coordinate, self.omega(linear))
@@ -550,8 +527,7 @@ class PhaseQuestion(_ForcedQuestion):
 class _FrequencyQuestion(_ForcedQuestion):
     """A frequency of the input (rad/s) at which the steady motion of a coordinate is a special one."""
 
-    def unit(self, _motion: AskedMotion) -> str:
-        return "rad/s"
+    si_unit = "rad/s"
 
     def unknown(self, forced: ForcedMotion) -> Node:
         """Return the letter of the frequency: a parameter where the input names one."""
@@ -597,16 +573,10 @@ class _FrequencyQuestion(_ForcedQuestion):
         return equation(written_out, ZERO)
 
 
-@dataclass(frozen=True)
 class ResonanceQuestion(_FrequencyQuestion):
     """The frequency of the greatest amplitude of a coordinate."""
 
-    coordinate: str
-    of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.resonance is None or ask.of is None else cls(ask.resonance, ask.of)
+    keys = ("resonance", "of")
 
     def words(self) -> str:
         return f"frequency of {self.of} with the greatest amplitude of {self.coordinate}"
@@ -646,16 +616,10 @@ class ResonanceQuestion(_FrequencyQuestion):
             yield Sentence(("such a frequency exists for a damping ratio below 1/sqrt(2)",))
 
 
-@dataclass(frozen=True)
 class AntiresonanceQuestion(_FrequencyQuestion):
     """The frequency at which a coordinate rests: that of an absorber."""
 
-    coordinate: str
-    of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.antiresonance is None or ask.of is None else cls(ask.antiresonance, ask.of)
+    keys = ("antiresonance", "of")
 
     def words(self) -> str:
         return f"frequency of {self.of} at which {self.coordinate} rests"
@@ -684,9 +648,6 @@ class _FadingQuestion(_LinearQuestion[SmallMotion]):
 
     def known_motion(self, motion: AskedMotion) -> SmallMotion:
         return self.motion_of(motion.solved.system)
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return ""
 
     def remarks(self, linear: SmallMotion) -> list[str]:
         return list(linear.left_out)
@@ -764,11 +725,9 @@ class DampingQuestion(_FadingQuestion):
 class DecrementQuestion(_FadingQuestion):
     """The logarithmic decrement of a coordinate that swings in one mode."""
 
-    coordinate: str
+    keys = ("decrement",)
 
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.decrement is None else cls(ask.decrement)
+    coordinate: str
 
     def words(self) -> str:
         return f"logarithmic decrement of {self.coordinate}"

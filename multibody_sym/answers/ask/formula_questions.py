@@ -13,8 +13,7 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 import sympy
 
-from multibody_sym.algebra.quotient_functions import exact
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, why_none
+from multibody_sym.algebra.quotients import NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import FITS, least_conditions
 from multibody_sym.answers.ask.energy_integral import ToAndFro, courses_by_place, courses_by_speed, freedom_of
@@ -26,9 +25,8 @@ from multibody_sym.answers.ask.named_answers import Anywhere, anywhere
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import VariedAnswer, value_of
 from multibody_sym.answers.ask.working import Lines, Working, equation, written
-from multibody_sym.answers.instant.letters import TIME
+from multibody_sym.answers.instant.letters import TIME, quotient_of
 from multibody_sym.answers.records import Line, Sentence
-from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
 from multibody_sym.model.settings import Ask, Tendency
 from multibody_sym.model.state_words import VERBS, WAYS
@@ -122,12 +120,10 @@ class _Candidate(NamedTuple):
 class FormulaOfQuestion(SingleQuestion):
     """An expression along the motion from the start as a formula of a coordinate or speed, until that turns back."""
 
+    keys = ("formula", "of")
+
     expression: Node
     of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.formula is None or ask.of is None else cls(ask.formula, ask.of)
 
     def words(self) -> str:
         return f"{text(self.expression)} as a formula of {self.of}"
@@ -375,9 +371,8 @@ class _Formula:
 
     def in_book_form(self, expression: Any) -> Node:
         """Return an expression of sympy as a book writes it."""
-        letters, field = self.varied.solved.symbolic.letters, Field(WORK)
         node = from_sympy(expression, {s: x for x, s in self._leaves.items()})
-        return written(exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0])
+        return written(quotient_of(node, self.varied.solved.symbolic.letters))
 
     def signs(self, expression: Any) -> Iterator[str]:
         """Yield the conditions under which roots of squares are what a book form writes, as at the declared letters."""

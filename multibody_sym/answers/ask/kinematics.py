@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial, reduce
 from itertools import groupby
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Final
 
 from multibody_sym.algebra.book_form import factored_form
 from multibody_sym.algebra.quotient_functions import with_whole_angles
@@ -32,7 +32,6 @@ from multibody_sym.mechanics.row_records import AngleRow, Marker, PositionRow, R
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.model.bodies import GROUND
 from multibody_sym.model.fields import AXES
-from multibody_sym.model.settings import Ask
 from multibody_sym.records import dataclass
 from multibody_sym.scalars import vectors
 from multibody_sym.scalars.elementary import BUILD, leaves, postorder
@@ -130,27 +129,17 @@ def _size_of_one(parts: Sequence[Value]) -> Value | None:
 # Questions.
 
 
-class _StartQuestion(Question):
-    """A question about the motion at the start."""
-
-    def is_later(self) -> bool:
-        return False
-
-
 @dataclass(frozen=True)
-class _PointQuestion(_StartQuestion):
+class _PointQuestion(Question):
     """The velocity or acceleration of a point."""
+
+    is_of_start = True
+    quantity: ClassVar[str]
 
     point: str
 
-    quantity: ClassVar[str]
-    si_unit: ClassVar[str]
-
     def words(self) -> str:
         return f"{self.quantity} of {self.point}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return self.si_unit
 
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         parts = _Parts(motion.solved)
@@ -166,51 +155,40 @@ class _PointQuestion(_StartQuestion):
         """Yield the lines that lead to the components."""
 
 
-@dataclass(frozen=True)
 class VelocityQuestion(_PointQuestion):
     """The velocity of a point at the start."""
 
+    keys = ("velocity",)
     quantity = "velocity"
     si_unit = "m/s"
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.velocity is None else cls(ask.velocity)
 
     def lines(self, plane: PlaneMotion) -> Iterator[Line]:
         yield from plane.velocity_lines(self.point)
 
 
-@dataclass(frozen=True)
 class AccelerationQuestion(_PointQuestion):
     """The acceleration of a point at the start."""
 
+    keys = ("acceleration",)
     quantity = "acceleration"
     si_unit = "m/s^2"
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.acceleration is None else cls(ask.acceleration)
 
     def lines(self, plane: PlaneMotion) -> Iterator[Line]:
         yield from plane.acceleration_lines(self.point)
 
 
 @dataclass(frozen=True)
-class InstantCenterQuestion(_StartQuestion):
+class InstantCenterQuestion(Question):
     """The point about which a body turns at the start."""
+
+    is_of_start = True
+    keys = ("instant_center",)
+    si_unit = "m"
 
     body: str
 
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.instant_center is None else cls(ask.instant_center)
-
     def words(self) -> str:
         return f"instantaneous centre of {self.body}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "m"
 
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         parts = _Parts(motion.solved)

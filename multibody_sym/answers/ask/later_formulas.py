@@ -25,7 +25,7 @@ from multibody_sym.answers.ask.linear_systems import Courses
 from multibody_sym.answers.ask.named_answers import Anywhere
 from multibody_sym.answers.ask.working import equation, other_times, solving_lines, written
 from multibody_sym.answers.instant.instant import AGREEMENT
-from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.letters import TIME, put_in, quotient_of
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces
 from multibody_sym.mechanics.law_elements import LawElement
@@ -66,11 +66,6 @@ _NEAR: Final = 1e-6
 """How near, relative to its size or 1, a number must be to a root that it is taken for."""
 
 
-def no_lines(_nodes: Collection[Node]) -> Iterable[Line]:
-    """Return no lines: of a course whose law is not written out."""
-    return ()
-
-
 @dataclass(frozen=True, eq=False)
 class MotionFormulas:
     """Coordinates and speeds as formulas of one variable, which has the value `at` at the moment.
@@ -90,7 +85,7 @@ class MotionFormulas:
     used: dict[Node, InTime] = field(default_factory=dict)
     signs: list[Quotient] = field(default_factory=list)
     moving: list[str] = field(default_factory=list)
-    law: Callable[[Collection[Node]], Iterable[Line]] = no_lines
+    law: Callable[[Collection[Node]], Iterable[Line]] = lambda _nodes: ()
     places: list[Line] = field(default_factory=list)
     asked: list[Line] = field(default_factory=list)
 
@@ -139,10 +134,7 @@ class MotionFormulas:
         """
         solved = self.there.solved
         at = self._polished(zero)
-        letters = {**solved.symbolic.letters, self.variable: Letter(self.variable, PRECISE.mpf(at))}
-        field = Field(WORK)
-        known = {node: field.letter(node, letter) for node, letter in letters.items()}
-        (vanishing,) = exact(field, [zero], known)
+        vanishing = in_letters(self.there, zero, {self.variable: at})
         every = {root: evaluate_float([root], solved.sample)[0] for root in roots(vanishing, self.variable)}
         for root, value in every.items():
             if abs(value - at) <= AGREEMENT * max(1.0, abs(at)):
@@ -236,9 +228,8 @@ def in_book_form(there: Anywhere, node: Node, values: Mapping[Node, float]) -> N
 
 
 def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quotient:
-    letters = {**there.solved.symbolic.letters, **{x: Letter(x, PRECISE.mpf(y)) for x, y in values.items()}}
-    field = Field(WORK)
-    return exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0]
+    near = {x: Letter(x, PRECISE.mpf(y)) for x, y in values.items()}
+    return quotient_of(node, {**there.solved.symbolic.letters, **near})
 
 
 # ----------------------------------------------------------------------------------------------------------------------

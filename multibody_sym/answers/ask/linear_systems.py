@@ -22,8 +22,8 @@ import numpy as np
 
 from multibody_sym.algebra.book_form import book_form, product_node
 from multibody_sym.algebra.book_form import text as kept_text
-from multibody_sym.algebra.quotient_functions import exact, sqrt, with_whole_angles
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient, factors_of
+from multibody_sym.algebra.quotient_functions import sqrt, with_whole_angles
+from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
 from multibody_sym.analysis.modes.matrices import WORK, Matrices, Matrix
 from multibody_sym.analysis.modes.record import Modes, determinant, spectrum
@@ -33,7 +33,7 @@ from multibody_sym.answers.ask.from_runs import Simulated
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted
 from multibody_sym.answers.ask.working import OMEGA, acceleration, equation, integral_line, solving_lines, written
 from multibody_sym.answers.instant.instant import SolvedInstant
-from multibody_sym.answers.instant.letters import TIME, at_start
+from multibody_sym.answers.instant.letters import TIME, at_start, quotient_of
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.errors import ExpressionError, NoSolutionError
 from multibody_sym.model.settings import Ask
@@ -143,7 +143,7 @@ class Coupled:
 
     def _one(self, a: Quotient, b: Quotient, x: Quotient, u: Quotient, f: Quotient) -> Node:
         """Return the solution of y'' = a y + b y' + f from y = x, y' = u."""
-        course = LinearMotion(self.there, self.granted, a, b, f).course(_node(x), _node(u))
+        course = LinearMotion(self.there, self.granted, a, b, f).course(written(x), written(u))
         if course is None:
             raise NoClosedFormError("the force is no known function of time")
         return course
@@ -204,10 +204,10 @@ class Coupled:
 
     def _rate(self, a: Quotient) -> Quotient:
         """Return the derivative of a function of time."""
-        return self._again(derivative(_node(a), TIME)) if not self.there.constant(a) else a * 0
+        return self._again(derivative(written(a), TIME)) if not self.there.constant(a) else a * 0
 
     def _at_start(self, a: Quotient) -> Quotient:
-        return self._again(at_start(_node(a))) if not self.there.constant(a) else a
+        return self._again(at_start(written(a))) if not self.there.constant(a) else a
 
     def _again(self, node: Node) -> Quotient:
         return self.there.forms.of([node])[0]
@@ -245,10 +245,6 @@ def matrix_product(matrix: Matrix, vector: Vector) -> Vector:
     return [
         reduce(lambda s, pair: s + pair[0] * pair[1], zip(row, vector, strict=True), vector[0] * 0) for row in matrix
     ]
-
-
-def _node(a: Quotient) -> Node:
-    return book_form(with_whole_angles(a))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -478,10 +474,8 @@ class AskedModes:
         return self.letters if isinstance(self.letters, Mapping) else {}
 
     def _forms(self, node: Node) -> Iterator[Node]:
-        field = Field(_WORK)
         with suppress(NoClosedFormError, ExpressionError):
-            known = {x: field.letter(x, letter) for x, letter in self.samples.items()}
-            yield written(exact(field, [node], known)[0])
+            yield written(quotient_of(node, self.samples, _WORK))
 
     def _shape(self, number: int) -> Iterator[Line]:
         """Yield the amplitudes of a mode beside the first that moves; nothing where parts of it are ahead."""
@@ -620,9 +614,7 @@ class _Shortest:
 
     def _quotient(self, node: Node) -> Node | None:
         """Return a formula as one quotient, None where it is too long."""
-        own = Field(_WORK)
         try:
-            known = {symbol: own.letter(symbol, letter) for symbol, letter in self.letters.items()}
-            return book_form(with_whole_angles(exact(own, [node], known)[0]), apart=1.0)
+            return book_form(with_whole_angles(quotient_of(node, self.letters, _WORK)), apart=1.0)
         except NoClosedFormError:
             return None

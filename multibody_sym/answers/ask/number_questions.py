@@ -56,6 +56,8 @@ from multibody_sym.text.values import Value
 class TimeQuestion(UniformQuestion):
     """The time at which a moment comes."""
 
+    si_unit = "s"
+
     when: Moment
 
     @classmethod
@@ -64,9 +66,6 @@ class TimeQuestion(UniformQuestion):
 
     def words(self) -> str:
         return f"the time at which {moment_text(self.when)}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "s"
 
     @property
     def moment(self) -> Moment:
@@ -109,6 +108,8 @@ class TimeQuestion(UniformQuestion):
 class SpeedQuestion(UniformQuestion):
     """The speed of a point at a moment; with `along`, its velocity that way, which has a sign."""
 
+    si_unit = "m/s"
+
     of: str
     at: Moment
     along: Point | None
@@ -120,9 +121,6 @@ class SpeedQuestion(UniformQuestion):
     def words(self) -> str:
         way = "speed of" if self.along is None else f"velocity along {direction_text(self.along)} of"
         return f"{way} {self.of} when {moment_text(self.at)}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "m/s"
 
     @property
     def moment(self) -> Moment:
@@ -176,6 +174,8 @@ _TINY: Final = 1e-300
 class PathQuestion(UniformQuestion):
     """The length of the path of a point `after` a time; with `along`, its displacement that way, which has a sign."""
 
+    si_unit = "m"
+
     of: str
     after: Node
     along: Point | None
@@ -187,9 +187,6 @@ class PathQuestion(UniformQuestion):
     def words(self) -> str:
         way = "way" if self.along is None else f"displacement along {direction_text(self.along)}"
         return f"{way} of {self.of} after {time_text(self.after)}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "m"
 
     def by_runs(self, motion: AskedMotion, working: Working) -> Value:
         return Value(0.0) if motion.solved.rests else super().by_runs(motion, working)
@@ -296,12 +293,10 @@ class _LaterValueQuestion(LaterQuestion):
 class ValueAfterQuestion(_LaterValueQuestion):
     """The value of an expression `after` a time."""
 
+    keys = ("value", "after")
+
     value: Node
     after: Node
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.value is None or ask.after is None else cls(ask.value, ask.after)
 
     def words(self) -> str:
         return f"{text(self.value)} after {time_text(self.after)}"
@@ -335,12 +330,10 @@ class ValueAfterQuestion(_LaterValueQuestion):
 class ValueWhenQuestion(_LaterValueQuestion):
     """The value of an expression at a moment."""
 
+    keys = ("value", "when")
+
     value: Node
     when: Moment
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.value is None or ask.when is None else cls(ask.value, ask.when)
 
     def words(self) -> str:
         return f"{text(self.value)} when {moment_text(self.when)}"
@@ -372,17 +365,13 @@ class ValueWhenQuestion(_LaterValueQuestion):
 class PeriodQuestion(NumberQuestion):
     """The period of a coordinate."""
 
-    coordinate: str
+    keys = ("period_of",)
+    si_unit = "s"
 
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.period_of is None else cls(ask.period_of)
+    coordinate: str
 
     def words(self) -> str:
         return f"the period of {self.coordinate}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return "s"
 
     def number(self, numbers: RunNumbers) -> Value:
         try:
@@ -467,12 +456,10 @@ class PeriodQuestion(NumberQuestion):
 class AdvanceQuestion(NumberQuestion):
     """The growth of a coordinate in a period of another."""
 
+    keys = ("advance", "of")
+
     coordinate: str
     of: str
-
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.advance is None or ask.of is None else cls(ask.advance, ask.of)
 
     def words(self) -> str:
         return f"the advance of {self.coordinate} in a period of {self.of}"

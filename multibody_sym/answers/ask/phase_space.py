@@ -79,11 +79,9 @@ _ACTION: Final = symbol("J")
 class ActionQuestion(NumberQuestion):
     """The action of a coordinate, and the frequency of its angle."""
 
-    coordinate: str
+    keys = ("action",)
 
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.action is None else cls(ask.action)
+    coordinate: str
 
     def words(self) -> str:
         return f"the action of {self.coordinate}"
@@ -127,7 +125,7 @@ class ActionQuestion(NumberQuestion):
                 working.notes.append(str(reason))
                 return {"": Value(None, unit=unit)}
             working.notes.append(NEAR_REST)
-            working.steps.append(lambda: self._lines(swing, closed=False))
+            working.steps.append(partial(self._lines, swing, closed=False))
             return {"": Value(known[1], unit=unit), FREQUENCY: Value(2 * math.pi / known[0], unit="rad/s")}
         assert period.value is not None
         swing = ToAndFro.of(motion.solved, self.coordinate)
@@ -352,6 +350,8 @@ def _bracket_text(f: object, g: object) -> str:
 class BracketQuestion(SingleQuestion):
     """The Poisson bracket of two functions."""
 
+    is_of_start = True
+
     f: Node
     g: Node
 
@@ -361,9 +361,6 @@ class BracketQuestion(SingleQuestion):
 
     def words(self) -> str:
         return f"the Poisson bracket {_bracket_text(text(self.f), text(self.g))}"
-
-    def is_later(self) -> bool:
-        return False
 
     def unit(self, motion: AskedMotion) -> str:
         try:
@@ -396,20 +393,13 @@ class BracketQuestion(SingleQuestion):
 class CanonicalQuestion(Question):
     """Whether new coordinates and momenta are canonical: their brackets."""
 
-    new: Mapping[str, Node]
+    keys = ("canonical",)
+    is_of_start = True
 
-    @classmethod
-    def parse(cls, ask: Ask) -> Self | None:
-        return None if ask.canonical is None else cls(ask.canonical)
+    new: Mapping[str, Node]
 
     def words(self) -> str:
         return f"whether {', '.join(self.new)} are canonical"
-
-    def is_later(self) -> bool:
-        return False
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return ""
 
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         names = [*self.new]

@@ -89,6 +89,9 @@ _PLANES: Final = (_Plane(0, 1, 2), _Plane(1, 2, 0), _Plane(2, 0, 1))
 class PrincipalAxesQuestion(Question):
     """The principal moments and axes of some bodies together."""
 
+    si_unit = _UNIT
+    is_of_start = True
+
     bodies: tuple[str, ...]
 
     @classmethod
@@ -97,12 +100,6 @@ class PrincipalAxesQuestion(Question):
 
     def words(self) -> str:
         return f"principal moments of inertia of {', '.join(self.bodies)}"
-
-    def unit(self, _motion: AskedMotion) -> str:
-        return _UNIT
-
-    def is_later(self) -> bool:
-        return False
 
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
         solved = motion.solved

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import field, replace
 from functools import cached_property, partial
-from typing import Final, Self
+from typing import ClassVar, Final, Self
 
 import numpy as np
 
@@ -48,20 +48,29 @@ class NeverError(Exception):
 
 
 class Question(ABC):
-    """A question of one kind."""
+    """A question of one kind.
+
+    `keys`: those of `Ask` that have its fields. `si_unit`: that of its answer, whatever is asked. `is_of_start`: it is
+    about the start, though no expression has its answer.
+    """
+
+    keys: ClassVar[tuple[str, ...]] = ()
+    si_unit: ClassVar[str] = ""
+    is_of_start: ClassVar[bool] = False
 
     @classmethod
-    @abstractmethod
     def parse(cls, ask: Ask) -> Self | None:
         """Return the question as it is written under `ask`; None if that is one of another kind."""
+        given = [getattr(ask, key) for key in cls.keys]
+        return None if any(x is None for x in given) else cls(*given)
 
     @abstractmethod
     def words(self) -> str:
         """Return the question for people."""
 
-    @abstractmethod
-    def unit(self, motion: AskedMotion) -> str:
+    def unit(self, _motion: AskedMotion) -> str:
         """Return the SI unit of the answer."""
+        return self.si_unit
 
     def at_start(self) -> Node | None:
         """Return the expression whose value at the start is the answer, None where it is about later."""
@@ -69,7 +78,7 @@ class Question(ABC):
 
     def is_later(self) -> bool:
         """Return whether it is about what happens after the start."""
-        return self.at_start() is None
+        return self.at_start() is None and not self.is_of_start
 
     @property
     def is_of_small_motion(self) -> bool:

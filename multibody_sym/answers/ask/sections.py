@@ -85,11 +85,30 @@ class SectionExtreme(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SectionQuestion(SingleQuestion):
-    """What the section of a beam transmits `at` a place; without one as a formula of the place."""
+class _BeamQuestion(Question):
+    """A question about what sections of a beam transmit."""
+
+    is_of_start = True
 
     beam: str
     component: str
+
+    def unit(self, _motion: AskedMotion) -> str:
+        return UNITS[self.component]
+
+    def _cut(self, motion: AskedMotion, working: Working) -> CutBeam | None:
+        """Return the beam; None where statics alone does not determine what acts on it."""
+        cut = CutBeam(motion.solved, self.beam)
+        if cut.undetermined:
+            working.notes.append(f"statics alone does not determine {cut.undetermined}")
+            return None
+        return cut
+
+
+@dataclass(frozen=True)
+class SectionQuestion(_BeamQuestion, SingleQuestion):
+    """What the section of a beam transmits `at` a place; without one as a formula of the place."""
+
     at: Node | None
 
     @classmethod
@@ -102,16 +121,9 @@ class SectionQuestion(SingleQuestion):
         where = "along it" if self.at is None else f"at {text(self.at)}"
         return f"{_WORDS[self.component]} of {self.beam} {where}"
 
-    def unit(self, _motion: AskedMotion) -> str:
-        return UNITS[self.component]
-
-    def is_later(self) -> bool:
-        return False
-
     def answer(self, motion: AskedMotion, working: Working) -> Value:
-        cut = CutBeam(motion.solved, self.beam)
-        if cut.undetermined:
-            working.notes.append(f"statics alone does not determine {cut.undetermined}")
+        cut = self._cut(motion, working)
+        if cut is None:
             return Value(None, unit=UNITS[self.component])
         working.steps.append(lambda: [Sentence((f"equilibrium of the part with smaller {cut.letter}, on which act",))])
         if self.at is None:
@@ -140,7 +152,8 @@ class SectionQuestion(SingleQuestion):
         formula = found[-1][1]
         for stretch, value in reversed(found[:-1]):
             formula = value if value == formula else BUILD["where"](BUILD["less"](place, stretch.last), value, formula)
-        working.notes.append(f"{cut.letter} is the place along {self.beam}, from {_ends(cut)}")
+        ends = f"{text(cut.stretches[0].first)} to {text(cut.stretches[-1].last)}"
+        working.notes.append(f"{cut.letter} is the place along {self.beam}, from {ends}")
         return Value(None, formula, unit=UNITS[self.component])
 
     def _lines(self, cut: CutBeam, stretch: Stretch, place: Node, value: Node) -> Iterator[Line]:
@@ -150,12 +163,8 @@ class SectionQuestion(SingleQuestion):
             yield equation(symbol(LETTERS[self.component]), value)
 
 
-@dataclass(frozen=True)
-class GreatestSectionQuestion(Question):
+class GreatestSectionQuestion(_BeamQuestion):
     """The N, V or M of a beam that is greatest in size, and its place along the beam (`.at`)."""
-
-    beam: str
-    component: str
 
     @classmethod
     def parse(cls, ask: Ask) -> Self | None:
@@ -166,16 +175,9 @@ class GreatestSectionQuestion(Question):
     def words(self) -> str:
         return f"greatest {_WORDS[self.component]} of {self.beam}"
 
-    def unit(self, _motion: AskedMotion) -> str:
-        return UNITS[self.component]
-
-    def is_later(self) -> bool:
-        return False
-
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
-        cut = CutBeam(motion.solved, self.beam)
-        if cut.undetermined:
-            working.notes.append(f"statics alone does not determine {cut.undetermined}")
+        cut = self._cut(motion, working)
+        if cut is None:
             return {"": Value(None, unit=UNITS[self.component])}
         extremes = cut.extremes(self.component)
         best = max(extremes, key=lambda each: abs(each.value.value or 0.0) - _SAME * (each.place.value or 0.0))
@@ -197,10 +199,6 @@ class GreatestSectionQuestion(Question):
         told = [(each.value.expression or real(each.value.value or 0.0), each.place_text) for each in extremes]
         for value, place in dict.fromkeys(told):
             yield Sentence((f"{letter} = ", value, f" at {cut.letter} = {place}"))
-
-
-def _ends(cut: CutBeam) -> str:
-    return f"{text(cut.stretches[0].first)} to {text(cut.stretches[-1].last)}"
 
 
 class CutBeam:

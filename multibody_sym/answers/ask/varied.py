@@ -7,8 +7,7 @@ from functools import cached_property
 from time import process_time
 from typing import Final
 
-from multibody_sym.algebra.quotient_functions import exact
-from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, why_none
+from multibody_sym.algebra.quotients import PRECISE, Letter, NoClosedFormError, why_none
 from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.extremes import ANYWHERE, UNKNOWN, ExtremeQuestion
 from multibody_sym.answers.ask.forced_questions import FORCED_QUESTIONS
@@ -19,8 +18,8 @@ from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
 from multibody_sym.answers.ask.phase_space import ActionQuestion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
-from multibody_sym.answers.instant.letters import put_in
-from multibody_sym.derivation.symbolic_start import WORK, limits_of
+from multibody_sym.answers.instant.letters import put_in, quotient_of
+from multibody_sym.derivation.symbolic_start import limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.vocabulary import in_order, named_by
@@ -304,11 +303,8 @@ def roots_near(node: Node, unknown: Node, value: float, solved: SolvedInstant) -
     """Yield expressions of the root of a formula that has this value."""
     letters = dict(solved.symbolic.letters)
     letters[unknown] = Letter(unknown, PRECISE.mpf(value), letters[unknown].positive)
-    field = Field(WORK)
     try:
-        known = {x: field.letter(x, letter) for x, letter in letters.items()}
-        (equation,) = exact(field, [node], known)
-        for root in roots(equation, unknown):
+        for root in roots(quotient_of(node, letters), unknown):
             if abs(evaluate_float([root], solved.sample)[0] - value) <= AGREEMENT * abs(value):
                 yield root
     except (NoClosedFormError, InputError, *UNDEFINED) as reason:

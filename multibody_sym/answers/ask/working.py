@@ -12,12 +12,11 @@ from functools import reduce
 from typing import Final, NamedTuple
 
 from multibody_sym.algebra.book_form import book_form
-from multibody_sym.algebra.quotient_functions import exact, with_whole_angles
+from multibody_sym.algebra.quotient_functions import with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Poly, Quotient
 from multibody_sym.algebra.roots import Roots, shortest_node
-from multibody_sym.answers.instant.letters import acceleration_names
+from multibody_sym.answers.instant.letters import acceleration_names, quotient_of
 from multibody_sym.answers.records import Formula, Line, Sentence
-from multibody_sym.derivation.symbolic_start import WORK
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.model.fields import Point
@@ -206,19 +205,14 @@ def solving_lines(
 
     None where the root follows at once, or by steps that are not known.
     """
-    try:
+    with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
         at = evaluate_float([root], sample)[0]
-        field = Field(WORK)
         positive = unknown in letters and letters[unknown].positive
-        with_root = {**letters, unknown: Letter(unknown, PRECISE.mpf(at), positive)}
-        known = {x: field.letter(x, letter) for x, letter in with_root.items()}
-        (found,) = exact(field, [zero], known)
-        traced = _Traced(field, unknown)
-        for each in traced.of(field.in_ring(found.above), _MOST_ROOTS):
+        found = quotient_of(zero, {**letters, unknown: Letter(unknown, PRECISE.mpf(at), positive)})
+        traced = _Traced(found.field, unknown)
+        for each in traced.of(found.field.in_ring(found.above), _MOST_ROOTS):
             if abs(evaluate_float([each], sample)[0] - at) <= _SAME * max(1.0, abs(at)):
                 return _told(zero, [move for move in traced.moves if traced.says_more(found, move)])
-    except (NoClosedFormError, ExpressionError, *UNDEFINED):
-        pass
     return []
 
 

@@ -12,12 +12,12 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from multibody_sym.algebra.book_form import book_form, with_doubles
-from multibody_sym.algebra.quotient_functions import exact, sign, with_whole_angles
-from multibody_sym.algebra.quotients import Field, NoClosedFormError, Quotient
+from multibody_sym.algebra.quotient_functions import sign, with_whole_angles
+from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
+from multibody_sym.answers.instant.letters import quotient_of
 from multibody_sym.answers.instant.loops import LetteredStart
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
 from multibody_sym.derivation.symbolic_start import (
-    WORK,
     ActingForces,
     ClosedForms,
     SymbolicState,
@@ -168,10 +168,8 @@ class SolvedInstant:
         """Return the closed form of what the state alone decides, without accelerations and multipliers."""
         if leaves([node], "slot"):
             return None
-        field = Field(WORK)
-        known = {symbol: field.letter(symbol, letter) for symbol, letter in self.symbolic.letters.items()}
         try:
-            return exact(field, [node], known)[0]
+            return quotient_of(node, self.symbolic.letters)
         except NoClosedFormError:
             return None
 

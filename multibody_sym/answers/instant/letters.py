@@ -10,7 +10,7 @@ from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.quotient_functions import exact, with_whole_angles
 from multibody_sym.algebra.quotients import PRECISE, Field, Letter, NoClosedFormError, Quotient
 from multibody_sym.answers.records import Definition
-from multibody_sym.derivation.symbolic_start import SymbolicState
+from multibody_sym.derivation.symbolic_start import WORK, SymbolicState
 from multibody_sym.dynamics.start.start import Start
 from multibody_sym.mechanics.mechanism import Mechanism, TreeBody
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
@@ -89,6 +89,12 @@ class Letters:
 
 def put_in(node: Node, shown: Mapping[Node, Node]) -> Node:
     return as_node(evaluate([node], lambda leaf: shown.get(leaf, leaf))[0])
+
+
+def quotient_of(node: Node, letters: Mapping[Node, Letter], work: int = WORK) -> Quotient:
+    """Return an expression over letters as a quotient. Raises NoClosedFormError where that takes more `work`."""
+    field = Field(work)
+    return exact(field, [node], {x: field.letter(x, letter) for x, letter in letters.items()})[0]
 
 
 def _with_plain_sums(form: Node) -> Node:
