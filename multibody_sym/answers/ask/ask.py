@@ -86,9 +86,9 @@ def answers_of(solved: SolvedInstant) -> Answers:
             reasons.set_aside()
             question = question_of(ask)
             parts = dict(_answers(motion, name, ask, worked[name].working, remarks))
-            for end, x in parts.items():
+            for part, x in parts.items():
                 if x.expression is not None:
-                    parts[end] = replace(x, expression=short.shortest(x.expression))
+                    parts[part] = replace(x, expression=short.shortest(x.expression))
             written = question_of(solved.system.ask[name])
             if ask is not solved.system.ask[name] and isinstance(written, SingleQuestion):
                 unit = written.unit(motion)  # of the answers that it names
