@@ -40,7 +40,7 @@ from multibody_sym.model.system import System, expressions, with_expressions
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, real, symbol
+from multibody_sym.scalars.node import ZERO, Node, real, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.units import DIMENSIONLESS, infer_dimension, parse_unit
 from multibody_sym.text.values import Value
@@ -127,7 +127,7 @@ class _Chain:
         }
         own = replace(own, parameters=Names({**own.parameters, **letters}))
         start = {name: x.expression if x.expression is not None else ZERO for name, x in begins.start.items()}
-        sums = {integral: add(integral, x.expression or ZERO) for integral, x in begins.before.items()}
+        sums = {integral: integral + (x.expression or ZERO) for integral, x in begins.before.items()}
         summed = {name: with_expressions(x, partial(put_in, shown=sums)) for name, x in own.ask.items()}
         found = going_on(replace(own, ask=Names(summed)), begins.t.expression or ZERO, start)
         _verify_varied(found, begins.letters, number)

@@ -33,21 +33,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    number,
-    power,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, multiply, number, power, symbol
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Courses of x'' = a x + b x' + f(t) with constant a and b, f a sum of powers of t, exponentials, sines and cosines.
@@ -74,31 +60,31 @@ class LinearMotion:
         """Return x(t) from x = q0, x' = u0: a particular solution and the free motion; None for other forces."""
         constant, particular = self._driven()
         if not self.there.constant(constant):
-            particular = add(particular, self._emptying(constant))
+            particular = particular + self._emptying(constant)
             constant = constant * 0
         a = self.a * 0 if self.granted.vanishes(self.a) else self.a
         b = self.b * 0 if a.is_zero and self.granted.vanishes(self.b) else self.b
-        q1 = subtract(q0, at_start(particular))
-        u1 = subtract(u0, at_start(derivative(particular, TIME)))
+        q1 = q0 - at_start(particular)
+        u1 = u0 - at_start(derivative(particular, TIME))
         if a.is_zero and b.is_zero:
-            fallen = multiply(self.granted.written(constant / 2), power(TIME, TWO))
-            return add(add(q1, multiply(u1, TIME)), add(fallen, particular))
+            fallen = self.granted.written(constant / 2) * TIME**2
+            return q1 + u1 * TIME + (fallen + particular)
         if a.is_zero:
-            return add(self._braked(constant, q1, u1), particular)
+            return self._braked(constant, q1, u1) + particular
         middle = self.granted.written(-constant / a)
-        return add(add(middle, particular), self._free(subtract(q1, middle), u1))
+        return middle + particular + self._free(q1 - middle, u1)
 
     def fading(self, q0: Quotient, u0: Quotient) -> Node:
         """Return x(t) of x'' = b x' + `rest`, with the constants that stay of it in one."""
         rest, particular = self._driven()
         if not self.there.constant(rest):
             raise NoClosedFormError("the force is no known function of time")
-        particular = add(particular, multiply(self.granted.written(-rest / self.b), TIME))
+        particular = particular + self.granted.written(-rest / self.b) * TIME
         start, pace = self.there.forms.of([at_start(particular), at_start(derivative(particular, TIME))])
         faded = (u0 - pace) / self.b
-        decay = BUILD["exp"](multiply(self.granted.written(self.b), TIME))
-        stays = add(self.granted.written(q0 - start - faded), particular)
-        return add(stays, multiply(self.granted.written(faded), decay))
+        decay = BUILD["exp"](self.granted.written(self.b) * TIME)
+        stays = self.granted.written(q0 - start - faded) + particular
+        return stays + self.granted.written(faded) * decay
 
     # --- without force --------------------------------------------------------------------------------------------
 
@@ -107,24 +93,24 @@ class LinearMotion:
         half = self.b / 2
         square = -self.a - half * half
         decay = self.granted.written(half)
-        along = subtract(u, multiply(decay, q))
+        along = u - decay * q
         if self.granted.vanishes(square):
-            swing = add(q, multiply(along, TIME))
+            swing = q + along * TIME
         else:
             turns = sign(square) > 0
             rate = self.granted.written(sqrt(square if turns else -square))
             even, odd = (BUILD["cos"], BUILD["sin"]) if turns else (BUILD["cosh"], BUILD["sinh"])
-            phase = multiply(rate, TIME)
-            swing = add(multiply(q, even(phase)), multiply(divide(along, rate), odd(phase)))
-        return swing if half.is_zero else multiply(BUILD["exp"](multiply(decay, TIME)), swing)
+            phase = rate * TIME
+            swing = q * even(phase) + along / rate * odd(phase)
+        return swing if half.is_zero else BUILD["exp"](decay * TIME) * swing
 
     def _braked(self, constant: Quotient, q: Node, u: Node) -> Node:
         """Return the solution of x'' = b x' + constant."""
         written = self.granted.written
         final = written(-constant / self.b)
-        faded = subtract(ONE, BUILD["exp"](multiply(written(self.b), TIME)))
-        gone = multiply(subtract(u, final), multiply(written(-self.b.power(-1)), faded))
-        return add(q, add(multiply(final, TIME), gone))
+        faded = 1 - BUILD["exp"](written(self.b) * TIME)
+        gone = (u - final) * (written(-self.b.power(-1)) * faded)
+        return q + (final * TIME + gone)
 
     # --- particular solutions -------------------------------------------------------------------------------------
 
@@ -137,11 +123,11 @@ class LinearMotion:
                 continue
             left = left - amplitude * left.field.whole(left.field.ring.gens[place])
             answer = self._wave if node.op in _WAVES else self._growing
-            driven = add(driven, answer(amplitude, node, derivative(node.args[0], TIME)))
+            driven = driven + answer(amplitude, node, derivative(node.args[0], TIME))
         powers = self._powers(left)
         if len(powers) > 1:
             left = powers[0]
-            driven = add(driven, self._of_powers(powers))
+            driven = driven + self._of_powers(powers)
         return left, driven
 
     def _functions(self) -> Iterator[tuple[Node, int]]:
@@ -165,16 +151,16 @@ class LinearMotion:
         stiff, loss = -self.a - w * w, -self.b * w
         size = stiff * stiff + loss * loss
         angle = wave.args[0]
-        other = negate(BUILD["cos"](angle)) if wave.op == "sin" else BUILD["sin"](angle)
+        other = -BUILD["cos"](angle) if wave.op == "sin" else BUILD["sin"](angle)
         if size.vanishes:  # in resonance without damping: it grows with the time
             if not (self.b.is_zero or self.granted.vanishes(self.b)):
                 raise NoClosedFormError("a divisor vanishes at the given values")
             self.granted.vanishes(stiff)
-            return multiply(self.granted.written(amplitude * self.there.letter(TIME) / (2 * w)), other)
+            return self.granted.written(amplitude * self.there.letter(TIME) / (2 * w)) * other
         if loss.is_zero and not self.a.is_zero:
             self.granted.differs(stiff)
         along, across = amplitude * stiff / size, amplitude * loss / size
-        return add(multiply(self.granted.written(along), wave), multiply(self.granted.written(across), other))
+        return self.granted.written(along) * wave + self.granted.written(across) * other
 
     def _growing(self, amplitude: Quotient, wave: Node, pace: Node) -> Node:
         """Return a particular solution for amplitude * exp(r t + p)."""
@@ -183,7 +169,7 @@ class LinearMotion:
         for k, divisor in enumerate(divisors):
             if not self.granted.vanishes(divisor):
                 self.granted.differs(divisor)
-                return multiply(self.granted.written(amplitude / divisor), multiply(power(TIME, as_node(k)), wave))
+                return self.granted.written(amplitude / divisor) * (power(TIME, as_node(k)) * wave)
         raise AssertionError("2 is not zero")
 
     def _powers(self, force: Quotient) -> list[Quotient]:
@@ -213,7 +199,7 @@ class LinearMotion:
                 found[n + 1] = (twice - p) / (b * (n + 1))
             else:
                 found[n + 2] = p / ((n + 2) * (n + 1))
-        terms = (multiply(self.granted.written(x), power(TIME, as_node(n))) for n, x in found.items() if not x.is_zero)
+        terms = (self.granted.written(x) * power(TIME, as_node(n)) for n, x in found.items() if not x.is_zero)
         return reduce(add, terms, ZERO)
 
     def _emptying(self, force: Quotient) -> Node:
@@ -234,10 +220,10 @@ class LinearMotion:
         if not (self.there.constant(c) and self.there.constant(d)):
             raise NoClosedFormError("the force is no known function of time")
         written = self.granted.written
-        left = add(written(e / f), TIME)
-        ratio = divide(written(e + f * time), written(e))
-        emptied = subtract(multiply(left, BUILD["log"](ratio)), TIME)
-        return add(multiply(written(c / 2), power(TIME, TWO)), multiply(written(d / f), emptied))
+        left = written(e / f) + TIME
+        ratio = written(e + f * time) / written(e)
+        emptied = left * BUILD["log"](ratio) - TIME
+        return written(c / 2) * TIME**2 + written(d / f) * emptied
 
 
 def _symbols(node: Node) -> frozenset[Node]:
@@ -307,18 +293,18 @@ class BySpeed:
             return self._bernoulli(b, s)
         shift = b / (2 * s)
         d = c - b * shift / 2
-        start = add(self.u0, self.granted.written(shift))
+        start = self.u0 + self.granted.written(shift)
         if self.granted.vanishes(d):
             gone, speed = self._slowing(s, start)
         else:
             gone, speed = self._by_constant(d, s, start)
         drift = self.granted.written(shift)
-        return subtract(add(self.q0, gone), multiply(drift, TIME)), subtract(speed, drift)
+        return self.q0 + gone - drift * TIME, speed - drift
 
     def _slowing(self, s: Quotient, w: Node) -> tuple[Node, Node]:
         """Return the way and the speed of w' = s w^2."""
-        left = subtract(ONE, multiply(multiply(self.granted.written(s), w), TIME))
-        return multiply(self.granted.written(-s.power(-1)), BUILD["log"](left)), divide(w, left)
+        left = 1 - self.granted.written(s) * w * TIME
+        return self.granted.written(-s.power(-1)) * BUILD["log"](left), w / left
 
     def _bernoulli(self, b: Quotient, s: Quotient) -> tuple[Node, Node]:
         """Return x(t), u(t) of u' = b u + s u^2."""
@@ -326,11 +312,11 @@ class BySpeed:
             return self.q0, ZERO
         if b.is_zero or self.granted.vanishes(b):
             gone, speed = self._slowing(s, self.u0)
-            return add(self.q0, gone), speed
-        fading = BUILD["exp"](multiply(self.granted.written(b), TIME))
-        left = add(ONE, multiply(multiply(self.granted.written(s / b), self.u0), subtract(ONE, fading)))
-        gone = multiply(self.granted.written(-s.power(-1)), BUILD["log"](left))
-        return add(self.q0, gone), divide(multiply(self.u0, fading), left)
+            return self.q0 + gone, speed
+        fading = BUILD["exp"](self.granted.written(b) * TIME)
+        left = 1 + self.granted.written(s / b) * self.u0 * (1 - fading)
+        gone = self.granted.written(-s.power(-1)) * BUILD["log"](left)
+        return self.q0 + gone, self.u0 * fading / left
 
     def _by_constant(self, d: Quotient, s: Quotient, w: Node) -> tuple[Node, Node]:
         """Return the way and the speed of w' = d + s w^2.
@@ -341,38 +327,38 @@ class BySpeed:
         falls = sign(d * s) < 0
         most, is_coth = self.granted.written(final if sign(d) > 0 else -final), False
         if not falls:
-            odd, even, inverse = BUILD["tan"], BUILD["cos"], BUILD["atan"](divide(w, most))
+            odd, even, inverse = BUILD["tan"], BUILD["cos"], BUILD["atan"](w / most)
         else:
             (start,) = self.there.forms.of([w])
             room = d / s + start * start  # negative below the final speed, where s and d have different signs
             if self.granted.vanishes(room):
-                return multiply(w, TIME), w
+                return w * TIME, w
             below = room.is_zero or sign(room) < 0
             odd, even = BUILD["tanh"], BUILD["cosh" if below else "sinh"]
-            x = divide(w, most) if below else divide(most, w)
+            x = w / most if below else most / w
             is_coth, inverse = not below, ZERO
             if x is not ZERO:
-                inverse = divide(BUILD["log"](divide(add(ONE, x), subtract(ONE, x))), TWO)  # artanh x
-        phase = add(inverse, multiply(self.granted.written(pace), TIME))
-        gone = BUILD["log"](divide(even(phase), even(inverse)))
-        ratio = divide(ONE, odd(phase)) if is_coth else odd(phase)
-        return multiply(self.granted.written(-s.power(-1)), gone), multiply(most, ratio)
+                inverse = BUILD["log"]((1 + x) / (1 - x)) / 2  # artanh x
+        phase = inverse + self.granted.written(pace) * TIME
+        gone = BUILD["log"](even(phase) / even(inverse))
+        ratio = 1 / odd(phase) if is_coth else odd(phase)
+        return self.granted.written(-s.power(-1)) * gone, most * ratio
 
     # --- s u^n ----------------------------------------------------------------------------------------------------
 
     def _by_power(self, s: Quotient, n: int) -> tuple[Node, Node]:
         """Return x(t), u(t) of u' = s u^n for n other than 0, 1 and 2: u^(1 - n) = u0^(1 - n) + (1 - n) s t."""
-        grown = add(power(self.u0, as_node(1 - n)), multiply(self.granted.written(s * (1 - n)), TIME))
+        grown = power(self.u0, as_node(1 - n)) + self.granted.written(s * (1 - n)) * TIME
         speed = _power_of_positive(grown, Fraction(1, 1 - n))
-        way = subtract(_power_of_positive(grown, Fraction(2 - n, 1 - n)), power(self.u0, as_node(2 - n)))
-        return add(self.q0, multiply(self.granted.written((s * (2 - n)).power(-1)), way)), speed
+        way = _power_of_positive(grown, Fraction(2 - n, 1 - n)) - power(self.u0, as_node(2 - n))
+        return self.q0 + self.granted.written((s * (2 - n)).power(-1)) * way, speed
 
 
 def _power_of_positive(base: Node, exponent: Fraction) -> Node:
     """Return a power of what is positive."""
     if exponent.denominator == 2:
         root = BUILD["sqrt"](base)
-        return divide(ONE, _whole(root, -exponent.numerator)) if exponent < 0 else _whole(root, exponent.numerator)
+        return 1 / _whole(root, -exponent.numerator) if exponent < 0 else _whole(root, exponent.numerator)
     return power(base, number(exponent))
 
 
@@ -413,7 +399,7 @@ class WithTime:
 
     def way(self, speed: Node) -> Node:
         """Return x(t) of u(t). Raises NoClosedFormError."""
-        return add(self.q0, self._integral(self._quotient(speed)))
+        return self.q0 + self._integral(self._quotient(speed))
 
     # --- linear ---------------------------------------------------------------------------------------------------
 
@@ -421,11 +407,11 @@ class WithTime:
         """Return u of u' = a u + f."""
         factor = self._exponential(self._found(a))
         forced = f / self._quotient(factor)
-        return multiply(factor, add(self.u0, self._integral(forced)))
+        return factor * (self.u0 + self._integral(forced))
 
     def _exponential(self, exponent: Antiderivative) -> Node:
         """Return exp(exponent) that is 1 at the start: powers of what logarithms are of."""
-        plain = BUILD["exp"](subtract(exponent.plain, at_start(exponent.plain)))
+        plain = BUILD["exp"](exponent.plain - at_start(exponent.plain))
         return reduce(multiply, (self._power(ratio, x) for x, ratio in exponent.logarithms), plain)
 
     def _power(self, base: Quotient, exponent: Quotient) -> Node:
@@ -466,7 +452,7 @@ class WithTime:
     def _integral(self, a: Quotient) -> Node:
         """Return the integral of a function of time from the start on. Raises NoClosedFormError."""
         found = self._found(a).node
-        return subtract(found, at_start(found))
+        return found - at_start(found)
 
     def _found(self, a: Quotient) -> Antiderivative:
         found = antiderivative(a, TIME)

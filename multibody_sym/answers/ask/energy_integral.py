@@ -36,20 +36,7 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    PI,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, add, as_node, symbol
 
 _SAME: Final = 1e-6
 """How near a root is to the coordinate that it is taken for."""
@@ -93,7 +80,7 @@ class OneFreedom:
     def energies(self) -> tuple[Node, Node]:
         """Kinetic and potential energy at any state."""
         if self.alone is not None:
-            return divide(multiply(self.speed, self.speed), TWO), ZERO
+            return self.speed * self.speed / 2, ZERO
         motion = self.there.instant.motion
         return as_node(kinetic_energy(motion)), as_node(potential_energy(motion))
 
@@ -105,7 +92,7 @@ class OneFreedom:
         if self.alone is not None:
             return put_in(self.energies[0], {self.speed: self.at_start(self.speed)})
         motion = self.there.solved.nodes.motion
-        return add(as_node(kinetic_energy(motion)), as_node(potential_energy(motion)))
+        return as_node(kinetic_energy(motion)) + as_node(potential_energy(motion))
 
     @cached_property
     def start(self) -> Node:
@@ -139,29 +126,29 @@ class OneFreedom:
         moving, stored = (self.here(x) for x in self.energies)
         at_rest, mass = put_in(moving, {self.speed: ZERO}), put_in(moving, {self.speed: ONE})
         if self.momenta:
-            mass = subtract(mass, at_rest)
+            mass = mass - at_rest
         elif at_rest is not ZERO and not self.of(at_rest).is_zero:
             raise NoClosedFormError("the kinetic energy has other parts than the square of one speed")
         if mass is ZERO or TIME in leaves([mass, stored], "symbol"):
             raise NoClosedFormError("the energy depends on time")
-        return multiply(TWO, mass)
+        return 2 * mass
 
     @cached_property
     def inertia(self) -> Node:
         """The momentum of the variable, less what it is at rest, by its rate: M(q), whatever energies stand for it."""
         momentum = self.here(derivative(as_node(kinetic_energy(self.there.instant.motion)), self.speed))
-        return subtract(put_in(momentum, {self.speed: ONE}), put_in(momentum, {self.speed: ZERO}))
+        return put_in(momentum, {self.speed: ONE}) - put_in(momentum, {self.speed: ZERO})
 
     @cached_property
     def potential(self) -> Node:
         """U(q): the potential energy, and the kinetic energy of momenta that are conserved."""
         moving, stored = (self.here(x) for x in self.energies)
-        return add(put_in(moving, {self.speed: ZERO}), stored) if self.momenta else stored
+        return put_in(moving, {self.speed: ZERO}) + stored if self.momenta else stored
 
     @cached_property
     def whole_potential(self) -> Node:
         """U(q), less the work that is done by the place. Raises NoClosedFormError where it depends on the speed."""
-        return self.potential if self.power is None else subtract(self.level, self._by_work)
+        return self.potential if self.power is None else self.level - self._by_work
 
     @cached_property
     def power(self) -> Quotient | None:
@@ -195,8 +182,8 @@ class OneFreedom:
         """The square of the speed by the place. Raises NoClosedFormError."""
         mass = self.mass
         if self.power is None:
-            return self.written(divide(multiply(TWO, subtract(self.level, self.potential)), mass))
-        return written(self.there.forms.of([divide(multiply(TWO, self._by_work), mass)])[0])
+            return self.written(2 * (self.level - self.potential) / mass)
+        return written(self.there.forms.of([2 * self._by_work / mass])[0])
 
     @cached_property
     def _by_work(self) -> Node:
@@ -207,12 +194,12 @@ class OneFreedom:
             raise NoClosedFormError("the work depends on the speed")
         start = self.there.forms.of([self.start])[0]
         if parts[2].is_zero:
-            return subtract(add(self.level, self._integral(parts[0], start)), self.potential)
-        first = subtract(self.level, put_in(self.potential, {self.variable: self.start}))
+            return self.level + self._integral(parts[0], start) - self.potential
+        first = self.level - put_in(self.potential, {self.variable: self.start})
         slope, mass = self.there.forms.of([derivative(self.potential, self.variable), self.mass])
         decay = BUILD["exp"](self._integral(2 * parts[2] / mass, start))
-        forced = self.there.forms.of([divide(written(parts[0] - slope), decay)])[0]
-        return multiply(decay, add(first, self._integral(forced, start)))
+        forced = self.there.forms.of([written(parts[0] - slope) / decay])[0]
+        return decay * (first + self._integral(forced, start))
 
     def _integral(self, a: Quotient, start: Quotient) -> Node:
         found, divisors = definite_integral(a, self.variable, start)
@@ -229,7 +216,7 @@ class OneFreedom:
         """
         square = self.square
         root = BUILD["sqrt"](square)
-        along = ZERO if u == 0.0 else (root if u > 0.0 else negate(root))
+        along = ZERO if u == 0.0 else (root if u > 0.0 else -root)
         rates = {x: put_in(each, {self.speed: along}) for x, each in self.rates.items()}
         formulas = {self.speed: along, **self.places, **rates}
         known = {x: InTime(formula, self.granted) for x, formula in formulas.items()}
@@ -238,7 +225,7 @@ class OneFreedom:
             if node not in known and (node is TIME or node in self.momenta):
                 rate = ONE if node is TIME else self.rates[self.momenta[node]]
                 first = ZERO if node is TIME else self.at_start(node)
-                known[node] = InTime(add(first, self.integral(rate, self.sign)), self.granted)
+                known[node] = InTime(first + self.integral(rate, self.sign), self.granted)
             return known.get(node)
 
         near = self.values.get(self.variable)
@@ -266,7 +253,7 @@ class OneFreedom:
         """Return the integral of a rate over the speed from the start on. Raises NoClosedFormError."""
         with self.there.assuming(self.granted):
             found = self.root_integral(rate).node(self.there.forms.of([self.start])[0])
-        return found if sign > 0 else negate(found)
+        return found if sign > 0 else -found
 
     def lines(self, used: Collection[Node]) -> Iterator[Line]:
         """Yield the theorem that gives the speed, and the integrals of what else was used."""
@@ -275,14 +262,14 @@ class OneFreedom:
         if self.power is None:
             yield equation(left, right, "energy is conserved")
         else:
-            yield equation(left, add(right, _WORK), "work and energy")
+            yield equation(left, right + _WORK, "work and energy")
             force = written(self.power)
             yield Sentence((_WORK, " is the integral of ", force, " by ", self.variable, " from ", self.start))
         square = self.square if self.values else written(self.there.forms.of([self.square])[0])
-        yield equation(multiply(self.speed, self.speed), square, "so")
+        yield equation(self.speed * self.speed, square, "so")
         for node in (x for x in used if x is TIME or x in self.momenta):
             rate = ONE if node is TIME else self.rates[self.momenta[node]]
-            yield integral_line(node, divide(rate, BUILD["sqrt"](square)), self.variable, self.start)
+            yield integral_line(node, rate / BUILD["sqrt"](square), self.variable, self.start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,7 +297,7 @@ class ToAndFro:
 
     def action(self) -> Node:
         """Return the integral of p dq over a period, divided by 2 pi. Raises NoClosedFormError."""
-        return self._there_and_back(divide(multiply(self.freedom.inertia, self.freedom.square), multiply(TWO, PI)))
+        return self._there_and_back(self.freedom.inertia * self.freedom.square / (2 * PI))
 
     def by_energy(self) -> ToAndFro:
         """Return the same motion with a letter in place of its energy. Raises NoClosedFormError."""
@@ -326,7 +313,7 @@ class ToAndFro:
     def rate_by_energy(self, action: Node) -> Node:
         """Return dE/dJ of an action by the letter of the energy. Raises NoClosedFormError."""
         assert self.freedom.energy is not None
-        return written(self.freedom.there.forms.of([divide(ONE, derivative(action, self.freedom.energy))])[0])
+        return written(self.freedom.there.forms.of([1 / derivative(action, self.freedom.energy)])[0])
 
     def elliptic(self) -> tuple[Quotient, Quotient, Quotient] | None:
         """Return M, omega_0^2 and k^2 of a swing with q'^2 = 4 omega_0^2 (k^2 - sin(q/2)^2) and M constant.
@@ -360,9 +347,9 @@ class ToAndFro:
         if parts is None:
             return
         mass, square, modulus = map(written, parts)
-        yield equation(multiply(OMEGA_0, OMEGA_0), square, "a pendulum with")
+        yield equation(OMEGA_0 * OMEGA_0, square, "a pendulum with")
         k = next(x for x in _MODULI if symbol(x) not in self.freedom.there.solved.mechanism.symbols)
-        yield equation(multiply(symbol(k), symbol(k)), modulus)
+        yield equation(symbol(k) * symbol(k), modulus)
         yield Sentence((f"J = 8/pi*M*omega_0*(E({k}) - (1 - {k}^2)*K({k})), T = 4*K({k})/omega_0, M = ", mass))
         yield Sentence((f"K and E are the complete elliptic integrals of the modulus {k}",))
 
@@ -398,14 +385,14 @@ class ToAndFro:
             return None
         if abs(near - abs(value)) > FITS * abs(value):
             return None
-        return size if value > 0.0 else negate(size)
+        return size if value > 0.0 else -size
 
     def lines(self, node: Node) -> Iterator[Line]:
         """Yield the energy integral, and twice the integral between the places where the motion turns."""
         freedom = self.freedom
         yield from freedom.lines([])
         square = written(freedom.there.forms.of([freedom.square])[0])
-        integrand = divide(multiply(TWO, self._rate(node)), BUILD["sqrt"](square))
+        integrand = 2 * self._rate(node) / BUILD["sqrt"](square)
         name = symbol("T") if node is TIME else node
         grown = "" if node is TIME else "the advance of "
         where = (" by ", freedom.variable, " from one place where ", freedom.speed, " = 0 to the other")
@@ -474,7 +461,7 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
                 waiting.remove(zero)
         if len(waiting) == count:
             break
-    rates = {pairs[x]: multiply(derivative(place, variable), speed) for x, place in places.items()}
+    rates = {pairs[x]: derivative(place, variable) * speed for x, place in places.items()}
     held = [equation(x, place, "the constraint gives") for x, place in places.items() if x not in resting]
     for row in (row for row in rows if not row.holonomic and row.kinematic):  # rolling
         slip = put_in(as_node(row.phidot), {**places, **rates})
@@ -483,7 +470,7 @@ def _on_curve(there: Anywhere, variable: Node, speed: Node, values: Mapping[Node
         unknown = [x for x in leaves([slip], "symbol") if x in pairs.values() and x is not speed]
         if len(unknown) != 1:
             return None
-        rolling = negate(divide(put_in(slip, {unknown[0]: ZERO}), derivative(slip, unknown[0])))
+        rolling = -(put_in(slip, {unknown[0]: ZERO}) / derivative(slip, unknown[0]))
         rates[unknown[0]] = in_book_form(there, rolling, values)
         held.append(equation(unknown[0], rates[unknown[0]], "without slip"))
     if set(rates) != set(pairs.values()) - {speed}:
@@ -580,7 +567,7 @@ class _BySpeed:
             found, divisors = definite_integral(self._integrand(node), self.speed, start)
         for divisor in divisors:
             self.granted.differs(divisor)
-        return add(self.q0 if node is self.place else ZERO, found)
+        return (self.q0 if node is self.place else ZERO) + found
 
     def _lines(self, used: Collection[Node]) -> Iterator[Line]:
         mechanism = self.there.solved.mechanism

@@ -30,7 +30,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves, postorder, table
-from multibody_sym.scalars.node import Node, negate, slot
+from multibody_sym.scalars.node import Node, slot
 from multibody_sym.scalars.sign_changes import known_zeros, switching_functions
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.printer import text
@@ -323,7 +323,7 @@ class ExtremeQuestion(LaterQuestion):
 
     def _run(self, motion: Simulated) -> tuple[Trajectory, bool]:
         """Return the run that is searched for what is to be largest, and whether nothing but its time ends it."""
-        asked, until = self.expression if self.is_largest else negate(self.expression), self.until
+        asked, until = self.expression if self.is_largest else -self.expression, self.until
         if (given := time_of(until)) is not None:
             return motion.along(asked, motion.number(given)), False
         if until is None or (condition := condition_of(until)) is not None:

@@ -92,7 +92,7 @@ class FindQuestion(SingleQuestion):
             extreme = number_question(each)
             assert extreme is not None
             known[name] = extreme.answer(motion, working)
-        asked = subtract(self.equation.left, self.equation.right)
+        asked = self.equation.left - self.equation.right
         search = ValueSearch(self, VariedAnswer(motion, self.name, asked, known, self.extremes))
         value, more = search.found()
         working.notes.extend(more)

@@ -37,20 +37,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    PI,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import PI, ZERO, Node, add, as_node, multiply, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -72,15 +59,15 @@ def as_complex(part: Complex) -> Node:
     real, imaginary = part
     if imaginary.is_zero:
         return written(real)
-    turned = multiply(IMAGINARY, written(imaginary))
-    return turned if real.is_zero else add(written(real), turned)
+    turned = IMAGINARY * written(imaginary)
+    return turned if real.is_zero else written(real) + turned
 
 
 def free_equations(given: Matrices, names: Sequence[str]) -> list[Node]:
     """Return M x'' + C x' + K x row by row."""
     return [
         reduce(add, (
-            multiply(written(x), symbol(name + dots))
+            written(x) * symbol(name + dots)
             for row, dots in zip(rows, ("''", "'", ""), strict=True)
             for x, name in zip(row, names, strict=True)
             if not x.is_zero
@@ -152,13 +139,13 @@ class SteadySteps:
         drive = self.forced.drive.name
         for k, left in enumerate(free_equations(self.given, self.names)):
             right = (
-                multiply(written(force[k]), symbol(drive + dots))
+                written(force[k]) * symbol(drive + dots)
                 for force, dots in zip(self.forced.forces, ("", "'", "''"), strict=True)
                 if not force[k].is_zero
             )
             yield equation(left, reduce(add, right, ZERO))
         less = "with" if self.forced.drive.mean is ZERO else "less its mean"
-        yield equation(symbol(drive), multiply(self.forced.drive.amplitude, self._wave), less)
+        yield equation(symbol(drive), self.forced.drive.amplitude * self._wave, less)
 
     @property
     def _wave(self) -> Node:
@@ -169,22 +156,22 @@ class SteadySteps:
         drive, (x,), (name,) = self.forced.drive, self.amplitudes, self.names
         (a, b), (p, q) = self._stiffness[0][0], self._force[0]
         same, other = ("sin", "cos") if drive.is_sine else ("cos", "sin")
-        yield equation(symbol(name), multiply(x, BUILD[same](self.angle)), "in steady motion")
-        yield equation(self.angle, subtract(drive.angle, self.phase), "with")
-        rate = multiply(multiply(drive.frequency, x), BUILD[other](self.angle))
-        yield equation(symbol(f"{name}'"), rate if drive.is_sine else negate(rate), "so")
-        square = multiply(drive.frequency, drive.frequency)
-        yield equation(symbol(f"{name}''"), negate(multiply(square, symbol(name))), "and")
+        yield equation(symbol(name), x * BUILD[same](self.angle), "in steady motion")
+        yield equation(self.angle, drive.angle - self.phase, "with")
+        rate = drive.frequency * x * BUILD[other](self.angle)
+        yield equation(symbol(f"{name}'"), rate if drive.is_sine else -rate, "so")
+        square = drive.frequency * drive.frequency
+        yield equation(symbol(f"{name}''"), -(square * symbol(name)), "and")
         sine, cosine = BUILD["sin"](self.phase), BUILD["cos"](self.phase)
-        parts = [_sum((cosine, p), (negate(sine), q)), _sum((sine, p), (cosine, q))]
-        yield equation(multiply(x, written(a)), parts[0], f"put in, factors of {same}({text(self.angle)})")
-        yield equation(multiply(x, written(b)), parts[1], f"factors of {other}({text(self.angle)})")
+        parts = [_sum((cosine, p), (-sine, q)), _sum((sine, p), (cosine, q))]
+        yield equation(x * written(a), parts[0], f"put in, factors of {same}({text(self.angle)})")
+        yield equation(x * written(b), parts[1], f"factors of {other}({text(self.angle)})")
 
     def amplitude_lines(self) -> Iterator[Line]:
         """Yield how the amplitude follows from these equations."""
         if self.has_phase:
             (a, b), (p, q), (x,) = self._stiffness[0][0], self._force[0], self.amplitudes
-            left = multiply(multiply(x, x), _squares(a, b))
+            left = x * x * _squares(a, b)
             yield equation(left, _squares(p, q), "squared and added")
         else:
             yield Sentence(("the amplitude is the modulus of ", self._letter()))
@@ -193,7 +180,7 @@ class SteadySteps:
         """Yield how the phase follows from these equations."""
         if self.has_phase:
             (a, b), (p, q) = self._stiffness[0][0], self._force[0]
-            tangent = divide(written(b * p - a * q), written(a * p + b * q))
+            tangent = written(b * p - a * q) / written(a * p + b * q)
             yield equation(BUILD["tan"](self.phase), tangent, "divided by each other")
             yield Sentence((self.phase, " has the signs of numerator and denominator as those of its sine and cosine",))
         elif self.is_in_phase:
@@ -210,30 +197,30 @@ class SteadySteps:
     def _in_phase(self) -> Iterator[Line]:
         """Yield x = X sin(w t) put in, and Cramer's rule."""
         for name, x in zip(self.names, self.amplitudes, strict=True):
-            yield equation(symbol(name), multiply(x, self._wave), "in steady motion")
+            yield equation(symbol(name), x * self._wave, "in steady motion")
         yield from self._rows("put in")
 
     def _by_complex_amplitudes(self) -> Iterator[Line]:
         """Yield x as a part of X exp(i w t) put in, and Cramer's rule."""
         drive = self.forced.drive
-        turning = BUILD["exp"](multiply(IMAGINARY, drive.angle))
+        turning = BUILD["exp"](IMAGINARY * drive.angle)
         part = "imaginary" if drive.is_sine else "real"
         for name, x in zip(self.names, self.amplitudes, strict=True):
-            yield Sentence((f"in steady motion {name} is the {part} part of ", multiply(x, turning)))
-        yield Sentence((f"and {drive.name} that of ", multiply(drive.amplitude, turning)))
+            yield Sentence((f"in steady motion {name} is the {part} part of ", x * turning))
+        yield Sentence((f"and {drive.name} that of ", drive.amplitude * turning))
         yield from self._rows("put in")
 
     def _rows(self, first: str) -> Iterator[Line]:
         for row, force in zip(self._stiffness, self._force, strict=True):
             pairs = zip(row, self.amplitudes, strict=True)
-            left = (multiply(as_complex(a), x) for a, x in pairs if not (a[0].is_zero and a[1].is_zero))
+            left = (as_complex(a) * x for a, x in pairs if not (a[0].is_zero and a[1].is_zero))
             yield equation(reduce(add, left, ZERO), as_complex(force), first)
             first = ""
         if len(self.names) > 1 and self.is_in_phase:
             yield Sentence(("by Cramer's rule, over the determinant ", written(self._determinant)))
         transfer = self.forced.transfer(self.coordinate)
         above, below = (at_frequency(part, self._omega) for part in transfer)
-        whole = multiply(self.forced.drive.amplitude, divide(as_complex(above), as_complex(below)))
+        whole = self.forced.drive.amplitude * (as_complex(above) / as_complex(below))
         yield equation(self._letter(), whole, "so")
 
     @property
@@ -242,7 +229,7 @@ class SteadySteps:
 
 
 def _sum(*pairs: tuple[Node, Quotient]) -> Node:
-    return reduce(add, (multiply(written(x), node) for node, x in pairs if not x.is_zero), ZERO)
+    return reduce(add, (written(x) * node for node, x in pairs if not x.is_zero), ZERO)
 
 
 def _squares(a: Quotient, b: Quotient) -> Node:
@@ -261,12 +248,12 @@ def damping_lines(small: SmallMotion) -> Iterator[Line]:
     yield equation(left, ZERO)
     standard = reduce(add, (
         symbol(f"{name}''"),
-        multiply(multiply(TWO, multiply(ZETA, OMEGA_0)), symbol(f"{name}'")),
-        multiply(multiply(OMEGA_0, OMEGA_0), symbol(name)),
+        2 * (ZETA * OMEGA_0) * symbol(f"{name}'"),
+        OMEGA_0 * OMEGA_0 * symbol(name),
     ))
     yield equation(standard, ZERO, "by the mass, as")
-    yield equation(multiply(OMEGA_0, OMEGA_0), written(k / m), "compared")
-    yield equation(multiply(multiply(TWO, ZETA), OMEGA_0), written(c / m), "and")
+    yield equation(OMEGA_0 * OMEGA_0, written(k / m), "compared")
+    yield equation(2 * ZETA * OMEGA_0, written(c / m), "and")
 
 
 _AGREEMENT: Final = 1e-9
@@ -418,7 +405,7 @@ def _size(factor: Quotient, above: Complex, below: Complex) -> Node:
     outside = absolute(factor) * p / q
     field = outside.field
     top, bottom = (written(field.whole(x)) for x in (outside.above, outside.below))
-    return divide(top if root is None else multiply(top, root), bottom if other is None else multiply(bottom, other))
+    return (top if root is None else top * root) / (bottom if other is None else bottom * other)
 
 
 def _argument(part: Complex) -> Node:
@@ -512,10 +499,10 @@ class PhaseQuestion(_ForcedQuestion):
             form = _argument((c * a + d * b, d * a - c * b))
             if len(text(form)) <= _LONGEST:
                 return form
-        form = add(_argument(below), negate(_argument(above)))
+        form = _argument(below) + -_argument(above)
         sample = {x.node: float(x.sample) for x in a.field.letters if x.node is not None}
         turns = round((self.value(linear) - evaluate_float([form], sample)[0]) / (2 * np.pi))
-        found = add(form, multiply(as_node(2 * turns), PI)) if turns else form
+        found = form + as_node(2 * turns) * PI if turns else form
         notes.append(f"while -pi < {text(found)} <= pi; elsewhere 2*pi is added or subtracted")
         return found
 
@@ -608,7 +595,7 @@ class ResonanceQuestion(_FrequencyQuestion):
             yield Sentence(("without damping the amplitude is infinite where the denominator vanishes",))
         else:
             force = written(linear.exact(linear.drive.amplitude))
-            square = multiply(multiply(force, force), divide(written(a * a + b * b), written(c * c + d * d)))
+            square = force * force * (written(a * a + b * b) / written(c * c + d * d))
             yield Sentence(("the amplitude is greatest where the derivative of its square vanishes, of ", square))
         yield self.vanishing_line(linear)
         push = linear.exact(linear.drive.amplitude) * a
@@ -746,12 +733,12 @@ class DecrementQuestion(_FadingQuestion):
         M, C, K = (x[0][0] for x in (given.mass, given.rates, given.stiffness))
         swings = 4 * M * K - C * C
         notes.extend(f"while {each}" for each in _granted([Condition(swings, strict=True)]))
-        return divide(multiply(multiply(TWO, PI), written(C)), BUILD["sqrt"](written(swings)))
+        return 2 * PI * written(C) / BUILD["sqrt"](written(swings))
 
     def lines(self, linear: SmallMotion) -> Iterator[Line]:
         yield from super().lines(linear)
         yield Sentence(("maxima are a period of the damped oscillation apart, whose logarithmic ratio is ",
-                        divide(multiply(multiply(TWO, PI), ZETA), BUILD["sqrt"](subtract(ONE, multiply(ZETA, ZETA))))))
+                        2 * PI * ZETA / BUILD["sqrt"](1 - ZETA * ZETA)))
 
 
 FORCED_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (

@@ -34,7 +34,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, negate, number, subtract, symbol
+from multibody_sym.scalars.node import ZERO, Node, number, symbol
 from multibody_sym.scalars.sympy_bridge import from_sympy, to_sympy
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -167,7 +167,7 @@ class FormulaOfQuestion(SingleQuestion):
             along = course.along(shown.variable)
             near = {self.expression: shown.values[self.expression]}
             near[shown.variable] = evaluate_float([along], {**there.solved.sample, **near})[0]
-            for root in roots(in_letters(there, subtract(along, shown.variable), near), self.expression):
+            for root in roots(in_letters(there, along - shown.variable, near), self.expression):
                 formula = _short(there, root)
                 yield _Candidate(formula, partial(self._solved_lines, course.lines), list(course.granted()))
 
@@ -183,11 +183,11 @@ class FormulaOfQuestion(SingleQuestion):
         freedom = freedom_of(there, self.expression, shown.state)
         if freedom is None or shown.variable not in freedom.momenta:
             return
-        advanced = subtract(shown.variable, freedom.at_start(shown.variable))
+        advanced = shown.variable - freedom.at_start(shown.variable)
         with there.assuming(freedom.granted):
             integral = freedom.root_integral(freedom.rates[freedom.momenta[shown.variable]])
             start = there.forms.of([freedom.start])[0]
-            formula = _short(there, integral.inverse(start, advanced if freedom.sign > 0 else negate(advanced)))
+            formula = _short(there, integral.inverse(start, advanced if freedom.sign > 0 else -advanced))
         conditions = [*map(str, least_conditions(freedom.granted.positive))]
         lines = partial(freedom.lines, [shown.variable])
         yield _Candidate(formula, partial(self._solved_lines, lines), conditions)

@@ -26,7 +26,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import Node, add, as_node, multiply, quantity, symbol
+from multibody_sym.scalars.node import Node, add, as_node, quantity, symbol
 
 ASKED: Final = "asked"
 """The output that is the expression asked for."""
@@ -360,7 +360,7 @@ def _sides_ahead(q: Floats, away: NDArray[np.intp]) -> Floats:
 
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:
     """Return a component of a quantity of a point along a unit vector."""
-    parts = [multiply(as_node(x), quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
+    parts = [as_node(x) * quantity(function, (point, axis)) for x, axis in zip(direction, AXES, strict=True)]
     return reduce(add, parts)
 
 

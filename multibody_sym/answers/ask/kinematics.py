@@ -36,19 +36,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars import vectors
 from multibody_sym.scalars.elementary import BUILD, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    quantity,
-    real,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, quantity, real, symbol
 from multibody_sym.scalars.vectors import Vec, apply
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -113,7 +101,7 @@ class _Parts:
 
 
 def _size(components: Iterable[Node]) -> Node:
-    return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in components)))
+    return BUILD["sqrt"](reduce(add, (x * x for x in components)))
 
 
 def _size_of_one(parts: Sequence[Value]) -> Value | None:
@@ -205,7 +193,7 @@ class InstantCenterQuestion(Question):
             return {"": Value(None, unit="m")}
         x, y = (quantity("position", (self.body, axis)) for axis in parts.axes)
         v_x, v_y = (quantity("velocity", (self.body, axis)) for axis in parts.axes)
-        pole = subtract(x, divide(v_y, turning)), add(y, divide(v_x, turning))
+        pole = x - v_y / turning, y + v_x / turning
         working.steps.append(lambda: PlaneMotion(parts).pole_lines(self.body))
         return {f".{axis}": parts.expression(node, "m") for axis, node in zip(parts.axes, pole, strict=True)}
 
@@ -229,16 +217,13 @@ class Arm:
         """Return omega x r."""
         x, y = self.reach
         turning = plane.turning(self.body)
-        return negate(multiply(turning, y)), multiply(turning, x)
+        return -(turning * y), turning * x
 
     def acceleration(self, plane: PlaneMotion) -> Pair:
         """Return alpha x r - omega^2 r."""
         x, y = self.reach
-        alpha, square = plane.turning_rate(self.body), multiply(plane.turning(self.body), plane.turning(self.body))
-        return (
-            negate(add(multiply(alpha, y), multiply(square, x))),
-            subtract(multiply(alpha, x), multiply(square, y)),
-        )
+        alpha, square = plane.turning_rate(self.body), plane.turning(self.body) * plane.turning(self.body)
+        return -(alpha * y + square * x), alpha * x - square * y
 
 
 @dataclass(frozen=True)
@@ -254,16 +239,13 @@ class Slide:
     def velocity(self, _plane: PlaneMotion) -> Pair:
         """Return the speed along the direction."""
         x, y = self.along
-        return multiply(self.rate, x), multiply(self.rate, y)
+        return self.rate * x, self.rate * y
 
     def acceleration(self, plane: PlaneMotion) -> Pair:
         """Return the acceleration along the direction, and Coriolis' 2 omega x v."""
         x, y = self.along
-        coriolis = multiply(real(2.0), multiply(plane.turning(self.on), self.rate))
-        return (
-            subtract(multiply(self.second_rate, x), multiply(coriolis, y)),
-            add(multiply(self.second_rate, y), multiply(coriolis, x)),
-        )
+        coriolis = real(2.0) * (plane.turning(self.on) * self.rate)
+        return self.second_rate * x - coriolis * y, self.second_rate * y + coriolis * x
 
 
 class PlaneMotion:
@@ -392,8 +374,8 @@ class PlaneMotion:
             for step in body.free_steps:
                 if len(body.steps) == len(step.u) == 1 and step.step.turns and step.u[0] in self._of_loops:
                     sense = self._component(partial(direction, frame=self._joint(k), components=step.step.turns[0]), 2)
-                    turning = subtract(self.turning(k), self.turning(body.parent))
-                    found[symbol(self.mechanism.speeds[step.u[0]].name)] = multiply(sense, turning)
+                    turning = self.turning(k) - self.turning(body.parent)
+                    found[symbol(self.mechanism.speeds[step.u[0]].name)] = sense * turning
         return found
 
     # --- ways from ground to points --------------------------------------------------------------------------------
@@ -502,7 +484,7 @@ class PlaneMotion:
         joint, turning = self._joint(k), self.turning(k)
         x, y = self._components(partial(position, marker=joint))
         v_x, v_y = _sum([VELOCITY.of(self, part) for part in self.way(joint, k)])
-        pole = subtract(x, divide(v_y, turning)), add(y, divide(v_x, turning))
+        pole = x - v_y / turning, y + v_x / turning
         name = self.mechanism.bodies[k].joint_name
         lines = [equation(symbol(f"{axis}_P"), form) for axis, form in zip("xy", pole, strict=True)]
         words = f"{body} turns about P: v = omega x r from P, so r_P = r_{name} + (-v_y, v_x)/omega with v of {name}"
@@ -570,7 +552,7 @@ class PlaneMotion:
                 yield from _unless_trivial(self._equation_of_speeds(law, self.mechanism.rows.index(own[0])))
                 continue
             n = self._components(partial(direction, frame=holder, components=own[0].axis))
-            a, b = (add(multiply(n[0], v[0]), multiply(n[1], v[1])) for v in (left, right))
+            a, b = (n[0] * v[0] + n[1] * v[1] for v in (left, right))
             yield from _unless_trivial(equation(a, b, f"{element}: {law.name} across"))
 
     def _row_line(self, law: _Law, number: int) -> Iterator[Line]:
@@ -583,8 +565,8 @@ class PlaneMotion:
         for k in self._acted_on(number):
             (x, y), moment = self._wrench(number, k)
             v_x, v_y = _sum([law.of(self, part) for part in self._chains[k]])
-            pushed = add(multiply(x, v_x), multiply(y, v_y))
-            moving = add(moving, add(pushed, multiply(moment, self.turning(k))))
+            pushed = x * v_x + y * v_y
+            moving = moving + (pushed + moment * self.turning(k))
         rest = ZERO
         if abs(self._power(self.parts.solved.numbers, number)) > AGREEMENT:
             rest = self.parts.form(lambda instant: self._power(instant, number))
@@ -600,7 +582,7 @@ class PlaneMotion:
             return instant.rows[number].jacobian[k]
 
         factors = (self.parts.form(partial(factor, k=k)) for k in range(len(self.mechanism.speeds)))
-        left = reduce(add, (multiply(x, rates(k)) for k, x in enumerate(factors) if x is not ZERO), ZERO)
+        left = reduce(add, (x * rates(k) for k, x in enumerate(factors) if x is not ZERO), ZERO)
         if law is ACCELERATION:
             right = self.parts.form(lambda instant: instant.rows[number].gamma)
             return equation(left, right, f"{name}: rate of its velocity equation")

@@ -36,20 +36,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    negate,
-    quantity,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, quantity, symbol
 from multibody_sym.scalars.sign_changes import is_condition, switching_function
 from multibody_sym.text.printer import text
 
@@ -160,7 +147,7 @@ class MotionFormulas:
             if self.variable is symbol(coordinate):
                 return value
             place = self._along(symbol(coordinate))
-            return self.place(subtract(place, value), f"{coordinate} = {text(value)} when", (place, value))
+            return self.place(place - value, f"{coordinate} = {text(value)} when", (place, value))
         for vanishing in self._boundaries(moment):
             try:
                 zero = self.put_in(vanishing)
@@ -238,8 +225,8 @@ def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quo
 
 def component_along(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     """Return the component of a quantity of a point along a direction of any length."""
-    parts = [multiply(x, quantity(function, (point, axis))) for x, axis in zip(direction, AXES, strict=True)]
-    return divide(reduce(add, parts), BUILD["sqrt"](reduce(add, (multiply(x, x) for x in direction))))
+    parts = [x * quantity(function, (point, axis)) for x, axis in zip(direction, AXES, strict=True)]
+    return reduce(add, parts) / BUILD["sqrt"](reduce(add, (x * x for x in direction)))
 
 
 _WITHOUT_SLIP: Final = frozenset(word for verb in ("sticks", "rolls", "grips") for word in VERBS[verb])
@@ -256,7 +243,7 @@ def begins_where(acting: ActingForces, condition: StateCondition) -> Iterator[No
         elif _WITH_SLIP.issuperset(condition.words):
             for part in (part for part in parts if len(part.rows) == 1):
                 force, most = as_node(acting.friction(part)[0]), as_node(acting.most(element, part))
-                yield from (subtract(force, most), add(force, most))
+                yield from (force - most, force + most)
         elif condition.element == element.name and element.unilateral:
             opens = _WITHOUT_FORCE.issuperset(condition.words)
             yield as_node(acting.normal(element) if opens else acting.row(element.normals[0]).zero)
@@ -302,19 +289,19 @@ class Bounces:
         row = ActingForces.at(there.instant).row(element.normals[0])
         gap = flight.put_in(there.forms.of([as_node(row.zero)])[0])
         rate = derivative(gap, TIME)
-        acceleration = written(there.forms.of([negate(derivative(rate, TIME))])[0])
+        acceleration = written(there.forms.of([-derivative(rate, TIME)])[0])
         if TIME in leaves([acceleration], "symbol"):
             raise NoClosedFormError("between impacts no acceleration is constant")
         first = flight.place(gap, "the first impact is where")
         (restitution,) = there.instant.motion.state.values([element.restitution])
-        speed = written(there.forms.of([negate(put_in(rate, {TIME: first}))])[0])
+        speed = written(there.forms.of([-put_in(rate, {TIME: first})])[0])
         return cls(element, flight, gap, first, speed, acceleration, as_node(restitution))
 
     @property
     def end(self) -> Node:
         """The time at which the last of them ends."""
         e, v = self.restitution, self.speed
-        return add(self.first, divide(multiply(TWO, multiply(e, v)), multiply(self.acceleration, subtract(ONE, e))))
+        return self.first + 2 * (e * v) / (self.acceleration * (1 - e))
 
     @property
     def way(self) -> Node:
@@ -322,10 +309,10 @@ class Bounces:
         start = put_in(self.gap, {TIME: ZERO})
         rising = put_in(derivative(self.gap, TIME), {TIME: ZERO})
         solved = self.flight.there.solved
-        up = divide(multiply(rising, rising), self.acceleration) if solved.number(rising) > 0.0 else ZERO
-        e = multiply(self.restitution, self.restitution)
-        square = multiply(self.speed, self.speed)
-        return add(add(start, up), divide(multiply(e, square), multiply(self.acceleration, subtract(ONE, e))))
+        up = rising * rising / self.acceleration if solved.number(rising) > 0.0 else ZERO
+        e = self.restitution * self.restitution
+        square = self.speed * self.speed
+        return start + up + e * square / (self.acceleration * (1 - e))
 
     def course(self, at: float) -> BouncingFormulas:
         """Return formulas of time that go on through the bounces."""
@@ -338,11 +325,11 @@ class Bounces:
         yield from self.flight.places
         yield equation(symbol("v1"), self.speed, f"{self.element.name} strikes with the speed")
         e, v, a = self.restitution, symbol("v1"), self.acceleration
-        yield Sentence(("each impact leaves ", e, " of the speed; in flight the gap has the acceleration ", negate(a)))
-        flights = divide(multiply(TWO, multiply(e, v)), a)
+        yield Sentence(("each impact leaves ", e, " of the speed; in flight the gap has the acceleration ", -a))
+        flights = 2 * (e * v) / a
         yield Sentence(("the flights take ", flights, ", and each ", e, " of the one before: a geometric series"))
-        ways = divide(multiply(multiply(e, e), multiply(v, v)), a)
-        yield Sentence(("their ways are ", ways, ", and each ", multiply(e, e), " of the one before"))
+        ways = e * e * (v * v) / a
+        yield Sentence(("their ways are ", ways, ", and each ", e * e, " of the one before"))
 
 
 @dataclass(frozen=True, eq=False)

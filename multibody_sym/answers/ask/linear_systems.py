@@ -42,7 +42,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, flatten, leaves, postorder
 from multibody_sym.scalars.functions import evaluate
-from multibody_sym.scalars.node import ZERO, Node, add, as_node, divide, multiply, real, subtract, symbol
+from multibody_sym.scalars.node import ZERO, Node, add, as_node, divide, multiply, real, symbol
 from multibody_sym.text.parser import QUANTITIES
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -423,7 +423,7 @@ class AskedModes:
         yield Sentence((f"small deviations from the {modes.about} swing as cos({OMEGA}*t):",))
         for mass, rates, stiffness in zip(modes.mass, modes.rates, modes.stiffness, strict=True):
             terms = [
-                multiply(known, x)
+                known * x
                 for row, dots in ((mass, "''"), (rates, "'"), (stiffness, ""))
                 for value, name in zip(row, modes.coordinates, strict=True)
                 if value.value and (known := value.expression or real(value.value))
@@ -434,7 +434,7 @@ class AskedModes:
             yield from self._determinant(self.value(leaf), leaf)
             yield from self._shape(int(leaf.data[1][0]))
         elif not any(x.value for row in modes.rates for x in row):
-            square = divide(_known(modes.stiffness[0][0]), _known(modes.mass[0][0]))
+            square = _known(modes.stiffness[0][0]) / _known(modes.mass[0][0])
             yield equation(OMEGA**2, min(square, *self._forms(square), key=lambda x: len(text(x))), "so")
         if leaf.data[0] == "period":
             yield Sentence((f"the period is 2*pi/{OMEGA}",))
@@ -457,8 +457,8 @@ class AskedModes:
         whole = _by_cofactors(rows)
         if gyroscopic:  # (a + i omega g)*(a - i omega g) is a^2 + omega^2 g^2
             forth, back = _known(modes.rates[0][1]), _known(modes.rates[1][0])
-            turning = divide(subtract(forth, back), real(2.0)) if damped else forth
-            whole = subtract(whole, square * turning**2)
+            turning = (forth - back) / real(2.0) if damped else forth
+            whole = whole - square * turning**2
         yield equation(whole, ZERO)
         if value.value is None:
             return
@@ -609,8 +609,8 @@ class _Shortest:
         yield node if quotient is None else quotient
         if node.op == "div" and node.args[1].op == "div":  # a/(b/c) as a c/b, each term of a by itself
             above, below = node.args[1].args
-            terms = (self(multiply(below, term)) for term in flatten("add", node.args[0]))
-            yield divide(reduce(add, terms), self(above))
+            terms = (self(below * term) for term in flatten("add", node.args[0]))
+            yield reduce(add, terms) / self(above)
 
     def _quotient(self, node: Node) -> Node | None:
         """Return a formula as one quotient, None where it is too long."""

@@ -45,7 +45,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, TWO, ZERO, Node, add, as_node, divide, multiply, quantity, subtract, symbol
+from multibody_sym.scalars.node import PI, ZERO, Node, add, as_node, quantity, symbol
 from multibody_sym.scalars.rank import CLOSED, rank
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.printer import text
@@ -143,7 +143,7 @@ class SpeedQuestion(UniformQuestion):
         if self.along is not None:
             return component_along("velocity", self.of, self.along)
         parts = [quantity("velocity", (self.of, axis)) for axis in AXES]
-        return BUILD["sqrt"](reduce(add, (multiply(x, x) for x in parts)))
+        return BUILD["sqrt"](reduce(add, (x * x for x in parts)))
 
     def is_uniform(self) -> bool:
         return self.along is None and super().is_uniform()
@@ -206,7 +206,7 @@ class PathQuestion(UniformQuestion):
                 return course.value(course.bounces.way, ZERO)
             raise NoClosedFormError("a path has no formula")
         place = course.along(component_along("position", self.of, self.along), f"place of {self.of}")
-        moved = subtract(place, put_in(place, {course.variable: ZERO}))
+        moved = place - put_in(place, {course.variable: ZERO})
         return course.value(moved, course.place_after(self.after))
 
     def is_uniform(self) -> bool:
@@ -425,8 +425,8 @@ class PeriodQuestion(NumberQuestion):
         moved = there.forms.udot[k]
         yield equation(acceleration(solved.mechanism, k), written(moved), "at any place")
         slope = written(-rate(moved, symbol(self.coordinate)))
-        yield equation(multiply(OMEGA, OMEGA), slope, "a harmonic oscillation with")
-        yield equation(symbol("T"), divide(multiply(TWO, PI), OMEGA))
+        yield equation(OMEGA * OMEGA, slope, "a harmonic oscillation with")
+        yield equation(symbol("T"), 2 * PI / OMEGA)
 
     def _formula(self, solved: SolvedInstant, number: float) -> Node | None:
         """Return 2 pi/sqrt(-A) where the coordinate has q'' = A q + c and this is the number; else None."""
@@ -441,7 +441,7 @@ class PeriodQuestion(NumberQuestion):
             slope = rate(acceleration, q)
             if slope.symbols & there.variables or slope.is_zero or sign(slope) > 0:
                 return None
-            formula = multiply(multiply(TWO, PI), BUILD["sqrt"](Granted().written(-slope.power(-1))))
+            formula = 2 * PI * BUILD["sqrt"](Granted().written(-slope.power(-1)))
             near = abs(evaluate_float([formula], solved.sample)[0] - number) <= FITS * number
         except (NoClosedFormError, ExpressionError, *UNDEFINED):
             return None
@@ -532,10 +532,10 @@ def virtual_work_lines(solved: SolvedInstant, asked: Node) -> Iterator[Line]:
     yield Sentence((f"virtual work: without {named[0].data[1][0]} one freedom is left",))
     names = [symbol(f"delta_{_moved(solved, k)}") for k in range(size)]
     for k in others:
-        yield equation(names[k], multiply(written(ratios[k]), names[free]))
+        yield equation(names[k], written(ratios[k]) * names[free])
     work, arm = (reduce(operator.add, (x[k] * ratios[k] for k in range(size))) for x in (forces, jacobian[rows[0]]))
-    total = add(written(work), multiply(written(arm), quantity(*named[0].data)))
-    yield Formula((symbol("delta_W"), multiply(total, names[free]), ZERO))
+    total = written(work) + written(arm) * quantity(*named[0].data)
+    yield Formula((symbol("delta_W"), total * names[free], ZERO))
 
 
 def _is_regular(rows: list[list[Quotient]]) -> bool:

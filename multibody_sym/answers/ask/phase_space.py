@@ -49,20 +49,7 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import (
-    ONE,
-    PI,
-    TWO,
-    ZERO,
-    Node,
-    add,
-    as_node,
-    divide,
-    multiply,
-    quantity,
-    subtract,
-    symbol,
-)
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, add, as_node, quantity, subtract, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -92,7 +79,7 @@ class ActionQuestion(NumberQuestion):
         return quantity("generalized_momentum", (self.coordinate,))
 
     def unit(self, motion: AskedMotion) -> str:
-        return motion.unit_of(multiply(symbol(self.coordinate), self.momentum))
+        return motion.unit_of(symbol(self.coordinate) * self.momentum)
 
     def number(self, numbers: RunNumbers) -> Value:
         try:
@@ -134,7 +121,7 @@ class ActionQuestion(NumberQuestion):
         frequency = Value(2 * math.pi / period.value, error=2 * math.pi * period.error / period.value**2)
         form = None
         if swing is not None and seconds is not None:
-            form = in_book_form(swing.freedom.there, divide(multiply(TWO, PI), seconds), {})
+            form = in_book_form(swing.freedom.there, 2 * PI / seconds, {})
         if formula is None:
             working.notes.append(numbers.accuracy[0])
         if swing is None:
@@ -171,7 +158,7 @@ class ActionQuestion(NumberQuestion):
             swing = swing.by_energy()
         freedom = swing.freedom
         yield from freedom.lines([])
-        momentum = multiply(freedom.inertia, freedom.speed)
+        momentum = freedom.inertia * freedom.speed
         yield Sentence((_ACTION, " is the integral of ", momentum, " by ", freedom.variable, " over a period, by 2 pi"))
         if not closed:
             yield Sentence(("it is no elementary function that is known: numbers integrate it",))
@@ -183,7 +170,7 @@ class ActionQuestion(NumberQuestion):
             return
         yield equation(_ACTION, action, "by the energy")
         yield Sentence((action, " stays constant while parameters change slowly: an adiabatic invariant"))
-        ratio = divide(symbol("dE"), symbol("dJ"))
+        ratio = symbol("dE") / symbol("dJ")
         yield Formula((OMEGA, ratio, swing.rate_by_energy(action)), before=("the angle variable grows with",))
 
     def _of_cyclic(self, motion: AskedMotion, unit: str, cyclic: list[str], working: Working) -> Mapping[str, Value]:
@@ -207,7 +194,7 @@ class ActionQuestion(NumberQuestion):
         rate = Value(moved.value / period.value, unit="rad/s", error=error)
         there = motion.courses.shown.there
         if there is not None and moved.expression is not None and period.expression is not None:
-            form = in_book_form(there, divide(moved.expression, period.expression), {})
+            form = in_book_form(there, moved.expression / period.expression, {})
             rate = replace(motion.with_formula(rate, form), unit="rad/s")
         words = f"its mean rate: the advance of {self.coordinate} in a period of {others[0]}, by that period"
         working.steps.append(lambda: [Sentence((words,))])
@@ -313,7 +300,7 @@ class PhaseSpace:
         """Yield df/dq dg/dp - df/dp dg/dq of each pair, of functions of q and p, where a product is not zero."""
         for pair in self.pairs:
             q, p = pair.coordinate, pair.momentum
-            parts = multiply(derivative(f, q), derivative(g, p)), multiply(derivative(f, p), derivative(g, q))
+            parts = derivative(f, q) * derivative(g, p), derivative(f, p) * derivative(g, q)
             if parts != (ZERO, ZERO):
                 yield pair, subtract(*parts)
 
@@ -330,8 +317,8 @@ class PhaseSpace:
     def unit(self, motion: AskedMotion, f: Node, g: Node) -> str:
         """Return the SI unit of {f, g}."""
         pair, named = self.pairs[0], {x.momentum: x.quantity for x in self.pairs}
-        product = multiply(put_in(f, named), put_in(g, named))
-        return motion.unit_of(divide(product, multiply(pair.coordinate, pair.quantity)))
+        product = put_in(f, named) * put_in(g, named)
+        return motion.unit_of(product / (pair.coordinate * pair.quantity))
 
     def lines(self, asked: Mapping[Node, Node]) -> Iterator[Line]:
         """Yield the momenta, the speeds where needed, and what was asked as functions of q and p."""

@@ -30,7 +30,7 @@ from multibody_sym.scalars import vectors
 from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import atan2, sqrt
-from multibody_sym.scalars.node import Node, as_node, divide, multiply, real, subtract, symbol
+from multibody_sym.scalars.node import Node, as_node, real, symbol
 from multibody_sym.scalars.vectors import Mat, S
 from multibody_sym.text.values import Value
 
@@ -175,8 +175,8 @@ class PrincipalAxesQuestion(Question):
     def _plane_lines(self, solved: SolvedInstant, plane: _Plane) -> Iterator[Line]:
         i, j = AXES[plane.i], AXES[plane.j]
         a, b, c = (symbol(f"J_{x}") for x in (f"{i}{i}", f"{j}{j}", f"{min(i, j)}{max(i, j)}"))
-        double = divide(multiply(as_node(2), c), subtract(a, b))
-        yield equation(BUILD["tan"](multiply(as_node(2), _ANGLE)), double, "principal axes in their plane")
+        double = as_node(2) * c / (a - b)
+        yield equation(BUILD["tan"](as_node(2) * _ANGLE), double, "principal axes in their plane")
 
 
 def _in_space(tensor: Floats) -> dict[str, Value]:

@@ -30,7 +30,7 @@ from multibody_sym.model.state_words import Moment
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import TWO, Node, add, as_node, divide, multiply, power, quantity, symbol
+from multibody_sym.scalars.node import Node, as_node, quantity, symbol
 
 _DISPLACED: Final = 3
 _FAR: Final = 1e-3
@@ -79,8 +79,8 @@ class UniformMotion:
         ((coordinate, value),) = moment.items()
         k, start = self.place(coordinate), self.solved.nodes.motion.state
         q0, u0 = (written(x) for x in self.forms.of([as_node(start.q[k]), as_node(start.u[k])]))
-        gone = divide(multiply(acceleration(self.solved.mechanism, k), multiply(TIME, TIME)), TWO)
-        yield equation(value, add(add(q0, multiply(u0, TIME)), gone), f"{coordinate} is uniformly accelerated")
+        gone = acceleration(self.solved.mechanism, k) * (TIME * TIME) / 2
+        yield equation(value, q0 + u0 * TIME + gone, f"{coordinate} is uniformly accelerated")
         yield equation(TIME, written(time), "so")
 
     def way(self, coordinate: str, value: Node) -> Quotient:
@@ -156,8 +156,8 @@ class UniformMotion:
             yield from self.velocity_lines(point)
             return
         rate = symbol(self.solved.mechanism.speeds[k].name)
-        gained = multiply(TWO, multiply(acceleration(self.solved.mechanism, k), written(way)))
-        yield equation(multiply(rate, rate), add(written(u * u), gained), f"{coordinate} is uniformly accelerated")
+        gained = 2 * (acceleration(self.solved.mechanism, k) * written(way))
+        yield equation(rate * rate, written(u * u) + gained, f"{coordinate} is uniformly accelerated")
 
     def velocity_lines(self, point: str) -> Iterator[Line]:
         """Yield the velocity of a point at the start, if it has one, and its acceleration, which stays."""
@@ -177,7 +177,7 @@ class UniformMotion:
         speed, still = _length(v), all(x.is_zero for x in v)
         along = sum((x * y for x, y in zip(v, a, strict=True)), v[0] * 0)
         rate = _length(a) if still else along / speed
-        way = add(multiply(written(speed), TIME), multiply(divide(written(rate), TWO), power(TIME, TWO)))
+        way = written(speed) * TIME + written(rate) / 2 * TIME**2
         yield Formula((way,), before=("way on a straight line",))
 
     def speed(self, point: str, time: Quotient) -> Quotient | None:

@@ -24,7 +24,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, multiply, power, symbol
+from multibody_sym.scalars.node import ZERO, Node, add, power, symbol
 from multibody_sym.scalars.node import number as number_node
 from multibody_sym.text.printer import text
 
@@ -188,7 +188,7 @@ class _Traced(Roots):
     def in_tangent(self, terms: dict[tuple[int, int], Quotient], highest: int) -> list[Quotient]:
         found = super().in_tangent(terms, highest)
         if self._tangent is not None:
-            powers = (multiply(written(x), power(self._tangent, number_node(k))) for k, x in enumerate(found) if x.size)
+            powers = (written(x) * power(self._tangent, number_node(k)) for k, x in enumerate(found) if x.size)
             cosine = power(BUILD["cos"](self._tangent.args[0]), number_node(highest))
             self.moves.append(equation(reduce(add, powers, ZERO), ZERO, f"divided by {text(cosine)}"))
         return found

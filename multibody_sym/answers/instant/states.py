@@ -53,7 +53,7 @@ from multibody_sym.scalars.elementary import leaves, postorder
 from multibody_sym.scalars.functions import absolute, evaluate, sqrt
 from multibody_sym.scalars.limits import length
 from multibody_sym.scalars.linear_inequalities import outline
-from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, negate, quantity, slot, symbol
+from multibody_sym.scalars.node import ONE, ZERO, Node, as_node, quantity, slot, symbol
 from multibody_sym.scalars.rank import least_squares
 from multibody_sym.scalars.vectors import ZERO_VECTOR, S, cross, dot, subtract
 from multibody_sym.text.parser import force_name
@@ -614,7 +614,7 @@ def starting_slip(solved: SolvedInstant) -> Iterator[Condition]:
         part = by_rows.get(tuple(row.name for row in sliding.rows))
         if part is None:
             return sliding.coefficient
-        return part.static if sliding.coefficient is part.kinetic else negate(part.static)
+        return part.static if sliding.coefficient is part.kinetic else -part.static
 
     rougher = with_coefficients(mechanism, static)
     try:

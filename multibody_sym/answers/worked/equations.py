@@ -24,7 +24,7 @@ from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float, is_zero
-from multibody_sym.scalars.node import ZERO, Node, as_node, divide, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, symbol
 from multibody_sym.scalars.sympy_bridge import to_sympy
 from multibody_sym.scalars.vectors import UNIT_MATRIX, S, Vec, add, apply, cross, dot, scale, subtract
 
@@ -310,7 +310,7 @@ def _with_lettered_masses(motion: Motion) -> tuple[Motion, dict[Node, float]]:
         if node.op in ("number", "real") and node is not ZERO and _is_of_lengths(mass, lengths):
             letter = symbol(free_name(f"m_{body.name}", taken))
             found[letter] = float(node.data)
-            share = divide(letter, node)
+            share = letter / node
             first, second, third = (scale(share, row) for row in mass.inertia)
             mass = replace(mass, mass=letter, inertia=(first, second, third))
         masses.append(mass)
