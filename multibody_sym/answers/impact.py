@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, Final
 
@@ -27,7 +27,14 @@ from multibody_sym.answers.impact_solution import (
     row_impulses,
     solve_at_rest,
 )
-from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_outputs_put_in
+from multibody_sym.answers.instant.instant import (
+    AGREEMENT,
+    SolvedInstant,
+    corner_groups,
+    of_joint,
+    of_row,
+    with_outputs_put_in,
+)
 from multibody_sym.answers.instant.states import least_coefficient, told_conditions
 from multibody_sym.answers.records import ImpactFound
 from multibody_sym.contact_laws.impact_problem import ImpactResult
@@ -78,11 +85,8 @@ def impact_conditions(solved: SolvedInstant, rows: StruckRows, order: Order, cou
         for positive, broken in course.conditions:
             found += Needed(positive, broken).over(forms)
         given = [Condition(x) for x in forms.of(_not_negative(nodes, order.elements))]
-    except NoClosedFormError as reason:
-        solved.reasons[str(reason)] = None
-        return told_conditions(solved, found)
-    except ExpressionError as reason:
-        solved.reasons[reason.message] = None
+    except (NoClosedFormError, ExpressionError) as reason:
+        solved.reasons[reason.message if isinstance(reason, ExpressionError) else str(reason)] = None
         return told_conditions(solved, found)
     return told_conditions(solved, found, given)
 
@@ -199,10 +203,6 @@ def needed_friction(solved: SolvedInstant, elements: Sequence[LawElement]) -> It
                 return pressing_impulse(instant, element, part, {}), along
 
             yield from least_coefficient(solved, part, impulses)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# The record of an impact: impulses, speeds and energies.
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -385,16 +385,12 @@ class _Answer:
     @cached_property
     def solved(self) -> SolvedInstant:
         """The mechanism of the impact."""
-        return self._solved(self.rows.mechanism, self.rows.jumps, self._formula)
+        return self._solved(self.rows.mechanism, self.rows.jumps, self.course.jumps)
 
     def _solved(
         self, mechanism: Mechanism, jumps: Mapping[int, float], formula: Callable[[Motion], Mapping[int, Node] | None]
     ) -> SolvedInstant:
         return solve_at_rest(self.posed, self.given, mechanism, jumps, formula, self.formalism, self.reasons)
-
-    def _formula(self, before: Motion) -> Mapping[int, Node] | None:
-        """Return the jumps of rows over Nodes, None where no formula is known."""
-        return self.course.jumps(before)
 
     @cached_property
     def course(self) -> ImpactFormulas:
@@ -457,14 +453,8 @@ class _Answer:
         )
 
     def _impulses(self) -> dict[str, Values]:
-        found: dict[str, Values] = {}
-        for element in self.rows.acting:
-
-            def of_element(instant: StateQuantities, element: LawElement = element) -> Mapping[str, Any]:
-                return _impulses_of(instant, element)
-
-            units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
-            found[element.name] = self.solved.values(of_element, units)
+        units = dict.fromkeys(("normal", "friction", "friction_1", "friction_2"), "N*s")
+        found = {x.name: self.solved.values(partial(_impulses_of, element=x), units) for x in self.rows.acting}
         return found | self._impulses_of_groups() | self._impulses_in_joints() | self._impulses_of_constraints()
 
     def _impulses_in_joints(self) -> dict[str, Values]:
@@ -484,12 +474,8 @@ class _Answer:
 
     def _impulses_of_groups(self) -> dict[str, Values]:
         """Return for each contact of several corners the sum of their impulses, which is unique where each is not."""
-        groups: dict[str, list[LawElement]] = {}
-        for element in self.rows.acting:
-            if element.kind == "contact" and element.group not in ("", element.name):
-                groups.setdefault(element.group, []).append(element)
         found: dict[str, Values] = {}
-        for name, elements in groups.items():
+        for name, elements in corner_groups(self.rows.acting).items():
 
             def of_group(instant: StateQuantities, elements: Sequence[LawElement] = elements) -> Mapping[str, Any]:
                 every = [_impulses_of(instant, element) for element in elements]
@@ -507,12 +493,8 @@ class _Answer:
             owner, _, part = row.name.rpartition(".")
             if row.name in acting or owner in mechanism.joint_names:
                 continue
-
-            def of_row(instant: StateQuantities, k: int = k) -> Mapping[str, Any]:
-                return {"impulse": instant.multipliers[k]}
-
-            unit = units.get(row.name, "")
-            value = self.solved.values(of_row, {"impulse": f"{unit}*s" if unit else ""})["impulse"]
+            unit = f"{units[row.name]}*s" if units.get(row.name) else ""
+            value = self.solved.values(partial(of_row, k), {"": unit})[""]
             found.setdefault(owner or row.name, {})[f"impulse_{part}" if owner else "impulse"] = value
         return found
 
@@ -540,11 +522,7 @@ class _Answer:
         found: dict[str, Values] = {}
         withheld = self.posed.blow.mechanism.withheld
         for name in self.posed.blow.mechanism.joint_names:
-
-            def of_joint(instant: StateQuantities, name: str = name) -> Mapping[str, Any]:
-                return instant.reactions[name]
-
-            values = self.solved.values(of_joint, IMPULSE_UNITS)
+            values = self.solved.values(partial(of_joint, name), IMPULSE_UNITS)
             hidden = withheld[name].components if name in withheld else ()
             found[name] = {c: Value(None, unit=IMPULSE_UNITS[c]) if c in hidden else x for c, x in values.items()}
         return found
@@ -570,14 +548,11 @@ class _Answer:
             mechanism = self.posed.blow.bare(element.normals[0])
             last = len(mechanism.rows) - 1
 
-            def of_last(instant: StateQuantities, last: int = last) -> Mapping[str, Any]:
-                return {"": instant.multipliers[last]}
-
             def unit(_: Motion, last: int = last) -> Mapping[int, Node]:
                 return {last: as_node(1)}
 
             solved = self._solved(mechanism, {last: 1.0}, unit)
-            found[element.name] = solved.values(of_last, {"": "kg"})[""]
+            found[element.name] = solved.values(partial(of_row, last), {"": "kg"})[""]
         return found
 
     def _lost_by(self) -> Values:
@@ -586,7 +561,6 @@ class _Answer:
         found: Values = {}
         for name, rows in self._losing().items():
             number = sum(float(self.struck.lost[names[row]]) for row in rows)
-
             found[name] = self._taken(rows, number)
         return found
 

@@ -16,7 +16,7 @@ from multibody_sym.algebra.quotients import Letter, NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
 from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Sentence, Worked, WorkedStep
 from multibody_sym.answers.worked.bodies import IMPULSES, BodyLines, forces_spelt, mass_lines
-from multibody_sym.answers.worked.equations import Equations, NumberedEquation, in_sympy
+from multibody_sym.answers.worked.equations import Equations, in_sympy
 from multibody_sym.contact_laws.impact_problem import ImpactLaw, ImpactResult
 from multibody_sym.derivation.notation import Label, Notation, latex_name, upright
 from multibody_sym.derivation.routes import FORMALISMS, formalism_name
@@ -492,7 +492,9 @@ class _Balance:
         yield WorkedStep(f"Masses{number}", tuple(mass_lines(equations)))
         for body in equations.cut.bodies:
             yield self._step(f"{body.name}, cut free{number}: impulse and momentum", told.body(body))
-        ruled = [*map(_with_positive_side, equations.relations), *equations.laws, *equations.cut.free]
+        signed = ((e, -1 if e.right.rest.sample < 0 else 1) for e in equations.relations)
+        relations = (e if sign > 0 else e.changed(lambda form: form.times(-1)) for e, sign in signed)
+        ruled = [*relations, *equations.laws, *equations.cut.free]
         yield self._step(f"{_RELATIONS}{number}", map(told.formula, ruled))
         yield self._step(f"Elimination{number}", eliminated)
 
@@ -510,10 +512,6 @@ class _Balance:
             for line in lines
         )
         return WorkedStep(title, tuple(told))
-
-
-def _with_positive_side(e: NumberedEquation) -> NumberedEquation:
-    return e.changed(lambda form: form.times(-1)) if e.right.rest.sample < 0 else e
 
 
 def jump_symbols(mechanism: Mechanism) -> list[Any]:
@@ -563,8 +561,7 @@ class _Work:
         found = dict(zip(self.jumps, map(_jump_label, self.solved.mechanism.speeds), strict=True))
         alone = len(self.impulses) == 1
         for s, row in zip(self.impulses, self.solved.mechanism.rows, strict=True):
-            told = row.name.removesuffix(".normal")
-            found[s] = Label("p", "p") if alone else Label(f"p({told})", f"p_{{{upright(told.replace('_', ' '))}}}")
+            found[s] = Label("p", "p") if alone else _impulse_label(row.name.removesuffix(".normal"))
         return found
 
     def notation(self) -> Notation:

@@ -137,6 +137,18 @@ class ImpactStep:
     struck: tuple[str, ...]
     impulses: Mapping[str, float]
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the object that `solve --json` prints."""
+        return {"struck": list(self.struck), "impulses": dict(self.impulses)}
+
+
+_OF_IMPACT: Final = (
+    "law", "sequence", "impulses", "jumps", "after", "joint_impulses", "apparent_mass", "closing", "opening",
+    "energy_lost", "energy_given", "needed", "lost_by", "kinetic_energy", "instantaneous_centres",
+    "centre_of_percussion", "conditions", "limits", "not_unique", "notes", "steps",
+)
+"""The members of an impact's object in `solve --json`."""
+
 
 @dataclass(frozen=True)
 class ImpactFound:
@@ -201,32 +213,12 @@ class ImpactFound:
             own = impulses[name] = {**_json(parts), "state": self.states.get(name, "")}
             if "friction_1" in own:  # that of a contact in space as a list of two
                 own["friction"] = [own.pop("friction_1"), own.pop("friction_2")]
-        return {
-            "law": self.law,
-            "sequence": self.sequence,
-            "impulses": impulses,
-            "jumps": _json(self.jumps),
-            "after": _json(self.after),
-            "joint_impulses": {name: _json(parts) for name, parts in self.joint_impulses.items()},
-            "apparent_mass": _json(self.apparent_mass),
-            "closing": _json(self.closing),
-            "opening": _json(self.opening),
-            "energy_lost": self.energy_lost.as_json(),
-            "energy_given": None if self.energy_given is None else self.energy_given.as_json(),
-            "needed": _json(self.needed),
-            "lost_by": _json(self.lost_by),
-            "kinetic_energy": _json(self.kinetic_energy),
-            "instantaneous_centres": {
-                name: list(x["centre"]) if "centre" in x else {"direction": list(x["direction"])}
-                for name, x in self.instantaneous_centres.items()
-            },
-            "centre_of_percussion": _json(self.centres_of_percussion),
-            "conditions": list(self.conditions),
-            "limits": dict(self.limits),
-            "not_unique": self.not_unique,
-            "notes": list(self.notes),
-            "steps": [{"struck": list(step.struck), "impulses": dict(step.impulses)} for step in self.steps],
+        centres = self.instantaneous_centres.items()
+        plain = {"impulses": impulses, "centre_of_percussion": _json(self.centres_of_percussion)}
+        plain["instantaneous_centres"] = {
+            name: list(x["centre"]) if "centre" in x else {"direction": list(x["direction"])} for name, x in centres
         }
+        return {name: plain[name] if name in plain else _json(getattr(self, name)) for name in _OF_IMPACT}
 
 
 def _values(part: Any) -> Iterator[Value]:
@@ -263,6 +255,14 @@ class OtherState:
     def as_json(self) -> dict[str, Any]:
         """Return the object that `--json` prints."""
         return {"states": dict(self.states), "accelerations": dict(self.accelerations)}
+
+
+_OF_SOLUTION: Final = (
+    "coordinates", "speeds", "assembled", "shifts", "at_rest", "accelerations", "rates", "reactions", "sums", "states",
+    "closing", "directions", "verdict", "others", "searched", "at_limit", "needed", "conditions", "limits", "answers",
+    "where", "not_unique", "withheld", "withheld_reasons", "notes", "units",
+)
+"""The members of a solution's object in `solve --json`."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -345,35 +345,10 @@ class Solution:
     def as_json(self) -> dict[str, Any]:
         """Return the object that `solve --json` prints."""
         found: dict[str, Any] = {} if self.impact is None else {"impact": self.impact.as_json()}
-        found |= {"stages": [each.as_json() for each in self.stages]} if self.stages else {}
-        return found | {
-            "coordinates": dict(self.coordinates),
-            "speeds": dict(self.speeds),
-            "assembled": _json(self.assembled),
-            "shifts": dict(self.shifts),
-            "at_rest": self.at_rest,
-            "accelerations": _json(self.accelerations),
-            "rates": _json(self.rates),
-            "reactions": {name: _with_vectors(_json(components)) for name, components in self.reactions.items()},
-            "sums": _json(self.sums),
-            "states": dict(self.states),
-            "closing": _json(self.closing),
-            "directions": {name: list(direction) for name, direction in self.directions.items()},
-            "verdict": self.verdict,
-            "others": [other.as_json() for other in self.others],
-            "searched": self.searched,
-            "at_limit": dict(self.at_limit),
-            "needed": _json(self.needed),
-            "conditions": list(self.conditions),
-            "limits": dict(self.limits),
-            "answers": _json(self.answers),
-            "where": {name: one.as_json() for name, one in self.where.items()},
-            "not_unique": self.not_unique,
-            "withheld": {name: list(components) for name, components in self.withheld.items()},
-            "withheld_reasons": list(self.withheld_reasons),
-            "notes": list(self.notes),
-            "units": dict(self.units),
-        }
+        found |= {"stages": _json(self.stages)} if self.stages else {}
+        found |= {name: _json(getattr(self, name)) for name in _OF_SOLUTION}
+        found["reactions"] = {name: _with_vectors(components) for name, components in found["reactions"].items()}
+        return found
 
 
 @dataclass(frozen=True)
@@ -392,13 +367,18 @@ class StageFound:
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `solve --json` prints."""
-        found = {"stage": self.number, "begins": self.begins, "t": self.t.as_json(), "start": _json(self.start)}
+        found = {"stage": self.number, "begins": self.begins, "t": _json(self.t), "start": _json(self.start)}
         solved = {} if self.solution is None else self.solution.as_json()
         return {**found, **{key: x for key, x in solved.items() if key != "answers"}}
 
 
-def _json(values: Mapping[str, Value]) -> dict[str, Any]:
-    return {name: value.as_json() for name, value in values.items()}
+def _json(part: Any) -> Any:
+    """Return what `--json` prints of a part of a record."""
+    if isinstance(part, Mapping):
+        return {name: _json(x) for name, x in part.items()}
+    if isinstance(part, tuple | list):
+        return [_json(x) for x in part]
+    return part.as_json() if hasattr(part, "as_json") else part
 
 
 _VECTORS: Final = {"friction": ("friction_1", "friction_2"), "rolling": ("rolling_1", "rolling_2"), "at": AT}

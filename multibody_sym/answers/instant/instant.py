@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from itertools import combinations, product
 from operator import add
 from typing import Any, Final, TypeVar
@@ -509,23 +509,28 @@ def reactions_of(solved: SolvedInstant) -> dict[str, Components]:
             return instant.pulleys[name]
 
         found[name] = with_letters(solved, of_pulley, REACTION_UNITS)
-    found |= _of_joints(solved)
-    return {**found, **_of_constraints(solved), **_of_one_way(solved), **_of_groups(solved)}
+    return {**found, **_of_joints(solved), **_of_constraints(solved), **_of_one_way(solved), **_of_groups(solved)}
+
+
+def of_joint(name: str, instant: StateQuantities) -> Mapping[str, Any]:
+    """Return the reaction of a joint by component."""
+    return instant.reactions[name]
+
+
+def of_row(k: int, instant: StateQuantities) -> Mapping[str, Any]:
+    """Return the multiplier of a row by no name."""
+    return {"": instant.multipliers[k]}
 
 
 def _of_joints(solved: SolvedInstant) -> dict[str, Components]:
     found: dict[str, Components] = {}
     mechanism = solved.mechanism
     for name in mechanism.joint_names:
-
-        def of_joint(instant: StateQuantities, name: str = name) -> Mapping[str, Any]:
-            return instant.reactions[name]
-
         # a joint's own freedoms leave components to what drives it, which needs no letters
         steps = [free.step for body in mechanism.bodies if body.joint_name == name for free in body.free_steps]
         axes = [(kind, axis) for x in steps for kind, every in (("m", x.turns), ("f", x.slides)) for axis in every]
         free = {f"{kind}{axis}" for kind, along in axes for axis, x in zip("xyz", along, strict=True) if x is not ZERO}
-        values = with_letters(solved, of_joint, REACTION_UNITS, numbers=free)
+        values = with_letters(solved, partial(of_joint, name), REACTION_UNITS, numbers=free)
         undetermined = mechanism.withheld[name].components if name in mechanism.withheld else ()
         if undetermined:
             undetermined = (*undetermined, NORMAL)
@@ -548,11 +553,8 @@ def _of_constraints(solved: SolvedInstant) -> dict[str, Components]:
         if row.name.rpartition(".")[0] in solved.mechanism.joint_names or row.name in one_way:
             continue
         name, component = place_of(row)
-
-        def of_row(instant: StateQuantities, component: str = component, k: int = k) -> Mapping[str, Any]:
-            return {component: instant.multipliers[k]}
-
-        found.setdefault(name, {}).update(with_letters(solved, of_row, {component: units[row.name]}))
+        value = with_letters(solved, partial(of_row, k), {"": units[row.name]})[""]
+        found.setdefault(name, {})[component] = value
     return found
 
 
@@ -572,12 +574,13 @@ def _of_one_way(solved: SolvedInstant) -> dict[str, Components]:
             tensions = with_letters(solved, of_rope, dict.fromkeys(rope.components, "N"))
             found.setdefault(rope.told[0], {}).update(tensions)
         else:
-
-            def of_element(instant: StateQuantities, element: LawElement = element) -> Mapping[str, Any]:
-                return ActingForces.at(instant).of(element)
-
+            of_element = partial(_forces_of, element)
             found[element.name] = with_letters(solved, of_element, _units(solved.mechanism, element))
     return found
+
+
+def _forces_of(element: LawElement, instant: StateQuantities) -> Mapping[str, Any]:
+    return ActingForces.at(instant).of(element)
 
 
 def _units(mechanism: Mechanism, element: LawElement) -> dict[str, str]:
@@ -595,20 +598,25 @@ def unit_of(mechanism: Mechanism, row: Row) -> str:
     return row.unit or MechanismUnits(replace(mechanism, rows=(row,))).multipliers[row.name]
 
 
+def corner_groups(elements: Iterable[LawElement]) -> dict[str, list[LawElement]]:
+    """Return the declared contacts that have several corners, with those among some elements."""
+    groups: dict[str, list[LawElement]] = {}
+    for element in elements:
+        if element.kind == "contact" and element.group not in ("", element.name):
+            groups.setdefault(element.group, []).append(element)
+    return groups
+
+
 def _of_groups(solved: SolvedInstant) -> dict[str, Components]:
     """Return for each contact of several corners the sum of their forces, and where the normal force acts.
 
     One of nothing acts nowhere.
     """
-    groups: dict[str, list[LawElement]] = {}
-    for element in solved.mechanism.one_way:
-        if element.kind == "contact" and element.group not in ("", element.name):
-            groups.setdefault(element.group, []).append(element)
     found: dict[str, Components] = {}
-    for name, elements in groups.items():
+    for name, elements in corner_groups(solved.mechanism.one_way).items():
 
         def of_group(instant: StateQuantities, elements: list[LawElement] = elements) -> Mapping[str, Any]:
-            every = [ActingForces.at(instant).of(element) for element in elements]
+            every = [_forces_of(element, instant) for element in elements]
             return {name: reduce(add, (forces[name] for forces in every if name in forces)) for name in every[0]}
 
         def places(instant: StateQuantities, elements: list[LawElement] = elements) -> Mapping[str, Any]:

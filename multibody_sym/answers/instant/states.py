@@ -14,7 +14,7 @@ from multibody_sym.algebra.book_form import book_form, with_doubles
 from multibody_sym.algebra.inequalities import Condition, in_circle, reduced, under_roots, within
 from multibody_sym.algebra.quotient_functions import decided_sign
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
-from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, unit_of
+from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, corner_groups, unit_of
 from multibody_sym.derivation.symbolic_start import WORK, ActingForces, ClosedForms, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.dynamics.programs.reactions import is_active, mode_of
@@ -515,19 +515,14 @@ def pivots(mechanism: Mechanism, forms: ClosedForms) -> Iterator[Condition]:
 # --- several corners, two coefficients -----------------------------------------------------------------------------
 
 
-def _corner_groups(acting: ActingForces) -> Iterator[tuple[str, list[LawElement]]]:
-    """Yield the declared contacts that have several corners, with those that act."""
-    groups: dict[str, list[LawElement]] = {}
-    for element in acting.mechanism.one_way:
-        is_corner = element.kind == "contact" and element.group not in ("", element.name)
-        if is_corner and is_active(acting.mechanism, element):
-            groups.setdefault(element.group, []).append(element)
-    yield from groups.items()
+def _acting_corners(acting: ActingForces) -> dict[str, list[LawElement]]:
+    """Return the declared contacts that have several corners, with those that act."""
+    return corner_groups(x for x in acting.mechanism.one_way if is_active(acting.mechanism, x))
 
 
 def _sticking_corners(acting: ActingForces) -> Iterator[tuple[str, list[LawElement], list[FrictionPart]]]:
     """Yield the declared contacts of which several corners act, with these and their friction, where all stick."""
-    for name, elements in _corner_groups(acting):
+    for name, elements in _acting_corners(acting).items():
         parts = [part for element in elements for part in element.frictions[:1] if part.rubs and not part.enough]
         if len(elements) > 1 and all(acting.mode.slip(part) == STICKS for part in parts):
             yield name, elements, parts
@@ -567,7 +562,7 @@ def _between_corners(acting: ActingForces, numbers: ActingForces) -> Iterator[In
     Their sum acts inside the outline of the corners; where it gets past a side of that the body tips about it.
     `numbers` are the same start in floats, which tell the outline.
     """
-    for name, elements in _corner_groups(acting):
+    for name, elements in _acting_corners(acting).items():
         face = plane_of(elements[0].surfaces or ())
         places = [numbers.place(element) for element in elements]
         if face is None or any(place is None for place in places):

@@ -35,6 +35,13 @@ class RestingFriction:
     element: LawElement
     friction: FrictionPart
 
+    def pressed(self, equations: Equations) -> tuple[Quotient, list[LinearForm]]:
+        """Return the static coefficient and the normal forces among equations."""
+        names = [row.name for row in equations.mechanism.rows]
+        static = coefficients(equations.actions.motion, self.friction.rows, [self.friction.static])
+        (coefficient,) = equations.exactly.quotients(static)
+        return coefficient, [equations.normal(names.index(row.name)) for row in self.element.normals_of(self.friction)]
+
 
 @dataclass(frozen=True)
 class Refuted:
@@ -133,9 +140,7 @@ def _too_much(other: Equations, part: RestingFriction, slips: Mapping[str, int])
         return Refuted(slips, part, other, greater, size, limit) if size.sample > limit.sample else None
     names = [row.name for row in other.mechanism.rows]
     friction = other.symbols.multipliers[names.index(part.friction.rows[0].name)]
-    normals = [other.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
-    static = coefficients(other.actions.motion, part.friction.rows, [part.friction.static])
-    (coefficient,) = other.exactly.quotients(static)
+    coefficient, normals = part.pressed(other)
     left = LinearForm({friction: other.exactly.constant(1)}, coefficient * 0)
     value, forces = other.result(left), [other.result(normal) for normal in normals]
     limit = limits.most(coefficient, limits.pressing(forces, [1 if force.sample >= 0 else -1 for force in forces]))
@@ -209,9 +214,7 @@ class _Rejected:
         row = part.friction.rows[0].name
         further = [each.symbol for each in equations.actions.further if each.element == part.friction.name]
         friction = equations.symbols.multipliers[names.index(row)] if row in names else further[0]
-        static = coefficients(equations.actions.motion, part.friction.rows, [part.friction.static])
-        (coefficient,) = equations.exactly.quotients(static)
-        normals = [equations.normal(names.index(row.name)) for row in part.element.normals_of(part.friction)]
+        coefficient, normals = part.pressed(equations)
         forces = [in_sympy(equations.exactly, normal) for normal in normals]
         N = limits.pressing(forces, [int(part.element.unilateral)] * len(forces))
         return friction, limits.most(equations.exactly.written(coefficient), N)

@@ -18,7 +18,7 @@ from multibody_sym.answers.worked.actions import Action, Actions, Length
 from multibody_sym.derivation.notation import Symbols, symbols_of
 from multibody_sym.derivation.symbolic_start import SymbolicState
 from multibody_sym.mechanics.mechanism import Mechanism
-from multibody_sym.mechanics.motion import BodyMass, Motion, accelerations, motion_of, partial_velocities, spread
+from multibody_sym.mechanics.motion import Motion, accelerations, motion_of, partial_velocities, spread
 from multibody_sym.mechanics.row_records import ReactionRow, RopeSlipRow
 from multibody_sym.mechanics.spanning_tree import free_name
 from multibody_sym.records import dataclass
@@ -307,7 +307,10 @@ def _with_lettered_masses(motion: Motion) -> tuple[Motion, dict[Node, float]]:
     lengths = {symbol(x.name) for x in mechanism.parameters if x.dimension is not None and not x.dimension.mass}
     for body, mass in zip(mechanism.bodies, motion.masses, strict=True):
         node = as_node(mass.mass)
-        if node.op in ("number", "real") and node is not ZERO and _is_of_lengths(mass, lengths):
+        entries = [as_node(x) for row in mass.inertia for x in row]
+        named = leaves(entries, "symbol")
+        is_of_lengths = all(map(is_zero, entries)) or (bool(named) and lengths.issuperset(named))
+        if node.op in ("number", "real") and node is not ZERO and is_of_lengths:
             letter = symbol(free_name(f"m_{body.name}", taken))
             found[letter] = float(node.data)
             share = letter / node
@@ -315,13 +318,6 @@ def _with_lettered_masses(motion: Motion) -> tuple[Motion, dict[Node, float]]:
             mass = replace(mass, mass=letter, inertia=(first, second, third))
         masses.append(mass)
     return replace(motion, masses=tuple(masses)), found
-
-
-def _is_of_lengths(mass: BodyMass, lengths: Collection[Node]) -> bool:
-    """Return whether an inertia vanishes, or is a mass times squares of lengths that are named."""
-    entries = [as_node(x) for row in mass.inertia for x in row]
-    named = leaves(entries, "symbol")
-    return all(map(is_zero, entries)) or (bool(named) and all(x in lengths for x in named))
 
 
 class Equations:
@@ -478,10 +474,6 @@ class Equations:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
-# Elimination as it is done by hand: accelerations by each other, friction by its law, then force after force.
-
-
-# ----------------------------------------------------------------------------------------------------------------------
 # Exact coefficients of equations at an instant: from Nodes in the names of the model to what is printed.
 
 
@@ -490,6 +482,13 @@ WORK: Final = 200_000
 _ENDLESS: Final = 10**15
 _NOTHING: Final = 1e-13
 _NEAR: Final = 2e-12
+
+
+def model_letters(mechanism: Mechanism, symbols: Symbols) -> dict[Node, Any]:
+    """Return the symbols in sympy of coordinates, speeds and parameters."""
+    declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
+    made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
+    return {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
 
 
 class Exactly:
@@ -503,9 +502,7 @@ class Exactly:
         self.field = Field(self._work)
         self._known = {node: self.field.letter(node, letter) for node, letter in given.letters.items()}
         self._sample = {node: float(letter.sample) for node, letter in given.letters.items()}
-        declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
-        made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
-        self._leaves = {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
+        self._leaves = model_letters(mechanism, symbols)
 
     def quotients(self, values: Iterable[Any]) -> list[Quotient]:
         """Return values over Nodes as quotients; raises NoClosedFormError where there are none of bearable length."""
@@ -560,10 +557,6 @@ class LinearForm:
 
     terms: dict[Any, Quotient]
     rest: Quotient
-
-    def of(self, x: Any) -> Quotient | None:
-        """Return the coefficient of an unknown."""
-        return self.terms.get(x)
 
     def plus(self, other: LinearForm, factor: Quotient | int = 1) -> LinearForm:
         """Return this plus a multiple of another."""
@@ -648,6 +641,8 @@ def unit_sign(values: Sequence[Quotient]) -> list[int]:
 
 
 # ----------------------------------------------------------------------------------------------------------------------
+# Elimination as it is done by hand: accelerations by each other, friction by its law, then force after force.
+
 
 @dataclass(frozen=True)
 class EliminationStep:
@@ -731,7 +726,7 @@ class HandElimination:
         alone = len(e.form.terms) == 1
         if moving and e.kind == "relation" and all(y in self.accelerations for y in e.form.terms):
             return 0, not _is_unit(a), -self.accelerations.index(x)
-        if e.kind == "law" and e.left.of(x) is not None and not moving:
+        if e.kind == "law" and x in e.left.terms and not moving:
             return 1, 0, 0
         uses = sum(x in other.form.terms for other in waiting)
         filled = (len(e.form.terms) - 1) * (uses - 1)

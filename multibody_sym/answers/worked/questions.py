@@ -12,6 +12,7 @@ import sympy
 from multibody_sym.answers.ask.working import IMAGINARY, OMEGA, OMEGA_0, ZETA, WorkedAnswer
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.records import Formula, Line, Sentence, Worked, WorkedStep, formulas_in
+from multibody_sym.answers.worked.equations import model_letters
 from multibody_sym.derivation.notation import COORDINATE, Label, Symbols, latex_name
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.scalars.elementary import leaves
@@ -75,9 +76,7 @@ class _Spelling:
 
     def __init__(self, mechanism: Mechanism, symbols: Symbols, undefined: Collection[str]) -> None:
         self._undefined = set(map(symbol, undefined))
-        known = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
-        made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
-        self._leaves: dict[Node, Any] = {symbol(each.name): s for each, s in zip(known, made, strict=True)}
+        self._leaves = model_letters(mechanism, symbols)
         self._leaves.update(zip(map(symbol, mechanism.inputs), symbols.inputs, strict=True))
         names = acceleration_names(mechanism)
         self._leaves.update((symbol(f"{name}''"), s) for name, s in zip(names, symbols.accelerations, strict=True))

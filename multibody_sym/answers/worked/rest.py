@@ -76,10 +76,10 @@ class _Balancing(HandElimination):
         self.conditions += [e.form.rest for e in waiting if not e.form.terms and not e.form.rest.is_zero]
         return left
 
-
-def _left(elimination: _Balancing) -> float:
-    """Return by how much balance is missed where the rest ends."""
-    return max((abs(float(x.sample)) for x in elimination.conditions), default=0.0)
+    @property
+    def missed(self) -> float:
+        """By how much balance is missed where the rest ends."""
+        return max((abs(float(x.sample)) for x in self.conditions), default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class _Balance:
 
     def steps(self, expression: Node | None, value: Quantity) -> Iterator[WorkedStep]:
         """Yield the bodies cut free, the limits, the elimination, and the parameter's value there."""
-        limits, elimination = min(map(self._eliminated, (1, -1)), key=lambda each: _left(each[1]))
+        limits, elimination = min(map(self._eliminated, (1, -1)), key=lambda each: each[1].missed)
         yield WorkedStep("Given", tuple(mass_lines(self.equations)))
         for body in self.equations.cut.bodies:
             yield WorkedStep(f"{body.name}, cut free", tuple(self.told.body(body)))

@@ -16,7 +16,7 @@ from multibody_sym.answers.ask.working import AT_START, BY_RUN, WorkedAnswer
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import acceleration_names
 from multibody_sym.answers.instant.loops import MOST_DEPENDENT, InLetters
-from multibody_sym.answers.records import Definition, Formula, Line, Sentence, Solution, Worked, WorkedStep, formulas_in
+from multibody_sym.answers.records import Formula, Line, Sentence, Solution, Worked, WorkedStep, formulas_in
 from multibody_sym.answers.worked.actions import gripping_ratio
 from multibody_sym.answers.worked.alternatives import rejected_alternatives
 from multibody_sym.answers.worked.bodies import FORCES, BodyLines, forces_spelt, mass_lines, members, safely, wording
@@ -27,6 +27,7 @@ from multibody_sym.answers.worked.equations import (
     LinearForm,
     NumberedEquation,
     in_sympy,
+    model_letters,
 )
 from multibody_sym.answers.worked.questions import with_questions
 from multibody_sym.derivation.free_bodies import MOMENT
@@ -93,12 +94,12 @@ def _coordinate_lines(solved: SolvedInstant, symbols: Symbols, body: TreeBody) -
         )
 
 
+_ALONG: Final = {"1, 0, 0": "x", "0, 1, 0": "y", "0, 0, 1": "z", "-1, 0, 0": "-x", "0, -1, 0": "-y", "0, 0, -1": "-z"}
+
+
 def _axis(axis: Point) -> str:
-    texts = [text(x) for x in axis]
-    plain = {("1", "0", "0"): "x", ("0", "1", "0"): "y", ("0", "0", "1"): "z"}
-    back = {("-1", "0", "0"): "-x", ("0", "-1", "0"): "-y", ("0", "0", "-1"): "-z"}
-    key = (texts[0], texts[1], texts[2])
-    return plain.get(key) or back.get(key) or f"({', '.join(texts)})"
+    components = ", ".join(map(text, axis))
+    return _ALONG.get(components, f"({components})")
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -119,10 +120,7 @@ class ByLetters:
         found.instant  # noqa: B018 - defines the accelerations
         accelerations = {x.own[2]: symbols.accelerations[x.u] for x in every}
         self._needed = found.needed([node for node in accelerations if found.defined(node)])
-        declared = (*mechanism.coordinates, *mechanism.speeds, *mechanism.parameters)
-        made = (*symbols.coordinates, *symbols.speeds, *symbols.parameters)
-        self._leaves: dict[Node, Any] = {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
-        self._leaves.update(accelerations)
+        self._leaves = {**model_letters(mechanism, symbols), **accelerations}
         own = [node for node in self._needed if node not in self._leaves]
         self._leaves.update((node, sympy.Symbol(str(node.data), real=True)) for node in own)
         labels = {node: Label(str(node.data), latex_name(str(node.data))) for node in own}
@@ -139,15 +137,10 @@ class ByLetters:
         """Yield what gives each letter, after what it is found from."""
         for node in self._says:
             one = self._needed.get(node)
-            sides = self._sides(node, one) if one is not None else ()
-            if sides:
-                told = tuple(to_sympy(side, self._leaves) for side in sides)
-                yield Formula(told, before=(self._says[node],))
-
-    @staticmethod
-    def _sides(node: Node, one: Definition) -> tuple[Node, ...]:
-        """Return what is equal; nothing for what is told as a number."""
-        return (node, one.expression) if one.expression is not None else one.equation or ()
+            if one is None or not one.formula:  # what is told as a number
+                continue
+            sides = one.equation if one.expression is None else (node, one.expression)
+            yield Formula(tuple(to_sympy(side, self._leaves) for side in sides or ()), before=(self._says[node],))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -181,21 +174,12 @@ def _expressions(lines: Sequence[Line]) -> list[Node]:
     return nodes_among(x for each in parts for x in each)
 
 
-def _is_of_motion(lines: Sequence[Line]) -> bool:
-    """Return whether lines need the equations of motion, as those of a theorem do not."""
-    return BY_RUN in lines or _names_forces(_expressions(lines))
-
-
 def _quantities_asked(asked: Mapping[str, WorkedAnswer], lines: Mapping[str, Sequence[Line]]) -> list[Node]:
     """Return the quantities at the start that questions name; none where all are to be found."""
     of_start = [each for name, each in asked.items() if _is_of_start(each, lines[name])]
     if any(each.at_start is None for each in of_start):
         return []
     return leaves([each.at_start for each in of_start if each.at_start is not None], "quantity")
-
-
-def _names_a_force(lines: Sequence[Line]) -> bool:
-    return any(x.data[0] in ("reaction", "tension", "multiplier") for x in leaves(_expressions(lines), "quantity"))
 
 
 def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, WorkedAnswer]) -> Worked:
@@ -206,12 +190,14 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     expressions have no value at the exact start, such as a quotient 0/0, the steps end with the given values.
     """
     lines = {name: each.working.lines() for name, each in asked.items()}
-    of_motion = not solution.at_rest and any(map(_is_of_motion, lines.values()))
-    forces = any(map(_names_a_force, lines.values()))
+    by_run, named = any(BY_RUN in x for x in lines.values()), [x for each in lines.values() for x in _expressions(each)]
+    of_motion = not solution.at_rest and (by_run or _names_forces(named))  # lines of a theorem need no equations
+    forces = any(x.data[0] in ("reaction", "tension", "multiplier") for x in leaves(named, "quantity"))
     needs_start = solution.at_rest or solved.needs_no_forces or not asked
     found = None
     if not needs_start and not any(_is_of_start(each, lines[name]) for name, each in asked.items()):
-        found, symbols = _by_theorems(solved, solution)
+        state = WorkedStep("State", tuple(Sentence((line,)) for line in solution.found))
+        found, symbols = _given_alone(solved, *(x for x in (state, _conditions(solution)) if x.lines))
         if of_motion:
             found, symbols = _steps_of_motion(solved, solution, forces=forces)
     if found is None:
@@ -228,12 +214,6 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
 
 _ON_ITS_WAY: Final = 0.02
 """m, rad, and their rates: how far a moment after the start is from it, more than samples of letters are aside."""
-
-
-def _by_theorems(solved: SolvedInstant, solution: Solution) -> tuple[Worked, Symbols]:
-    """Return what is given, the state and its conditions: for answers by theorems, as of energy, alone."""
-    steps = WorkedStep("State", tuple(Sentence((line,)) for line in solution.found)), _conditions(solution)
-    return _given_alone(solved, *(step for step in steps if step.lines))
 
 
 def _steps_of_motion(solved: SolvedInstant, solution: Solution, *, forces: bool) -> tuple[Worked | None, Symbols]:
@@ -262,14 +242,9 @@ def _steps_of_motion(solved: SolvedInstant, solution: Solution, *, forces: bool)
 
 
 def _conditions(solution: Solution) -> WorkedStep:
-    return WorkedStep("Conditions", tuple(_condition_lines(solution)))
-
-
-def _condition_lines(solution: Solution) -> Iterator[Line]:
-    """Yield the conditions, with what happens where they fail."""
-    for condition in solution.conditions:
-        broken = solution.limits.get(condition)
-        yield Sentence((f"{condition} (else {broken})" if broken else condition,))
+    """Return the conditions, with what happens where they fail."""
+    said = (f"{x} (else {solution.limits[x]})" if solution.limits.get(x) else x for x in solution.conditions)
+    return WorkedStep("Conditions", tuple(Sentence((words,)) for words in said))
 
 
 def _in_motion(solved: SolvedInstant, solution: Solution) -> _Work | None:
@@ -431,7 +406,8 @@ class _Work:
         found.update((s, float(instant.tensions[asked])) for s, asked in self.actions.tensions.items())
         for index, body in enumerate(self.mechanism.bodies):
             reaction = instant.reactions[body.joint_name]
-            found.update((s, float(reaction[c])) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+            named = zip(self.actions.reaction_symbols(index), COMPONENTS, strict=True)
+            found.update((s, float(reaction[c])) for s, c in named)
         return found
 
     def _unsolved(self) -> set[Any]:
@@ -444,9 +420,6 @@ class _Work:
             x for x in self.unknowns for other in others if abs(other.get(x, self.values[x]) - self.values[x]) > least
         }
 
-    def _own(self, index: int) -> tuple[Any, ...]:
-        return self.actions.reaction_symbols(index)
-
     @cached_property
     def units(self) -> dict[Any, str]:
         """The units of accelerations and forces."""
@@ -456,7 +429,8 @@ class _Work:
         rows = zip(self.symbols.multipliers, self.mechanism.rows, strict=True)
         found.update((s, told.multipliers[row.name]) for s, row in rows)
         for index in range(len(self.mechanism.bodies)):
-            found.update((s, REACTION_UNITS[c]) for s, c in zip(self._own(index), COMPONENTS, strict=True))
+            of_joint = zip(self.actions.reaction_symbols(index), COMPONENTS, strict=True)
+            found.update((s, REACTION_UNITS[c]) for s, c in of_joint)
         found.update((each.symbol, "N*m" if each.letter == MOMENT else "N") for each in self.actions.further)
         return found
 
@@ -492,7 +466,7 @@ class _Work:
             if function == "''" and name in accelerations:
                 found.append(accelerations[name])
             elif function == "reaction" and name in names and rest[0] in COMPONENTS:
-                found.append(self._own(names.index(name))[COMPONENTS.index(rest[0])])
+                found.append(self.actions.reaction_symbols(names.index(name))[COMPONENTS.index(rest[0])])
             elif function in _OF_FORCES:
                 return []
         solved = self.elimination.results
@@ -544,9 +518,7 @@ class _Work:
         """Yield on which bodies at rest nothing, two or three elements act, and along which lines."""
         if not (self.words.plane and self.solved.rests):
             return
-        declared = (*self.mechanism.coordinates, *self.mechanism.speeds, *self.mechanism.parameters)
-        made = (*self.symbols.coordinates, *self.symbols.speeds, *self.symbols.parameters)
-        letters = {symbol(each.name): s for each, s in zip(declared, made, strict=True)}
+        letters = model_letters(self.mechanism, self.symbols)
         for each in members(self.solved):
             if not each.elements:
                 yield Sentence((f"{each.body}: a zero-force member",))
@@ -652,10 +624,8 @@ class _Work:
 
     def _elimination(self, steps: Sequence[EliminationStep]) -> Iterator[Line]:
         if self.reason:
-            count, kind = (
-                len(self.equations.all) + len(self.equations.lengths),
-                "" if self.equations.lengths else "linear ",
-            )
+            count = len(self.equations.all) + len(self.equations.lengths)
+            kind = "" if self.equations.lengths else "linear "
             yield Sentence((f"{count} {kind}equations for {len(self.unknowns)} unknowns, solved in numbers:",))
             yield Sentence((self.reason,))
             yield from self._by_each_other()
