@@ -82,7 +82,7 @@ class ForceArrow:
     at: Anchor
     way: Floats
     value: float
-    turns: bool
+    turns: bool = False
     both: bool = False
     open: bool = False
 
@@ -355,7 +355,7 @@ class CutFree:
         for k, mass in enumerate(self.motion.masses):
             name = self.scene.mechanism.bodies[k].name
             at = np.array([float(x) for x in mass.com])
-            yield from self._force(("weight", name), ("bodies", name), k, float(mass.mass) * gravity, at, 1.0)
+            yield from self._arrow(("weight", name), ("bodies", name), k, float(mass.mass) * gravity, at, 1.0)
 
     def _load(self, load: Load) -> Iterator[ForceArrow]:
         wrenches = applied_forces(self.motion, [load], weight=False).of_body
@@ -375,8 +375,8 @@ class CutFree:
             where = self.placed.world(child.body, np.array([child.point]))[0]
             for key, turns, way, value in self._transmitted(name, axes):
                 for body, sign in ((child.body, 1.0), (parent.body, -1.0)):
-                    pull = self._couple if turns else self._force
-                    yield from pull(key, ("joints", name), body, sign * way, self._within(body, where), value)
+                    at = self._within(body, where)
+                    yield from self._arrow(key, ("joints", name), body, sign * way, at, value, turns=turns)
 
     def _transmitted(self, name: str, axes: Floats) -> Iterator[tuple[Key, bool, Floats, float]]:
         """Yield what a joint transmits: what it is, whether a couple, its way and value; a constraint's all at once."""
@@ -427,7 +427,7 @@ class CutFree:
             way = (end - start) / (np.linalg.norm(end - start) or 1.0)
             for bend, place, sign in ((bends[k], start, 1.0), (bends[k + 1], end, -1.0)):
                 at = self._within(bend.at.body, place)
-                yield from self._force(key, placed.strand.path, bend.at.body, sign * way, at, tension, both=True)
+                yield from self._arrow(key, placed.strand.path, bend.at.body, sign * way, at, tension, both=True)
 
     def _tensions(self, name: str, runs: Sequence[RopeRow]) -> Iterator[tuple[Key, float]]:
         """Yield the tension of each straight piece of a rope with what it is asked by."""
@@ -559,20 +559,14 @@ class CutFree:
         couple = moment - np.cross(at, force)
         if np.linalg.norm(couple) <= 1e-9 * (np.linalg.norm(moment) + np.linalg.norm(at) * np.linalg.norm(force)):
             couple = _NONE
-        yield from self._force(key, path, body, turned @ force, at, value)
-        yield from self._couple(key, path, body, turned @ couple, at, value)
+        yield from self._arrow(key, path, body, turned @ force, at, value)
+        yield from self._arrow(key, path, body, turned @ couple, at, value, turns=True)
 
-    def _force(
-        self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float, *, both: bool = False
+    def _arrow(
+        self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float, **kind: bool
     ) -> Iterator[ForceArrow]:
         if way.any():
-            yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, turns=False, both=both)
-
-    def _couple(
-        self, key: Key, path: tuple[str, ...], body: Body, way: Floats, at: Floats, value: float
-    ) -> Iterator[ForceArrow]:
-        if way.any():
-            yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, turns=True)
+            yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, **kind)
 
     def _point(self, body: Body, point: Sequence[object]) -> Floats:
         return np.array([float(x) for x in self.motion.state.values(list(point))])  # type: ignore[arg-type]

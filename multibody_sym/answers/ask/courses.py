@@ -21,7 +21,7 @@ from multibody_sym.algebra.inequalities import Condition, comparison, reduced, r
 from multibody_sym.algebra.quotient_functions import sign, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, factors_of
 from multibody_sym.algebra.roots import rate
-from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.from_runs import Simulated, state_at
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.instant.letters import TIME, at_start, put_in
@@ -358,12 +358,8 @@ def _power_of_positive(base: Node, exponent: Fraction) -> Node:
     """Return a power of what is positive."""
     if exponent.denominator == 2:
         root = BUILD["sqrt"](base)
-        return 1 / _whole(root, -exponent.numerator) if exponent < 0 else _whole(root, exponent.numerator)
+        return 1 / root**-exponent.numerator if exponent < 0 else root**exponent.numerator
     return power(base, number(exponent))
-
-
-def _whole(base: Node, exponent: int) -> Node:
-    return power(base, as_node(exponent)) if exponent != 1 else base
 
 
 def _positive(a: Quotient) -> Quotient:
@@ -527,18 +523,12 @@ class ShownMotion:
         found = cls(solved, run, last, None)
         place = last // 2
         while until > _NO_TIME * run.t_final:
-            there = anywhere(solved, *found._state(place))
+            there = anywhere(solved, *state_at(run, solved.mechanism, place))
             found = cls(solved, run, last, there)
             if there is None or place < _FIRST_LOOK or not found._ends_before(place):
                 return found
             place //= 4
         return found
-
-    def _state(self, place: int) -> tuple[list[float], list[float]]:
-        mechanism = self.solved.mechanism
-        groups = (mechanism.coordinates, mechanism.speeds)
-        q, u = ([float(self.run[x.name][place]) for x in group] for group in groups)
-        return q, u
 
     def _ends_before(self, place: int) -> bool:
         return min(self._signs.values(), default=math.inf) <= float(self.run.t[place])
@@ -585,7 +575,7 @@ class ShownMotion:
         if positive not in self._differ:
             node, looked = book_form(positive), np.unique(np.linspace(0, self.last, _SIGNS).astype(int))
             place = int(looked[int(np.argmin(self._values(node, looked)))])
-            other = anywhere(self.solved, *self._state(place))
+            other = anywhere(self.solved, *state_at(self.run, self.solved.mechanism, place))
             pairs = zip(self.there.forms.udot, other.forms.udot, strict=True) if self.there and other else None
             kept = other is None or any(book_form(x) is node for x in other.forms.field.positive)
             self._differ[positive] = kept or any(book_form(a) is not book_form(b) for a, b in pairs or ())

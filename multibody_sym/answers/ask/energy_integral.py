@@ -26,7 +26,7 @@ from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_book_for
 from multibody_sym.answers.ask.named_answers import Anywhere, Granted, anywhere
 from multibody_sym.answers.ask.working import OMEGA_0, acceleration, equation, integral_line, written
 from multibody_sym.answers.instant.instant import SolvedInstant
-from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.letters import TIME, put_in, state_names
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError
 from multibody_sym.mechanics.energy import kinetic_energy, potential_energy
@@ -102,8 +102,7 @@ class OneFreedom:
     def at_start(self, node: Node) -> Node:
         """Return a coordinate or speed at the start."""
         mechanism, state = self.there.solved.mechanism, self.there.solved.nodes.motion.state
-        names = [*(x.name for x in mechanism.coordinates), *(x.name for x in mechanism.speeds)]
-        return as_node((*state.q, *state.u)[names.index(str(node.data))])
+        return as_node((*state.q, *state.u)[state_names(mechanism).index(str(node.data))])
 
     def here(self, node: Node) -> Node:
         """Return an expression of the state by the variable and its rate."""

@@ -528,9 +528,10 @@ class _Legs:
 # Zeros of functions that may have no value in places, and ranges in which they vanish, by their values alone.
 
 
-_FIRST: Final = 0.05
-_GROWTH: Final = 1.6
-_WIDENED: Final = 14
+FIRST: Final = 0.05
+GROWTH: Final = 1.6
+WIDENED: Final = 14
+"""The first step from the declared value, relative to it, by which the next ones are longer, and how many there are."""
 _PARTS: Final = 24
 _HALVINGS: Final = 8
 """How closely the place is looked for from which on a function has no value: a zero may lie before it."""
@@ -685,7 +686,7 @@ _ENOUGH: Final = 4
 
 def reach(sample: float, limits: Point = ANYWHERE) -> tuple[float, float]:
     """Return the least and the largest value that are tried without bounds, but for `limits`."""
-    way = _FIRST * (abs(sample) or 1.0) * (_GROWTH**_WIDENED - 1) / (_GROWTH - 1)
+    way = FIRST * (abs(sample) or 1.0) * (GROWTH**WIDENED - 1) / (GROWTH - 1)
     return max(sample - way, limits[0]), min(sample + way, limits[1])
 
 
@@ -740,8 +741,8 @@ def _outwards(function: Callable[[float], float], sample: float, size: float, li
     here = (sample, function(sample))
     points = [here]
     ends = {1.0: here, -1.0: here}
-    step = _FIRST * (abs(sample) or 1.0)
-    for k in range(_WIDENED):
+    step = FIRST * (abs(sample) or 1.0)
+    for k in range(WIDENED):
         before = ends
         ways = {side: min(max(last[0] + side * step, low), high) for side, last in before.items()}
         ends = {side: (x, function(x)) for side, x in ways.items() if x != before[side][0]}
@@ -750,7 +751,7 @@ def _outwards(function: Callable[[float], float], sample: float, size: float, li
             yield _Seen(here, here, None, points, size)
         for side, end in ends.items():
             yield _Seen(*_with_values(function, before[side], end), tuple(sorted(points)), size)
-        step *= _GROWTH
+        step *= GROWTH
 
 
 def _with_values(function: Callable[[float], float], a: Point, b: Point) -> tuple[Point, Point, float | None]:

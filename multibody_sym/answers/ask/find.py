@@ -16,7 +16,17 @@ from typing import Final, Self
 
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.algebra.roots import angles_of_one_wave
-from multibody_sym.answers.ask.extremes import TOLERATED, UNKNOWN, Zero, reach, vanishes_about, zeros
+from multibody_sym.answers.ask.extremes import (
+    FIRST,
+    GROWTH,
+    TOLERATED,
+    UNKNOWN,
+    WIDENED,
+    Zero,
+    reach,
+    vanishes_about,
+    zeros,
+)
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import (
     VARIED,
@@ -113,16 +123,6 @@ class ValueSearch:
     varied: VariedAnswer
 
     @property
-    def motion(self) -> AskedMotion:
-        """The motion from the declared value."""
-        return self.varied.motion
-
-    @property
-    def solved(self) -> SolvedInstant:
-        """The start with the declared value."""
-        return self.varied.solved
-
-    @property
     def name(self) -> str:
         """The parameter, coordinate or speed whose value is looked for."""
         return self.question.name
@@ -171,10 +171,11 @@ class ValueSearch:
         return self._number(zero, self.varied.value, self.varied.noise(zero.at))
 
     def _of(self, expression: Node) -> Value:
-        return Value(evaluate_float([expression], self.solved.sample)[0], expression, self.question.unit(self.motion))
+        value = evaluate_float([expression], self.varied.solved.sample)[0]
+        return Value(value, expression, self.question.unit(self.varied.motion))
 
     def _number(self, zero: Zero, function: Callable[[float], float], noise: float) -> Value:
-        return Value(zero.at, unit=self.question.unit(self.motion), error=zero.error(function, noise))
+        return Value(zero.at, unit=self.question.unit(self.varied.motion), error=zero.error(function, noise))
 
     @cached_property
     def _size(self) -> float:
@@ -185,7 +186,7 @@ class ValueSearch:
             return 0.0
         names = {f"extreme_{k}": each for k, each in enumerate(asked)}
         try:
-            _, answers, _ = self.motion.solve(self.varied.needed_system.with_fields({"ask": Names(names)}))
+            _, answers, _ = self.varied.motion.solve(self.varied.needed_system.with_fields({"ask": Names(names)}))
         except (MultibodyError, *UNDEFINED):
             return 0.0
         return max((abs(answers[name].value or 0.0) for name in names), default=0.0)
@@ -196,13 +197,13 @@ class ValueSearch:
         sides = [put_in(side, formulas) for side in (self.equation.left, self.equation.right)]
         difference = subtract(*sides)
         if leaves(sides, "quantity"):
-            found = self.solved.values(self.solved.asked(self.varied.expression), {})[""].expression
+            found = self.varied.solved.values(self.varied.solved.asked(self.varied.expression), {})[""].expression
             sides = [found or ZERO, ZERO]
             difference = sides[0]
         if len(formulas) == len(self.varied.known) and difference is not ZERO:
             yield equation(sides[0], sides[1], "with the formulas put in")
             if value.expression is not None:
-                known = self.solved.symbolic.letters, self.solved.sample
+                known = self.varied.solved.symbolic.letters, self.varied.solved.sample
                 yield from solving_lines(difference, symbol(self.name), value.expression, *known)
         how = "solved for" if value.expression is not None else "solved in numbers for"
         yield Sentence((f"{how} {self.name}",))
@@ -252,7 +253,7 @@ class ValueSearch:
         known = self.varied.known.items()
         of_answers = {symbol(name): given_in(dimension_of_unit(x.unit)) for name, x in known if x.unit}
         with at("so"):
-            Dimensions(self.solved.system).verify_sides(self.equation, of_answers)
+            Dimensions(self.varied.solved.system).verify_sides(self.equation, of_answers)
 
     # --- in closed form -------------------------------------------------------------------------------------------
 
@@ -268,7 +269,7 @@ class ValueSearch:
         found = [x for x in found if self._is_confirmed(x, value, _HOLDS * scale)]
         if not found:
             return None
-        expression = root_near(signed, symbol(self.name), found[0].at, self.solved)
+        expression = root_near(signed, symbol(self.name), found[0].at, self.varied.solved)
         how = [] if expression is not None else [self._missed(found, "by its formula, in numbers")]
         first, *others = (self._number(x, crossing, varied.rounding(node, x.at)) for x in found)
         first = first if expression is None else self._of(expression)
@@ -304,7 +305,7 @@ class ValueSearch:
         The end of a range in which that vanishes may be where a condition comes to hold under which it has the formula.
         """
         system, unknown = self._with_letter(beside)
-        solved, answers, _ = self.motion.solve(system)
+        solved, answers, _ = self.varied.motion.solve(system)
         node = answers[VARIED].expression
         found = None if node is None else self._root_near(node, unknown, zero.at, beside, solved, AGREEMENT)
         if found is not None or zero.through is None:
@@ -332,7 +333,7 @@ class ValueSearch:
         system = self.varied.needed_system
         if self.name in system.parameters:
             return Overrides(parameters={self.name: value}).of(system), symbol(self.name)
-        name = free_name(f"{self.name}_0", {str(x.data) for x in self.solved.mechanism.symbols} | {*system.ask})
+        name = free_name(f"{self.name}_0", {str(x.data) for x in self.varied.solved.mechanism.symbols} | {*system.ask})
         more = Names({**system.parameters, name: Parameter(value=real(value))})
         return Overrides(initial={self.name: symbol(name)}).of(replace(system, parameters=more)), symbol(name)
 
@@ -357,10 +358,6 @@ _FINE_PARTS: Final = 240
 """The same of formulas."""
 _LIKELY: Final = 3
 """So many of the best places of a scan are looked at closely."""
-_FIRST: Final = 0.05
-_GROWTH: Final = 1.6
-_WIDENED: Final = 14
-"""Steps on the way from the declared value without bounds."""
 _ROUNDED: Final = 1e-14
 """The part of the largest value that is rounding about zero."""
 _CLOSE: Final = 1e-9
@@ -483,14 +480,14 @@ class _Search:
     def _downhill(self, cost: Callable[[float], float]) -> tuple[float, float] | None:
         """Return a bracket of the least cost on the way from the declared value to where costs are less."""
         middle, (least, most) = self.varied.sample, self.varied.limits
-        step = _FIRST * (abs(middle) or 1.0)
+        step = FIRST * (abs(middle) or 1.0)
         low, high = max(middle - step, least), min(middle + step, most)
         if cost(middle) <= min(cost(low), cost(high)):
             return (low, high) if cost(middle) < inf else None
         side = 1.0 if cost(high) < cost(low) else -1.0
         before, at = middle, high if side > 0.0 else low
-        for _ in range(_WIDENED):
-            step *= _GROWTH
+        for _ in range(WIDENED):
+            step *= GROWTH
             ahead = min(max(at + side * step, least), most)
             if cost(ahead) >= cost(at):
                 return min(before, ahead), max(before, ahead)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
@@ -18,14 +18,14 @@ from multibody_sym.algebra.roots import roots
 from multibody_sym.answers.ask.courses import FITS, least_conditions
 from multibody_sym.answers.ask.energy_integral import ToAndFro, courses_by_place, courses_by_speed, freedom_of
 from multibody_sym.answers.ask.extremes import zeros
-from multibody_sym.answers.ask.from_runs import ASKED, Simulated
+from multibody_sym.answers.ask.from_runs import ASKED, Simulated, state_at
 from multibody_sym.answers.ask.later_formulas import MotionFormulas, in_letters
 from multibody_sym.answers.ask.linear_systems import shortest_course
 from multibody_sym.answers.ask.named_answers import Anywhere, anywhere
 from multibody_sym.answers.ask.question import AskedMotion, SingleQuestion
 from multibody_sym.answers.ask.varied import VariedAnswer, value_of
 from multibody_sym.answers.ask.working import Lines, Working, equation, written
-from multibody_sym.answers.instant.letters import TIME, quotient_of
+from multibody_sym.answers.instant.letters import TIME, quotient_of, state_names
 from multibody_sym.answers.records import Line, Sentence
 from multibody_sym.errors import ExpressionError
 from multibody_sym.model.settings import Ask, Tendency
@@ -225,10 +225,8 @@ class _Shown:
         steps = np.linspace(0.0, float(way.max(initial=0.0)), _LOOKS)[:-1]  # not where it may hardly change any more
         self._run, self._looked = run, np.unique(first + np.searchsorted(np.maximum.accumulate(way), steps))
         middle = self._looked[len(self._looked) // 2]
-        q, u = ([float(run[x.name][middle]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
-        self.state = q, u
-        names_of_all = [*(x.name for x in mechanism.coordinates), *(x.name for x in mechanism.speeds)]
-        self.values = dict(zip(map(symbol, names_of_all), (*q, *u), strict=True))
+        self.state = q, u = state_at(run, mechanism, middle)
+        self.values = dict(zip(map(symbol, state_names(mechanism)), (*q, *u), strict=True))
         self.there = anywhere(motion.solved, q, u)
 
     def has(self, formula: Node) -> bool:
@@ -301,16 +299,23 @@ class _FormulaQuestion(SingleQuestion):
         if node is None:
             working.notes.append(f"{text(self.expression)} has no formula")
             return Value(None, unit=varied.unit)
-        try:
-            formula = _Formula(varied, node)
-            near = formula.at_place(self.beside(varied))
+
+        def find() -> Value:
+            near = _Formula(varied, node).at_place(self.beside(varied))
             working.notes.extend(near.notes)
             found = self.expanded(near, working)
+            working.steps.insert(0, lambda: [equation(self.expression, near.node, "with the formulas put in")])
+            return found
+
+        return self.unless_unknown(find, working, varied.unit, "expansion")
+
+    def unless_unknown(self, find: Callable[[], Value], working: Working, unit: str, what: str) -> Value:
+        """Return what is found; no value, and a note why, where there is none of `what` is asked."""
+        try:
+            return find()
         except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
-            working.notes.append(str(reason) or f"no expansion of {text(self.expression)} is known")
-            return Value(None, unit=varied.unit)
-        working.steps.insert(0, lambda: [equation(self.expression, near.node, "with the formulas put in")])
-        return found
+            working.notes.append(str(reason) or f"no {what} of {text(self.expression)} is known")
+            return Value(None, unit=unit)
 
     @abstractmethod
     def beside(self, varied: VariedAnswer) -> float:
@@ -409,19 +414,16 @@ class LimitQuestion(_FormulaQuestion):
         if self.name != TIME.data:
             return super().answer(motion, working)
         unit = motion.unit_of(self.expression)
-        try:
-            if self.to.bound != "oo":
-                raise NoExpansionError("the time tends to oo; a value at a time is {value: .., after: 2 s}")
-            return replace(self._at_last(motion, working), unit=unit)
-        except (NoExpansionError, NoClosedFormError, ExpressionError, *UNDEFINED) as reason:
-            working.notes.append(str(reason) or f"no limit of {text(self.expression)} is known")
-            return Value(None, unit=unit)
+        found = self.unless_unknown(lambda: self._at_last(motion, working), working, unit, "limit")
+        return replace(found, unit=unit)
 
     def _at_last(self, motion: AskedMotion, working: Working) -> Value:
         """Return the value to which a speed tends whose rate u' = f(u) depends on itself alone: a root of f.
 
         Raises NoExpansionError.
         """
+        if self.to.bound != "oo":
+            raise NoExpansionError("the time tends to oo; a value at a time is {value: .., after: 2 s}")
         solved, there = motion.solved, motion.courses.shown.there
         speeds = [symbol(x.name) for x in solved.mechanism.speeds]
         if there is None:
@@ -522,13 +524,10 @@ class SeriesQuestion(_FormulaQuestion):
     def answer(self, motion: AskedMotion, working: Working) -> Value:
         varied = self.varied(motion)
         asked = motion.solved.system.ask.get(str(self.expression.data)) if self.expression.op == "symbol" else None
-        if varied.closed is not None or asked is None or asked.period_of is None:
+        of = None if asked is None else asked.period_of
+        if varied.closed is not None or of is None:
             return super().answer(motion, working)
-        try:
-            return self._of_period(varied, asked.period_of, working)
-        except (NoExpansionError, NoClosedFormError, ExpressionError, NotImplementedError, *UNDEFINED) as reason:
-            working.notes.append(str(reason) or f"no series of {text(self.expression)} is known")
-            return Value(None, unit=varied.unit)
+        return self.unless_unknown(lambda: self._of_period(varied, of, working), working, varied.unit, "series")
 
     def _of_period(self, varied: VariedAnswer, coordinate: str, working: Working) -> Value:
         """Return the series of a period whose formula is no elementary function, by the energy of its one freedom."""

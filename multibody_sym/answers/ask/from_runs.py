@@ -9,11 +9,10 @@ from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multibody_sym.analysis.modes.modes import Swing, accuracy, part_of_difference
 from multibody_sym.dynamics.start.parameters import known_values
-from multibody_sym.mechanics.mechanism import TIME
+from multibody_sym.mechanics.mechanism import TIME, Mechanism
 from multibody_sym.model.fields import AXES, Names
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.system import System
@@ -117,7 +116,8 @@ class Simulated:
         away = np.flatnonzero(np.abs(q) > _least_distance(np.maximum.accumulate(np.abs(run[coordinate]))))
         if failure is None and not len(away):
             return 0.0
-        passes = _sides_ahead(q, away) * q[away[:1]] < 0.0
+        sides = np.append(np.sign(q[away]), 0.0)  # at samples that are away; 0: none comes any more
+        passes = sides[np.searchsorted(away, np.arange(len(q)), side="right")] * q[away[:1]] < 0.0
         changes = sorted({float(change["t"]) for change in run.changes})
         for k in range(int(away[0]) if len(away) else len(q), len(q) - 1):
             step = run.t[k + 1] - run.t[k]
@@ -353,11 +353,6 @@ def _least_distance(largest: Floats) -> Floats:
     return _ATOL * np.maximum(1.0, largest)
 
 
-def _sides_ahead(q: Floats, away: NDArray[np.intp]) -> Floats:
-    """Return the sign of q at the next sample that is away after each, 0 where none is."""
-    return np.append(np.sign(q[away]), 0.0)[np.searchsorted(away, np.arange(len(q)), side="right")]
-
-
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:
     """Return a component of a quantity of a point along a unit vector."""
     parts = [as_node(x) * quantity(function, (point, axis)) for x, axis in zip(direction, AXES, strict=True)]
@@ -371,6 +366,12 @@ def samples_at(leg: FineLeg, time: float) -> LegSamples:
     q, u = leg.at(time)
     own = RunLabels(ResolvedAlone(leg.mechanism)), leg.compiled, problem.parameters
     return LegSamples(*own, np.array([time]), q[None], u[None], problem.modes)
+
+
+def state_at(run: Trajectory, mechanism: Mechanism, k: int) -> tuple[list[float], list[float]]:
+    """Return coordinates and speeds of a mechanism at a sample of a run."""
+    q, u = ([float(run[x.name][k]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
+    return q, u
 
 
 def _vectors(run: Trajectory, function: str) -> Floats:

@@ -11,7 +11,7 @@ from multibody_sym.algebra.inequalities import surely_positive, under_roots
 from multibody_sym.algebra.quotient_functions import with_whole_angles
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.instant.instant import SolvedInstant
-from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.letters import TIME, put_in, state_names
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.programs.quantities import StateQuantities
 from multibody_sym.mechanics.motion import motion_of
@@ -93,9 +93,7 @@ class Anywhere:
     @property
     def variables(self) -> frozenset[Node]:
         """Time, coordinates and speeds."""
-        mechanism = self.solved.mechanism
-        coordinates = (symbol(x.name) for x in mechanism.coordinates)
-        return frozenset((TIME, *coordinates, *(symbol(x.name) for x in mechanism.speeds)))
+        return frozenset((TIME, *map(symbol, state_names(self.solved.mechanism))))
 
     def of(self, asked: Node) -> Quotient:
         """Return an expression of the model at any state. Raises NoClosedFormError."""
@@ -130,7 +128,7 @@ def anywhere(solved: SolvedInstant, q: Sequence[float], u: Sequence[float]) -> A
     general = any_state(mechanism, replace(solved.begin, q=tuple(q), u=tuple(u)), solved.nodes.motion.state)
     try:
         forms = closed_forms(mechanism, general)
-        names = [*(symbol(x.name) for x in mechanism.coordinates), *(symbol(x.name) for x in mechanism.speeds)]
+        names = map(symbol, state_names(mechanism))
         values = [as_node(x) for x in (*general.state.q, *general.state.u)]
         forms.known.update(zip(names, forms.of(values), strict=True))  # those that constraints hold have no letters
     except NoClosedFormError:

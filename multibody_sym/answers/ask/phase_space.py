@@ -37,7 +37,7 @@ from multibody_sym.answers.ask.question import (
 )
 from multibody_sym.answers.ask.working import OMEGA, Working, equation, written
 from multibody_sym.answers.instant.instant import SolvedInstant, with_letters
-from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.letters import TIME, put_in, state_names
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.canonical import cyclic_speeds
 from multibody_sym.dynamics.formalisms.composite_body import mass_matrix
@@ -269,8 +269,7 @@ class PhaseSpace:
         """Each speed as a function of coordinates and momenta. Raises NoClosedFormError."""
         forms, sample = self.there.forms, self.there.solved.sample
         begin, mechanism = self.there.solved.begin, self.there.solved.mechanism
-        names = [*(x.name for x in mechanism.coordinates), *(x.name for x in mechanism.speeds)]
-        sample |= {symbol(name): x for name, x in zip(names, (*begin.q, *begin.u), strict=True)}
+        sample |= zip(map(symbol, state_names(mechanism)), (*begin.q, *begin.u), strict=True)
         matrix = mass_matrix(self.there.instant.motion)
         at_rest = {x.speed: ZERO for x in self.pairs}
         right: list[Quotient] = []

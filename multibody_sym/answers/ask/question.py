@@ -18,7 +18,7 @@ import numpy as np
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient, why_none
 from multibody_sym.analysis.modes.forced import ForcedMotion
 from multibody_sym.answers.ask.energy_integral import courses_by_place, courses_by_speed
-from multibody_sym.answers.ask.from_runs import Simulated
+from multibody_sym.answers.ask.from_runs import Simulated, state_at
 from multibody_sym.answers.ask.later_formulas import Bounces, MotionFormulas
 from multibody_sym.answers.ask.linear_systems import AskedModes, Courses
 from multibody_sym.answers.ask.named_answers import anywhere
@@ -470,7 +470,7 @@ class AskedMotion:
                     yield bounces.course(time)
             return
         mechanism, run = self.solved.mechanism, self.simulated.until(time)
-        q, u = ([float(run[x.name][-1]) for x in group] for group in (mechanism.coordinates, mechanism.speeds))
+        q, u = state_at(run, mechanism, -1)
         there = anywhere(self.solved, q, u)
         if there is None:
             return
@@ -479,8 +479,7 @@ class AskedMotion:
         fastest = [float(np.abs(run[x.name]).max()) for x in mechanism.speeds]
         u = [0.0 if abs(x) <= _STANDS * most else x for x, most in zip(u, fastest, strict=True)]
         place = int(_BESIDE * (len(run.t) - 1))
-        before = [[float(run[x.name][place]) for x in group] for group in (mechanism.coordinates, mechanism.speeds)]
-        yield from courses_by_place(there, (q, u), (before[0], before[1]))
+        yield from courses_by_place(there, (q, u), state_at(run, mechanism, place))
         yield from courses_by_speed(there, u)
 
     def _confirmed(self, closed: Quotient, number: float) -> Node | None:

@@ -17,7 +17,7 @@ from multibody_sym.algebra.quotient_functions import absolute, sqrt
 from multibody_sym.algebra.quotients import NoClosedFormError, Quotient
 from multibody_sym.answers.ask.working import acceleration, equation, written
 from multibody_sym.answers.instant.instant import SolvedInstant
-from multibody_sym.answers.instant.letters import TIME
+from multibody_sym.answers.instant.letters import TIME, state_names
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import ClosedForms, any_state, closed_forms, unknowns
 from multibody_sym.dynamics.formalisms.composite_body import composite_body
@@ -119,9 +119,8 @@ class UniformMotion:
         """Return the value of an expression of time, coordinates and speeds at a time, nan where it has none."""
         mechanism, begin, udot = self.solved.mechanism, self.solved.begin, np.array(self.solved.numbers.udot)
         q, u = np.array(begin.q), np.array(begin.u)
-        names = [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
         values = np.concatenate([q + u * t + udot * t * t / 2, u + udot * t])
-        moved = dict(zip(map(symbol, names), values.tolist(), strict=True))
+        moved = dict(zip(map(symbol, state_names(mechanism)), values.tolist(), strict=True))
         try:
             return evaluate_float([node], {**self.solved.sample, **moved, TIME: t})[0]
         except (ExpressionError, *UNDEFINED):
@@ -220,8 +219,7 @@ def uniform_motion(solved: SolvedInstant) -> UniformMotion | None:
         if not bool((np.abs(there - here) <= _SAME * size).all()):
             return None
     general = any_state(resolved, begin, solved.nodes.motion.state)
-    names = ("t", *(c.name for c in resolved.coordinates), *(s.name for s in resolved.speeds))
-    variables = frozenset(map(symbol, names))
+    variables = frozenset((TIME, *map(symbol, state_names(resolved))))
     try:
         anywhere = closed_forms(resolved, general)
     except NoClosedFormError:

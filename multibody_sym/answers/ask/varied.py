@@ -18,7 +18,7 @@ from multibody_sym.answers.ask.number_questions import NUMBER_QUESTIONS
 from multibody_sym.answers.ask.phase_space import ActionQuestion
 from multibody_sym.answers.ask.question import AskedMotion, NeverError, NumberQuestion, RunNumbers
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant
-from multibody_sym.answers.instant.letters import put_in, quotient_of
+from multibody_sym.answers.instant.letters import put_in, quotient_of, state_names
 from multibody_sym.derivation.symbolic_start import limits_of
 from multibody_sym.errors import ExpressionError, InputError, MultibodyError, NoSolutionError
 from multibody_sym.mechanics.changes import Overrides
@@ -77,7 +77,8 @@ class VariedAnswer:
     @cached_property
     def sample(self) -> float:
         """The declared value of what varies."""
-        starts = dict(zip(self._start_names, (*self.solved.begin.q, *self.solved.begin.u), strict=True))
+        begin, names = self.solved.begin, state_names(self.solved.mechanism)
+        starts = dict(zip(names, (*begin.q, *begin.u), strict=True))
         if self.name in starts:
             return float(starts[self.name])
         return self.solved.number(symbol(self.name))
@@ -92,12 +93,8 @@ class VariedAnswer:
     @cached_property
     def limits(self) -> tuple[float, float]:
         """The least and the greatest value that may be taken."""
-        return ANYWHERE if self.name in self._start_names else limits_of(self.solved.mechanism, self.name)
-
-    @property
-    def _start_names(self) -> list[str]:
         mechanism = self.solved.mechanism
-        return [*(c.name for c in mechanism.coordinates), *(s.name for s in mechanism.speeds)]
+        return ANYWHERE if self.name in state_names(mechanism) else limits_of(mechanism, self.name)
 
     @cached_property
     def asked(self) -> Ask:
@@ -135,7 +132,8 @@ class VariedAnswer:
 
     def _value(self, at: float) -> float:
         if not self._is_of_runs:
-            return self._solved_again(at)
+            again = self.solved_at(at).value
+            return UNKNOWN if again is None else again
         try:
             found, self._notes[at] = self._by_runs(self.changed(at), is_coarse=False)
             return found
@@ -247,24 +245,16 @@ class VariedAnswer:
     def confirmed(self, at: float) -> float:
         """Return the expression by runs; where these fail, of answers there that hold without reservation."""
         found = self.value(at)
-        return found if at not in self.failed else self._solved_again(at, unreserved=True)
+        again = self.solved_at(at, unreserved=True).value if at in self.failed else found
+        return UNKNOWN if again is None else again
 
-    def solved_at(self, at: float) -> Value:
-        """Return the expression as `solve` answers it at a value of what varies."""
-        try:
-            _, answers, _ = self.motion.solve(self.changed(at))
-        except (MultibodyError, *UNDEFINED):
-            return Value(None)
-        return answers[VARIED]
-
-    def _solved_again(self, at: float, *, unreserved: bool = False) -> float:
-        """Return the expression as `solve` answers it, nan for one that is `unreserved` only with remarks."""
+    def solved_at(self, at: float, *, unreserved: bool = False) -> Value:
+        """Return the expression as `solve` answers it at a value of what varies, `unreserved`: without remarks."""
         try:
             _, answers, remarks = self.motion.solve(self.changed(at))
         except (MultibodyError, *UNDEFINED):
-            return UNKNOWN
-        again = answers[VARIED].value
-        return UNKNOWN if again is None or (unreserved and remarks) else again
+            return Value(None)
+        return Value(None) if unreserved and remarks else answers[VARIED]
 
 
 class OutOfTimeError(Exception):

@@ -258,6 +258,11 @@ _ASIDE: Final = 0.001
 """Time (s) at which formulas are looked at before they are differentiated: nothing vanishes there by chance."""
 
 
+def state_names(mechanism: Mechanism) -> list[str]:
+    """Return the names of coordinates and speeds."""
+    return [*(x.name for x in mechanism.coordinates), *(x.name for x in mechanism.speeds)]
+
+
 def acceleration_names(mechanism: Mechanism) -> list[str]:
     """Return a name for each acceleration: the coordinate's of which it is the second derivative, else the speed's."""
     names = [speed.name for speed in mechanism.speeds]

@@ -266,9 +266,9 @@ def _alone(
 
 
 _SHORT: Final = 12
+"""Up to how many letters of text a ratio stands itself in what is reduced."""
 _SHORT_ANSWER: Final = 80
 """Up to how many letters of text an answer has speeds put in."""
-"""Up to how many letters of text a ratio stands itself in what is reduced."""
 
 
 @dataclass

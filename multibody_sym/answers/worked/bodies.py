@@ -14,11 +14,9 @@ import sympy
 from multibody_sym.algebra.quotients import NoClosedFormError
 from multibody_sym.answers.instant.instant import SolvedInstant
 from multibody_sym.answers.records import Formula, Line, Sentence, Words
-from multibody_sym.answers.worked.actions import Action, Actions
+from multibody_sym.answers.worked.actions import Action
 from multibody_sym.answers.worked.equations import (
     BodyForce,
-    CutBodies,
-    Directions,
     EliminationStep,
     Equations,
     Exactly,
@@ -84,18 +82,6 @@ class BodyLines:
         """What writes coefficients."""
         return self.equations.exactly
 
-    @property
-    def _actions(self) -> Actions:
-        return self.equations.actions
-
-    @property
-    def _directions(self) -> Directions:
-        return self.equations.words
-
-    @property
-    def _cut(self) -> CutBodies:
-        return self.equations.cut
-
     @cached_property
     def _driving(self) -> dict[str, list[str]]:
         """The names of the springs and forces in each joint."""
@@ -112,8 +98,8 @@ class BodyLines:
         guides = (body for body in enumerate(self.equations.mechanism.bodies))
         normals = ((k, across) for k, body in guides if (across := guide_normal(body)) is not None)
         found = {s: letter for s, row in rows if (letter := row_letter(row, self.equations.mechanism))}
-        found |= {self._actions.reaction_symbols(k)[across]: NORMAL for k, across in normals}
-        return found | {each.symbol: each.letter for each in self._actions.further}
+        found |= {self.equations.actions.reaction_symbols(k)[across]: NORMAL for k, across in normals}
+        return found | {each.symbol: each.letter for each in self.equations.actions.further}
 
     def formula(self, e: NumberedEquation) -> Formula:
         """Return an equation with its number."""
@@ -124,7 +110,7 @@ class BodyLines:
         told = {x for e in body.equations for x in (*e.left.terms, *e.right.terms)}
         for force in body.forces:
             s = force.action.symbol
-            known = self._cut.known.get(s)
+            known = self.equations.cut.known.get(s)
             if s is None or s in told or (known is not None and not known.vanishes):
                 yield from self._force(force)
         if not body.equations:
@@ -136,11 +122,11 @@ class BodyLines:
         """Yield what acts: its size, what it is, and its direction."""
         s, action = force.action.symbol, force.action
         turns = all(x.is_zero for x in force.vector)
-        size, direction = self._directions.turning(force.moment) if turns else self._directions.of(force.vector)
+        size, direction = self.equations.words.turning(force.moment) if turns else self.equations.words.of(force.vector)
         if s is None and direction[0] == "along ":
             yield Sentence((*direction[1:], ": ", self._named(action)))
             return
-        known = self._cut.known.get(s)
+        known = self.equations.cut.known.get(s)
         if known is not None:
             yield from self._driven(force, known)
             return
@@ -151,8 +137,8 @@ class BodyLines:
     def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Sentence]:
         """Yield what acts along a free direction of a joint: friction by its letter, and what drives."""
         for s, factor in known.terms.items():
-            rubs = s in self._actions.told
-            named = f"{self._acting(s)} {self._actions.told[s]}" if rubs else self._drive(force)
+            rubs = s in self.equations.actions.told
+            named = f"{self._acting(s)} {self.equations.actions.told[s]}" if rubs else self._drive(force)
             sign = -1 if rubs and factor.sample < 0 else 1
             yield self._along(force, LinearForm({s: factor}, factor * 0), sign, named)
         if not known.rest.is_zero:
@@ -166,7 +152,7 @@ class BodyLines:
     def _along(self, force: BodyForce, value: LinearForm, sign: int, named: str) -> Sentence:
         turns = all(x.is_zero for x in force.vector)
         vector = [x * sign for x in (force.moment if turns else force.vector)]
-        size, direction = self._directions.turning(vector) if turns else self._directions.of(vector)
+        size, direction = self.equations.words.turning(vector) if turns else self.equations.words.of(vector)
         shown = safely(self.exactly, value) * self.exactly.written(size) * sign
         return Sentence((shown, f": {named}, ", *self._short(direction, force.action)))
 
