@@ -314,7 +314,7 @@ class ToAndFro:
         assert self.freedom.energy is not None
         return written(self.freedom.there.forms.of([1 / derivative(action, self.freedom.energy)])[0])
 
-    def elliptic(self) -> tuple[Quotient, Quotient, Quotient] | None:
+    def _pendulum(self) -> tuple[Quotient, Quotient, Quotient] | None:
         """Return M, omega_0^2 and k^2 of a swing with q'^2 = 4 omega_0^2 (k^2 - sin(q/2)^2) and M constant.
 
         None for other motions. Raises NoClosedFormError.
@@ -330,10 +330,15 @@ class ToAndFro:
             return None
         return mass, wave / 2, modulus
 
+    def elliptic(self) -> tuple[Node, Node, Node] | None:
+        """Return M, omega_0^2 and k^2 of a pendulum's swing as a book writes them, None for other motions."""
+        parts = self._pendulum()
+        return None if parts is None else (written(parts[0]), written(parts[1]), written(parts[2]))
+
     def by_elliptic_integrals(self) -> tuple[float, float] | None:
         """Return T (s) and J of a pendulum's swing, however near to upright it turns; None for other motions."""
         with suppress(NoClosedFormError, ExpressionError, *UNDEFINED):
-            parts = self.elliptic()
+            parts = self._pendulum()
             if parts is not None and parts[2].sample > 0:
                 mass, square, modulus = (x.sample for x in parts)
                 K, E, omega = PRECISE.ellipk(modulus), PRECISE.ellipe(modulus), PRECISE.sqrt(square)
@@ -345,7 +350,7 @@ class ToAndFro:
         parts = self.elliptic()
         if parts is None:
             return
-        mass, square, modulus = map(written, parts)
+        mass, square, modulus = parts
         yield equation(OMEGA_0 * OMEGA_0, square, "a pendulum with")
         k = next(x for x in _MODULI if symbol(x) not in self.freedom.there.solved.mechanism.symbols)
         yield equation(symbol(k) * symbol(k), modulus)
