@@ -416,7 +416,6 @@ class CutFree:
     # --- ropes -----------------------------------------------------------------------------------------------------
 
     def _rope(self, placed: PlacedStrand, number: int) -> Iterator[ForceArrow]:
-        """Yield the pull of each straight piece of a rope on what is at its ends."""
         runs = self.scene.ropes[number]
         bends = [bend for k, run in enumerate(runs) for bend in run.path[bool(k) :]]
         tensions = list(self._tensions(placed.strand.name, runs))
@@ -529,7 +528,6 @@ class CutFree:
         return accelerations(self.motion, [0] * len(self.motion.state.u))
 
     def _unit(self, row: Row) -> Sequence[Wrench]:
-        """Return what a row exerts on the bodies (their axes) with a multiplier of 1."""
         return row_motion(row, self.motion, self._bias).of_body
 
     def _exerted(
@@ -572,7 +570,6 @@ class CutFree:
         return np.array([float(x) for x in self.motion.state.values(list(point))])  # type: ignore[arg-type]
 
     def _within(self, body: Body, place: Floats) -> Floats:
-        """Return a place in the world in the axes of a body."""
         pose = self.placed.poses[body]
         found: Floats = pose[:, :3].T @ (place - pose[:, 3])
         return found

@@ -116,17 +116,14 @@ class _Mode:
         return {name: as_node(x.phidot) for name, x in self.nodes.rows_before.items()} | self.course.striking
 
     def pressed(self, element: LawElement, part: FrictionPart) -> tuple[S, S]:
-        """Return the coefficient of a part that sticks, and the impulse that presses it."""
         (static,) = coefficients(self.nodes.before, part.rows, [part.static])
         return static, pressing_impulse(self.nodes, element, part, self.rows.mode.sides)
 
     def by_element(self, speeds: Mapping[str, Node]) -> dict[str, Node]:
-        """Return the speeds of opening by the names of elements."""
         return {x.name: speeds[x.normals[0].name] for x in self.order.elements}
 
     @property
     def alone(self) -> bool:
-        """Whether one element alone touches."""
         return len(self.order.elements) == 1
 
 
@@ -384,7 +381,6 @@ class _Answer:
 
     @cached_property
     def solved(self) -> SolvedInstant:
-        """The mechanism of the impact."""
         return self._solved(self.rows.mechanism, self.rows.jumps, self.course.jumps)
 
     def _solved(
@@ -394,13 +390,11 @@ class _Answer:
 
     @cached_property
     def course(self) -> ImpactFormulas:
-        """The way of the impact over Nodes."""
         mode = StruckMode(self.posed.blow, self.rows)
         return ImpactFormulas(mode, self.struck, self.given.symbolic.letters, self.reasons, self.posed.law)
 
     @cached_property
     def order(self) -> Order:
-        """Whose turn it is."""
         blow, letters = self.posed.blow, self.given.symbolic.letters
         samples = {node: float(letter.sample) for node, letter in letters.items()}
         found = clusters(self.posed.problem.rows)
@@ -565,7 +559,6 @@ class _Answer:
         return found
 
     def _losing(self) -> dict[str, list[str]]:
-        """Return the rows of what takes energy, by its name."""
         names = set(self.posed.blow.names)
         groups = {x.name: [row.name for row in x.rows if row.name in names] for x in self.rows.acting}
         groups |= {x.name: [row.name for part in friction_parts(x) for row in part.rows] for x in self.rows.rough}

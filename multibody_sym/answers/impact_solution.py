@@ -274,7 +274,6 @@ class Order:
             yield Needed(each, f"{name} and {lead} do not strike at once")
 
     def _beside(self, blows: Blows, name: str, lead: str) -> Iterator[Needed]:
-        """Yield that an element is not struck."""
         before, after, e = blows.before[name], blows.after[name], self.restitution[name]
         if self.one_by_one:
             yield Needed(before - blows.before[lead], f"{name} strikes before {lead}", strict=True)
@@ -355,7 +354,6 @@ class ImpactFormulas:
         return self._solved(mechanism, before, jumps)[0]
 
     def _solved(self, mechanism: Mechanism, before: Motion, jumps: Mapping[int, Node]) -> tuple[Motion, list[Node]]:
-        """Return the motion after jumps of rows, and the impulses."""
         forms = closed_forms(mechanism, SymbolicState(state_in_impact(before.state, jumps), self.letters))
         return self.mode.pushed(before, [book_form(x) for x in forms.udot]), [book_form(x) for x in forms.multipliers]
 
@@ -452,7 +450,6 @@ class _Balance:
 
     @cached_property
     def told(self) -> BodyLines:
-        """How they are written."""
         return BodyLines(self.equations, forces_spelt(self.equations, letters_of(self.solved.system)), IMPULSES)
 
     @cached_property
@@ -473,7 +470,6 @@ class _Balance:
 
     @property
     def notation(self) -> Notation:
-        """How the symbols of the steps are spelt."""
         plain = self.told.notation
         spelling = {**plain.spelling, **dict(self._letters.values())}
         places = {own: plain.places[s] for s, (own, _) in self._letters.items() if s in plain.places}
@@ -499,7 +495,6 @@ class _Balance:
         yield self._step(f"Elimination{number}", eliminated)
 
     def _step(self, title: str, lines: Iterable[Line]) -> WorkedStep:
-        """Return a step in the letters of an impact."""
         letters = {s: own for s, (own, _) in self._letters.items()}
 
         def spelt(x: Any) -> Any:
@@ -553,7 +548,6 @@ class _Work:
 
     @cached_property
     def impulses(self) -> list[Any]:
-        """The symbols of the impulses of rows."""
         return [sympy.Symbol(f"p_{k}") for k, _ in enumerate(self.solved.mechanism.rows)]
 
     @cached_property
@@ -565,7 +559,6 @@ class _Work:
         return found
 
     def notation(self) -> Notation:
-        """Return how all symbols are spelt."""
         named = [*self.solved.symbolic.letters, *(symbol(speed.name) for speed in self.solved.mechanism.speeds)]
         book = letters_of(self.solved.system)
         names = [n.data for n in named if isinstance(n.data, str)]
@@ -577,7 +570,6 @@ class _Work:
         return Notation(spelling, places)
 
     def shown(self, nodes: Sequence[Node]) -> list[Any]:
-        """Return expressions in book form."""
         forms = self.solved.forms
         if forms is None:
             raise NoClosedFormError("the numbers have no formula")
@@ -618,7 +610,6 @@ class _Work:
             yield WorkedStep(_RELATIONS, tuple(ruled))
 
     def _equation(self, tag: int, row: Sequence[Node], right: Node, before: tuple[str, ...]) -> Formula:
-        """Return one equation, jumps on its left, impulses on its right."""
         count = len(self.jumps)
         *factors, given = self.shown([as_node(x) for x in (*row, right)])
         left = sum((a * s for a, s in zip(factors[:count], self.jumps, strict=True)), sympy.S.Zero)
@@ -626,7 +617,6 @@ class _Work:
         return Formula((left, given + pushed), tag=tag + 1, before=before)
 
     def given(self) -> WorkedStep:
-        """Return the speeds before, and what strikes."""
         instant = self.solved.nodes
         assert isinstance(instant, ImpactInstant)
         how = f"{self.found.law.capitalize()}'s law, {self.found.sequence.replace('_', ' ')}"
@@ -640,7 +630,6 @@ class _Work:
         return WorkedStep("Given", tuple(lines))
 
     def results(self) -> tuple[WorkedStep, ...]:
-        """Return what follows by elimination."""
         names = {speed.name: s for speed, s in zip(self.solved.mechanism.speeds, self.jumps, strict=True)}
         impulses = [
             self._told(*self._named(name, part), value)

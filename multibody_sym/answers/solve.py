@@ -222,7 +222,6 @@ def _answers(solved: SolvedInstant) -> tuple[Mapping[str, Value], list[str], Map
 
 
 def _rates_of_states(solved: SolvedInstant) -> dict[str, Value]:
-    """Return the rates of the declared states by name."""
     mechanism = solved.mechanism
     names = [c.name for c in mechanism.coordinates if c.rate is not None]
 

@@ -116,7 +116,6 @@ class _Chain:
         self._missed = ""
 
     def begun(self, part: System, number: int) -> System:
-        """Return the system of a stage at its own start, with its questions in its own time."""
         own = replace(part, ask=questions_beside(part, self._answers, mechanism(replace(part, ask=Names())).symbols))
         if number == 1:
             return own
@@ -274,7 +273,6 @@ def _rounded(value: Value) -> Value:
 
 
 def _values(solution: Solution) -> Iterator[Value]:
-    """Yield what is found at the start of a stage, or by its impact."""
     yield from solution.accelerations.values()
     yield from (x for parts in solution.reactions.values() for x in parts.values())
     yield from () if solution.impact is None else solution.impact.values

@@ -105,7 +105,6 @@ class LinearMotion:
         return swing if half.is_zero else BUILD["exp"](decay * TIME) * swing
 
     def _braked(self, constant: Quotient, q: Node, u: Node) -> Node:
-        """Return the solution of x'' = b x' + constant."""
         written = self.granted.written
         final = written(-constant / self.b)
         faded = 1 - BUILD["exp"](written(self.b) * TIME)
@@ -146,7 +145,6 @@ class LinearMotion:
                 yield node, k
 
     def _wave(self, amplitude: Quotient, wave: Node, pace: Node) -> Node:
-        """Return a particular solution for amplitude * wave."""
         (w,) = self.there.forms.of([pace])
         stiff, loss = -self.a - w * w, -self.b * w
         size = stiff * stiff + loss * loss
@@ -163,7 +161,6 @@ class LinearMotion:
         return self.granted.written(along) * wave + self.granted.written(across) * other
 
     def _growing(self, amplitude: Quotient, wave: Node, pace: Node) -> Node:
-        """Return a particular solution for amplitude * exp(r t + p)."""
         (r,) = self.there.forms.of([pace])
         divisors = [r * r - self.b * r - self.a, 2 * r - self.b, r.field.constant(2)]
         for k, divisor in enumerate(divisors):
@@ -302,12 +299,10 @@ class BySpeed:
         return self.q0 + gone - drift * TIME, speed - drift
 
     def _slowing(self, s: Quotient, w: Node) -> tuple[Node, Node]:
-        """Return the way and the speed of w' = s w^2."""
         left = 1 - self.granted.written(s) * w * TIME
         return self.granted.written(-s.power(-1)) * BUILD["log"](left), w / left
 
     def _bernoulli(self, b: Quotient, s: Quotient) -> tuple[Node, Node]:
-        """Return x(t), u(t) of u' = b u + s u^2."""
         if self.u0 is ZERO:
             return self.q0, ZERO
         if b.is_zero or self.granted.vanishes(b):
@@ -355,7 +350,6 @@ class BySpeed:
 
 
 def _power_of_positive(base: Node, exponent: Fraction) -> Node:
-    """Return a power of what is positive."""
     if exponent.denominator == 2:
         root = BUILD["sqrt"](base)
         return 1 / root**-exponent.numerator if exponent < 0 else root**exponent.numerator
@@ -400,7 +394,6 @@ class WithTime:
     # --- linear ---------------------------------------------------------------------------------------------------
 
     def _linear(self, a: Quotient, f: Quotient) -> Node:
-        """Return u of u' = a u + f."""
         factor = self._exponential(self._found(a))
         forced = f / self._quotient(factor)
         return factor * (self.u0 + self._integral(forced))
@@ -422,7 +415,6 @@ class WithTime:
     # --- separable ------------------------------------------------------------------------------------------------
 
     def _separated(self, acceleration: Quotient) -> Node | None:
-        """Return u of u' = f(t) g(u), None where these are no factors or g is none that is known."""
         timed = self._timed(acceleration)
         rest = acceleration / timed
         if TIME in rest.symbols or self.u in timed.symbols:
@@ -561,7 +553,6 @@ class ShownMotion:
         return float(t[0] + (t[1] - t[0]) * before / (before - after)) if np.isfinite(after) else float(t[0])
 
     def _values(self, node: Node, looked: Sequence[int] | Floats) -> Floats:
-        """Return the values of an expression at samples of the run."""
         assert self.there is not None
         named = {*leaves([node], "symbol")} & self.there.variables - {TIME}
         series = {TIME: self.run.t, **{x: self.run[str(x.data)] for x in named}}

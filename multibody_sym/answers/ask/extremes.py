@@ -126,7 +126,6 @@ class Sides:
         return self._value(k - 1, self._stretches[k - 1].until)
 
     def _value(self, k: int, t: float) -> float:
-        """Return the value at a time in a stretch."""
         stretch = self._stretches[k]
         part = samples_at(stretch, t)
         if ASKED in part.told.outputs:
@@ -186,12 +185,10 @@ class Sides:
         return float(brentq(value, low, high, xtol=_ROUNDED * high, rtol=4.0 * np.finfo(float).eps))
 
     def _at(self, t: float) -> int:
-        """Return the number of the stretch at a time."""
         return max(int(np.searchsorted(self._starts, t, side="right")) - 1, 0)
 
     @staticmethod
     def _state(stretch: FineLeg, t: float) -> tuple[float, Floats, Floats]:
-        """Return a time in a stretch, and the coordinates and speeds then."""
         time, problem = min(t, stretch.until), stretch.problem
         return max(time, problem.start), *stretch.at(time)
 
@@ -222,7 +219,6 @@ def is_smooth(t: Floats, y: Floats, at: float, noise: float = 0.0) -> bool:
 
 
 def _fitted(t: Floats, y: Floats, domain: tuple[float, float] | None = None) -> Polynomial:
-    """Return the polynomial through samples."""
     return Polynomial.fit(t, y, len(t) - 1, domain=domain or (t[0], t[-1]))
 
 
@@ -264,7 +260,6 @@ class _Place:
 
     @property
     def most(self) -> float:
-        """The largest value that there may be."""
         return self.value + self.unsure
 
 
@@ -520,7 +515,6 @@ class _Legs:
 
     @property
     def step(self) -> float:
-        """The time between samples."""
         return float(self.t[1] - self.t[0])
 
 
@@ -709,7 +703,6 @@ class _Seen:
 
     @property
     def little(self) -> float:
-        """What is zero to rounding."""
         seen = (abs(y) for _, y in (*self.points, self.a, self.b) if isfinite(y))
         return _NOTHING * max(self.size, max(seen, default=0.0))
 

@@ -249,7 +249,6 @@ class ValueSearch:
         return [f"{what}, as far as was looked: {'to' if side == 'above' else 'down to'} {zero.through:.6g}"]
 
     def _verify_units(self) -> None:
-        """Raise ModelError where the sides of the equation are in different units, with those of answers."""
         known = self.varied.known.items()
         of_answers = {symbol(name): given_in(dimension_of_unit(x.unit)) for name, x in known if x.unit}
         with at("so"):
@@ -495,7 +494,6 @@ class _Search:
         return None
 
     def _ends(self, at: float, function: Callable[[float], float]) -> tuple[dict[float, float], bool]:
-        """Return the values at the ends of the range, and whether the extreme is one of them."""
         if self.bounds is None:
             return {}, False
         width = self.bounds[1] - self.bounds[0]
@@ -533,7 +531,6 @@ class _Search:
         return _Best(place, value, others, is_end, node, slope)
 
     def _roots(self, slope: Node, at: float) -> list[Node]:
-        """Return expressions of the place at which a derivative vanishes."""
         solved, unknown = self.varied.solved, symbol(self.question.name)
         waves: list[Node] = []
         try:
@@ -607,7 +604,6 @@ class _Search:
         return found
 
     def _why_runs(self) -> str:
-        """Return why no formula has the extreme."""
         without = [name for name, x in self.varied.known.items() if x.expression is None]
         asked = text(self.question.expression)
         if without:
@@ -617,7 +613,6 @@ class _Search:
         return f"the formula of {asked} holds at {self.varied.sample:.6g}, and not at all places that were compared"
 
     def lines(self, best: _Best) -> Iterator[Line]:
-        """Yield the formula, its derivative set to zero, the second derivative, and the values at the ends."""
         asked, name = self.question.expression, self.question.name
         if best.node is not None and best.node != asked:
             yield equation(asked, best.node, "with the formulas put in")
@@ -657,7 +652,6 @@ class _Search:
 
 
 def _lowest(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a cost is least in a bracket."""
     from scipy.optimize import minimize_scalar  # scipy takes longer to import than most answers take
 
     width = high - low

@@ -190,7 +190,6 @@ class SteadySteps:
                             self._letter()))
 
     def _letter(self) -> Node:
-        """Return the letter of the coordinate's amplitude."""
         found = [x for x, follows in zip(self.amplitudes, self._follows, strict=True) if not follows.is_zero]
         return found[0] if len(found) == 1 else symbol("X")
 
@@ -323,7 +322,6 @@ class _LinearQuestion(NumberQuestion, Generic[M]):
         return replace(found, unit=unit)
 
     def _confirmed(self, motion: AskedMotion, linear: M, number: float, notes: list[str]) -> Node | None:
-        """Return the formula where it has the number."""
         reasons = motion.solved.reasons
         granted: list[str] = []
         try:
@@ -369,7 +367,6 @@ class _ForcedQuestion(_LinearQuestion[ForcedMotion]):
         return found
 
     def omega(self, forced: ForcedMotion) -> float:
-        """Return the frequency of the input."""
         return abs(forced.value(forced.drive.frequency))
 
     def response(self, forced: ForcedMotion, omega: Quotient | None = None) -> tuple[Complex, Complex]:
@@ -554,7 +551,6 @@ class _FrequencyQuestion(_ForcedQuestion):
         raise NoClosedFormError("the equation of the frequency has no known roots")
 
     def vanishing_line(self, linear: ForcedMotion) -> Line:
-        """Return the equation of the frequency."""
         factor, _ = self._solved(linear)
         written_out = put_in(written(factor), {_DRIVE: OMEGA})
         return equation(written_out, ZERO)

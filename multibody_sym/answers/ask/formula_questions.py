@@ -144,7 +144,6 @@ class FormulaOfQuestion(SingleQuestion):
         return Value(None, unit=unit)
 
     def _candidates(self, shown: _Shown) -> Iterator[_Candidate]:
-        """Yield formulas that the run may confirm."""
         there = shown.there
         if there is None:
             return
@@ -353,7 +352,6 @@ class _Formula:
 
     @cached_property
     def sample(self) -> dict[Any, Any]:
-        """The declared values of letters, exact."""
         known = self.varied.solved.sample
         return {s: sympy.Rational(known[x]) for x, s in self._leaves.items() if x in known}
 
@@ -363,11 +361,9 @@ class _Formula:
         return abs(sympy.Rational(self.varied.sample)) or sympy.S.One
 
     def name_place(self, node: Node) -> Any:
-        """Return the symbol of a coordinate, as one more letter."""
         return self._leaves.setdefault(node, sympy.Symbol(f"place {node.data}", real=True))
 
     def in_sympy(self, node: Node) -> Any:
-        """Return an expression of letters."""
         return to_sympy(node, self._leaves)
 
     def evaluated(self, expression: Any, at: Any) -> Any:
@@ -375,7 +371,6 @@ class _Formula:
         return expression.subs(_X, at).subs(self.sample).evalf(_DIGITS)
 
     def in_book_form(self, expression: Any) -> Node:
-        """Return an expression of sympy as a book writes it."""
         node = from_sympy(expression, {s: x for x, s in self._leaves.items()})
         return written(quotient_of(node, self.varied.solved.symbolic.letters))
 
@@ -390,7 +385,6 @@ class _Formula:
                     yield f"while {text(self.in_book_form(way * factor))} > 0"
 
     def value(self, node: Node) -> Value:
-        """Return an expression with its value at the declared letters."""
         return Value(self.varied.of_formula(node, self.varied.sample), node, self.varied.unit)
 
 
@@ -578,7 +572,6 @@ class SeriesQuestion(_FormulaQuestion):
         return found
 
     def _powers(self, formula: _Formula) -> dict[Any, Any]:
-        """Return the factors of powers of the step."""
         rest = formula.sympy.subs(_X, formula.in_sympy(self.about) + _STEPPED)
         found, derived = {}, rest
         for k in range(self.through + 1):
@@ -676,7 +669,6 @@ def _power(a: list[Any], exponent: Any) -> list[Any]:
 
 
 def _sum(terms: Any) -> Node:
-    """Return the sum of factors times powers of steps."""
     found: Node | None = None
     for factor, step, power in terms:
         exponent = from_sympy(power)

@@ -299,7 +299,6 @@ class Simulated:
         return float(speeds[-1]) if speeds[-1] > max(_ATOL, _RTOL * float(speeds.max())) else 0.0
 
     def _refined(self, coordinate: str, value: float, time: float) -> float:
-        """Return the time by one step of Newton's method from a run that ends there."""
         run = self._simulated(self.system, time)
         q, rate = float(run[coordinate][-1]), float(run[f"u_{coordinate}"][-1])
         return time - (q - value) / rate if abs(rate) > abs(q - value) else time
@@ -354,7 +353,6 @@ def _least_distance(largest: Floats) -> Floats:
 
 
 def _along(function: str, point: str, direction: Sequence[float]) -> Node:
-    """Return a component of a quantity of a point along a unit vector."""
     parts = [as_node(x) * quantity(function, (point, axis)) for x, axis in zip(direction, AXES, strict=True)]
     return reduce(add, parts)
 

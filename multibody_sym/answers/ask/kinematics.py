@@ -73,7 +73,6 @@ class _Parts:
         return replace(found, expression=form) if near else found
 
     def expression(self, node: Node, unit: str) -> Value:
-        """Return the value of an expression in the names of the model."""
         ask = self.solved.asked(node)
         return self.of(lambda instant: ask(instant)[""], unit)
 
@@ -282,7 +281,6 @@ class PlaneMotion:
         return made if self._is_of_loops(body) else self._short(made)
 
     def _is_decided(self, value: Node) -> bool:
-        """Return whether a value names what loops decide."""
         return bool(self._decided.intersection(leaves([value], "symbol")))
 
     def _short(self, letter: Node) -> Node:
@@ -317,7 +315,6 @@ class PlaneMotion:
         return frozenset(k for k in free - driven if symbol(self.mechanism.speeds[k].name) in self._decided)
 
     def _up(self, body: int) -> Iterator[int]:
-        """Yield a body and those that carry it."""
         while body >= 0:
             yield body
             body = self.mechanism.bodies[body].parent
@@ -342,11 +339,9 @@ class PlaneMotion:
         ]
 
     def _acted_on(self, row: int) -> list[int]:
-        """Return the bodies that a row acts on."""
         return [k for k, x in enumerate(self.parts.solved.nodes.rows[row].of_body) if x is not NO_WRENCH]
 
     def _given(self, node: Node) -> Node:
-        """Return what is prescribed, at the start."""
         return self.parts.form(lambda instant: instant.motion.state.values([node])[0])
 
     def letter_lines(self, lines: Sequence[Formula]) -> Iterator[Line]:
@@ -401,7 +396,6 @@ class PlaneMotion:
         return [] if x is ZERO and y is ZERO else [Arm(body, (x, y))]
 
     def _components(self, vector: Callable[[Motion], Vec]) -> Pair:
-        """Return the components of a vector in the plane."""
         return self._component(vector, 0), self._component(vector, 1)
 
     def _component(self, vector: Callable[[Motion], Vec], axis: int) -> Node:
@@ -640,7 +634,6 @@ ACCELERATION: Final = _Law(
 
 
 def _unless_trivial(line: Formula) -> Iterator[Formula]:
-    """Yield an equation unless its sides are the same."""
     if text(line.sides[0]) != text(line.sides[1]):
         yield line
 

@@ -178,7 +178,6 @@ class MotionFormulas:
                 yield self.there.of(switching_function(node))
 
     def _polished(self, zero: Node) -> float:
-        """Return the root near `at`, to rounding."""
         if (self.there.variables - {self.variable}).intersection(leaves([zero], "symbol")):
             raise NoClosedFormError("what is asked for depends on a coordinate whose course has no formula")
         slope, x = derivative(zero, self.variable), self.at

@@ -166,7 +166,6 @@ class Coupled:
                 yield self._one(factor.a, factor.b, x, u, driven)
 
     def _moved(self, z: Vector) -> Vector:
-        """Return N z."""
         n = len(self.A)
         x, u = z[:n], z[n:]
         return [*u, *(a + b for a, b in zip(matrix_product(self.A, x), matrix_product(self.B, u), strict=True))]
@@ -203,7 +202,6 @@ class Coupled:
                 yield from _of_degree(powers, times)
 
     def _rate(self, a: Quotient) -> Quotient:
-        """Return the derivative of a function of time."""
         return self._again(derivative(written(a), TIME)) if not self.there.constant(a) else a * 0
 
     def _at_start(self, a: Quotient) -> Quotient:
@@ -309,7 +307,6 @@ class Courses:
                 yield from (equation(node, shortest_course(formula, letters), how) for node, formula in found)
 
     def _how(self, moved: Quotient, q: Node, u: Node) -> str:
-        """Return how an equation x'' = f is solved."""
         there = self.shown.there
         assert there is not None
         named = moved.symbols & there.variables
@@ -522,7 +519,6 @@ class AskedModes:
 
 
 def _by_cofactors(rows: Sequence[Sequence[Node]]) -> Node:
-    """Return the determinant of a square matrix, expanded along its first row."""
     if len(rows) == 1:
         return rows[0][0]
     minors = ([[*row[:k], *row[k + 1 :]] for row in rows[1:]] for k in range(len(rows)))
@@ -613,7 +609,6 @@ class _Shortest:
             yield reduce(add, terms) / self(above)
 
     def _quotient(self, node: Node) -> Node | None:
-        """Return a formula as one quotient, None where it is too long."""
         try:
             return book_form(with_whole_angles(quotient_of(node, self.letters, _WORK)), apart=1.0)
         except NoClosedFormError:

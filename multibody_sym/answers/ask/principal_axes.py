@@ -124,7 +124,6 @@ class PrincipalAxesQuestion(Question):
         return found
 
     def _asked(self, solved: SolvedInstant, ask: Any, unit: str = _UNIT) -> Value:
-        """Return what is asked of the tensor, with its formula."""
         places = tuple(map(solved.mechanism.body_index, self.bodies))
 
         def of(instant: StateQuantities) -> Mapping[str, Any]:
@@ -164,7 +163,6 @@ class PrincipalAxesQuestion(Question):
         return real(value.value or 0.0) if value.expression is None else value.expression
 
     def _tensor_lines(self, solved: SolvedInstant, places: tuple[int, ...], least: float) -> Iterator[Line]:
-        """Yield the elements of the tensor that are not zero."""
         if len(places) > 1:
             yield Sentence((f"about the common centre of mass, in the axes of {self.bodies[0]} (parallel axes)",))
         tensor = inertia_in_numbers(solved.numbers.motion, places)

@@ -157,7 +157,6 @@ class SectionQuestion(_BeamQuestion, SingleQuestion):
         return Value(None, formula, unit=UNITS[self.component])
 
     def _lines(self, cut: CutBeam, stretch: Stretch, place: Node, value: Node) -> Iterator[Line]:
-        """Yield the sum on a stretch, and what it comes to."""
         yield from cut.lines(self.component, stretch, place)
         if len(cut.stretches) > 1:
             yield equation(symbol(LETTERS[self.component]), value)
@@ -188,7 +187,6 @@ class GreatestSectionQuestion(_BeamQuestion):
         return {"": best.value, ".at": best.place}
 
     def _lines(self, cut: CutBeam, best: SectionExtreme, extremes: Sequence[SectionExtreme]) -> Iterator[Line]:
-        """Yield where it may be greatest, and what it is there."""
         letter, kind = LETTERS[self.component], self.component
         slope = {"moment": "the shear force vanishes or jumps", "shear": "no load acts, or a force acts"}
         where = f"it is greatest where {slope.get(kind, 'a force acts')}, or at an end"
@@ -293,7 +291,6 @@ class CutBeam:
         return found
 
     def _within(self, component: str, stretch: Stretch) -> Iterator[SectionExtreme]:
-        """Yield where N, V or M is greatest or least within a stretch."""
         low, high = stretch.begin, stretch.end
         beside = _BESIDE_ENDS * (high - low)
         places = [low, low + beside, *(low + (high - low) * k / _PARTS for k in range(1, _PARTS)), high - beside, high]
@@ -309,7 +306,6 @@ class CutBeam:
             yield self._turning(component, stretch, places[k - 1], places[k + 1])
 
     def _turning(self, component: str, stretch: Stretch, low: float, high: float) -> SectionExtreme:
-        """Return the extreme between two places (m)."""
         letter = symbol(self.letter)
         form = self.value(component, stretch, letter).expression
         if form is not None:
@@ -353,7 +349,6 @@ class CutBeam:
         return [every.points[k].name for k in cut.points] + [every.lines[k].name for k in (*cut.wholes, *cut.parts)]
 
     def _begins(self, cut: Cut) -> list[float]:
-        """Return where they begin to act."""
         every = self._actions
         return [every.points[k].x for k in cut.points] + [every.lines[k].ends[0] for k in (*cut.wholes, *cut.parts)]
 
@@ -364,7 +359,6 @@ class CutBeam:
         return _with_letter(self._solved, place, (stretch.begin + stretch.end) / 2)
 
     def _at(self, instant: StateQuantities, place: Node, stretch: Stretch) -> Any:
-        """Return a place along the beam over the scalar of an instant."""
         if place != symbol(self.letter):
             return self._solved.asked(place)(instant)[""]
         if instant is self._solved.nodes:
@@ -410,7 +404,6 @@ class CutBeam:
         ]
 
     def _cut(self, x: float) -> Cut:
-        """Return what acts on the part that a section cuts off."""
         lines = list(enumerate(line.ends for line in self._actions.lines))
         return Cut(
             tuple(k for k, point in enumerate(self._actions.points) if point.x < x),
@@ -464,7 +457,6 @@ def _beam(solved: SolvedInstant, name: str) -> Beam:
 
 
 def _with_letter(solved: SolvedInstant, place: Node, sample: float) -> SolvedInstant:
-    """Return a solved start whose closed forms may have the letter of a place."""
     letter = Letter(place, PRECISE.mpf(sample))
     symbolic = replace(solved.symbolic, letters={**solved.symbolic.letters, place: letter})
     forms = solved.forms

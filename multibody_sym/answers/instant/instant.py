@@ -175,7 +175,6 @@ class SolvedInstant:
 
     @cached_property
     def _largest(self) -> float:
-        """The size of the largest acceleration or multiplier."""
         return max((abs(float(x)) for x in (*self.numbers.udot, *self.numbers.multipliers)), default=0.0)
 
     def _rounding(self, node: Node) -> float:
@@ -221,7 +220,6 @@ class SolvedInstant:
 
     @cached_property
     def _is_held(self) -> bool:
-        """Whether constraints leave no freedom."""
         return leave_no_freedom(self.numbers.rows, len(self.mechanism.speeds))
 
     @cached_property
@@ -672,7 +670,6 @@ def unique_sums(solved: SolvedInstant, reactions: Mapping[str, Mapping[str, Valu
 def _unique_sums_of(
     solved: SolvedInstant, chosen: tuple[LawElement, ...], word: str, unit: str
 ) -> Iterator[tuple[str, Value]]:
-    """Yield the sums and differences of forces that are unique."""
     for signs in product((1, -1), repeat=len(chosen) - 1):
         signed: Signed = tuple(zip(chosen, (1, *signs), strict=True))
         name = "".join(f" {'+' if sign > 0 else '-'} {force_name(each.name, word)}" for each, sign in signed)[3:]

@@ -113,7 +113,6 @@ def _with_plain_sums(form: Node) -> Node:
 
 
 def _plain(total: Node) -> Node:
-    """Return a sum in its shortest form."""
     field = Field(_ANGLES)
     named = enumerate(leaves([total], "symbol"))
     try:
@@ -191,7 +190,6 @@ class Coordinates:
         return turned
 
     def _in_time(self, leaf: Node) -> Node:
-        """Return what a slot is at the time t."""
         return TIME if leaf is slot("t", 0) else as_node(self.symbolic.state.slots.get(leaf, leaf))
 
     def _of_pair(self, i: int, k: int, body: str, sense: int, turned: tuple[Rates, Rates]) -> tuple[Rates, Rates]:

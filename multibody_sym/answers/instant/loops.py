@@ -224,7 +224,6 @@ class Loops:
 
 
 def _independent_rows(rows: Floats) -> list[int]:
-    """Return which rows are independent of those before them."""
     found: list[int] = []
     for k in range(len(rows)):
         if rank(rows[[*found, k]], CLOSED) == len(found) + 1:
@@ -370,7 +369,6 @@ class ReducedEquations:
         return found
 
     def _named(self, x: Quotient, wanted: str, says: str) -> Quotient:
-        """Return a letter for what is long."""
         form = self.letters.written(x)
         if len(text(form)) <= _SHORT:
             return x

@@ -325,7 +325,6 @@ class _Held:
         self.size = float(np.abs(self.force).sum() + np.abs(self.moment).sum())
 
     def unit(self, axis: Point) -> Floats:
-        """Return the unit vector along an axis."""
         along = np.array(self._state.values(axis), dtype=float)
         return np.asarray(along / np.linalg.norm(along), dtype=float)
 

@@ -169,7 +169,6 @@ class _Rejected:
         self.parts = {part.friction.name: part for part in parts_at_rest(equations)}
 
     def lines(self, found: Refuted) -> Iterator[Line]:
-        """Yield what is assumed, what follows, and the contradiction."""
         if found.limit is None:
             ways = (f"{name} slides {self._way(self.parts[name], slip)}" for name, slip in found.slips.items())
             yield Sentence((f"Assume that {' and '.join(ways)}, and friction acts against that. Then",))

@@ -119,7 +119,6 @@ class BodyLines:
             yield self.formula(e)
 
     def _force(self, force: BodyForce) -> Iterator[Line]:
-        """Yield what acts: its size, what it is, and its direction."""
         s, action = force.action.symbol, force.action
         turns = all(x.is_zero for x in force.vector)
         size, direction = self.equations.words.turning(force.moment) if turns else self.equations.words.of(force.vector)
@@ -161,7 +160,6 @@ class BodyLines:
         return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
 
     def _named(self, action: Action) -> str:
-        """Return what acts in words."""
         of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
         letter = self._lettered[action.symbol] if of_symbol else ""
         word = self.words.get(letter, self.words[action.kind])
@@ -279,7 +277,6 @@ def _has_extent(instant: StateQuantities, k: int, acting: tuple[str, ...]) -> bo
 
 
 def _differ(own: Mapping[str, PlaneForce], other: Mapping[str, PlaneForce], largest: float) -> bool:
-    """Return whether forces are not unique."""
     pairs = ((own[name], other[name]) for name in own)
     return any(abs(a - b) > _NOTHING * largest for one, two in pairs for a, b in zip(one, two, strict=True))
 

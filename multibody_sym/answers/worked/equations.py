@@ -144,7 +144,6 @@ class CutBodies:
         return self.motion.masses[index].com, "about the centre of mass"
 
     def _is_point(self, index: int) -> bool:
-        """Return whether a body is a mass in one point, whose own moments say nothing."""
         return all(is_zero(x) for row in self.motion.masses[index].inertia for x in row)
 
     def _force(self, index: int, action: Action, reference: Vec) -> BodyForce | None:
@@ -355,7 +354,6 @@ class Equations:
             self._solve()
 
     def _solve(self) -> None:
-        """Number the equations and eliminate."""
         one = self.exactly.constant(1)
         self.laws = list(self._given)
         for x, law in self._of_one():
@@ -388,7 +386,6 @@ class Equations:
         return [*of_bodies, *self.cut.free, *self.relations, *self.laws]
 
     def _relations(self) -> Iterator[NumberedEquation]:
-        """Yield what rows demand of the accelerations."""
         for row, moved in zip(self.mechanism.rows, self.actions.rows, strict=True):
             if moved.kinematic:
                 *factors, gamma = self.exactly.quotients([*moved.jacobian, moved.gamma])
@@ -431,7 +428,6 @@ class Equations:
         return {s for row, s in rows if isinstance(row.plain, ReactionRow) and row.plain.constant is not ZERO}
 
     def _eliminated(self) -> str:
-        """Eliminate, and return why this was left out."""
         if self.exactly.numbers:
             return "formulas would be too long to be read; what is given stands in the equations as numbers"
         if self.lengths:

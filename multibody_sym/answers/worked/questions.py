@@ -111,7 +111,6 @@ class _Spelling:
             lines = []
 
     def _result(self, name: str, asked: WorkedAnswer, answer: Value, lines: list[Line]) -> Iterator[Line]:
-        """Yield lines and the answer to which they lead."""
         number = answer.value
         if number is not None and answer.expression is None and abs(number) <= answer.error:
             number = 0.0  # within its error

@@ -328,7 +328,6 @@ def _steps_at_start(
 
 
 def _given_alone(solved: SolvedInstant, *more: WorkedStep) -> tuple[Worked, Symbols]:
-    """Return the given values as steps, with more of them."""
     symbols = symbols_of(solved.mechanism)
     steps = WorkedStep("Given", tuple(given_lines(solved, symbols))), *more
     notation = notation_of(solved.mechanism, symbols, labels=letters_of(solved.system))
@@ -362,7 +361,6 @@ class _Work:
 
     @cached_property
     def notation(self) -> Notation:
-        """How everything is spelt."""
         plain = forces_spelt(self.equations, letters_of(self.solved.system))
         spelling, places = {**plain.spelling, **self._directions}, plain.places
         if self._by_letters is not None:
@@ -371,7 +369,6 @@ class _Work:
 
     @cached_property
     def told(self) -> BodyLines:
-        """How bodies cut free are written."""
         return BodyLines(self.equations, self.notation, FORCES)
 
     @cached_property
@@ -383,7 +380,6 @@ class _Work:
 
     @cached_property
     def values(self) -> dict[Any, float]:
-        """The numbers of all symbols."""
         given = self.solved.begin
         found = self._numbers_of(self.solved.numbers)
         found.update(self._by_letters.values if self._by_letters is not None else {})
@@ -400,7 +396,6 @@ class _Work:
         return found
 
     def _numbers_of(self, instant: StateQuantities) -> dict[Any, float]:
-        """Return the accelerations, multipliers and reactions of an instant in floats."""
         found = dict(zip(self.symbols.accelerations, map(float, instant.udot), strict=True))
         found.update(zip(self.symbols.multipliers, map(float, instant.multipliers), strict=True))
         found.update((s, float(instant.tensions[asked])) for s, asked in self.actions.tensions.items())
@@ -411,7 +406,6 @@ class _Work:
         return found
 
     def _unsolved(self) -> set[Any]:
-        """Return the unknowns that the equations leave open."""
         if not self.reason:
             return set(self.elimination.unsolved(self.unknowns))
         others = [self._numbers_of(other) for other in self.solved.others]
@@ -422,7 +416,6 @@ class _Work:
 
     @cached_property
     def units(self) -> dict[Any, str]:
-        """The units of accelerations and forces."""
         told = MechanismUnits(self.mechanism)
         named = zip(self.symbols.accelerations, self.mechanism.speeds, strict=True)
         found = {s: told.accelerations[speed.name] for s, speed in named}
@@ -561,7 +554,6 @@ class _Work:
         return [replace(step, is_later=True) for step in steps if step.lines]
 
     def _needed_elimination(self, wanted: Sequence[Any]) -> list[EliminationStep]:
-        """Return the steps of elimination that lead to unknowns."""
         by = {step.unknown: step for step in self.elimination.steps}
         needed, waiting = set[Any](), list(wanted)
         while waiting:
