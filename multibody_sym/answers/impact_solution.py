@@ -13,7 +13,7 @@ import sympy
 from multibody_sym.algebra.book_form import book_form
 from multibody_sym.algebra.inequalities import Condition, within
 from multibody_sym.algebra.quotients import Letter, NoClosedFormError
-from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers
+from multibody_sym.answers.instant.instant import SolvedInstant, forms_of, idle_multipliers, rows_missed
 from multibody_sym.answers.records import Formula, ImpactFound, ImpactStep, Line, Sentence, Worked, WorkedStep
 from multibody_sym.answers.worked.bodies import IMPULSES, BodyLines, forces_spelt, mass_lines
 from multibody_sym.answers.worked.equations import Equations, in_sympy
@@ -141,10 +141,7 @@ def solve_at_rest(
 
 def _verify_jumps(mechanism: Mechanism, dynamics: TreeDynamics, jumps: Floats) -> None:
     """Raise NoSolutionError where rows that depend on each other are to jump by different amounts."""
-    wanted = np.array(dynamics.constraint_forcing, dtype=float)
-    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(wanted), len(jumps))
-    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
-    missed = np.abs(jacobian @ jumps - wanted) * kinematic
+    missed, wanted = rows_missed(dynamics, jumps)
     if missed.max(initial=0.0) > _CONTRADICTION * max(np.abs(wanted).max(initial=0.0), np.abs(jumps).max(initial=0.0)):
         name = mechanism.rows[int(np.argmax(missed))].name
         raise NoSolutionError(

@@ -33,7 +33,7 @@ from multibody_sym.answers.ask.question import (
 from multibody_sym.answers.ask.uniform_motion import UniformMotion
 from multibody_sym.answers.ask.working import OMEGA, Working, acceleration, direction_text, equation, time_text, written
 from multibody_sym.answers.instant.instant import AGREEMENT, SolvedInstant, with_letters
-from multibody_sym.answers.instant.letters import TIME, put_in
+from multibody_sym.answers.instant.letters import TIME, acceleration_names, put_in
 from multibody_sym.answers.records import Formula, Line, Sentence
 from multibody_sym.derivation.symbolic_start import linear_equations
 from multibody_sym.errors import ExpressionError, at
@@ -517,35 +517,25 @@ def virtual_work_lines(solved: SolvedInstant, asked: Node) -> Iterator[Line]:
     """
     named = [x for x in leaves([asked], "quantity") if x.data[0] in _OF_ROWS]
     rows = [k for k, row in enumerate(solved.mechanism.rows) if len(named) == 1 and row.name == named[0].data[1][0]]
-    speeds = solved.mechanism.speeds
-    size = len(speeds)
+    size = len(solved.mechanism.speeds)
     if not rows or len(solved.mechanism.rows) != size or not 1 < size <= _MOST_FREEDOMS or solved.forms is None:
         return
     matrix, right = linear_equations(solved.nodes.motion)
     jacobian = [solved.forms.of(map(as_node, row[:size])) for row in matrix[size:]]
     forces = solved.forms.of(map(as_node, right[:size]))
     held = [row for k, row in enumerate(jacobian) if k != rows[0]]
-    free = next(k for k in range(size) if _is_regular([[*row[:k], *row[k + 1 :]] for row in held]))
+    sizes = np.array([[float(x.sample) for x in row] for row in held])
+    free = next(k for k in range(size) if rank(np.delete(sizes, k, axis=1), CLOSED) == len(held))
     others = [k for k in range(size) if k != free]
     moved = exact_solve([[row[k] for k in others] for row in held], [-row[free] for row in held])
     ratios = {free: solved.forms.field.constant(1), **dict(zip(others, moved, strict=True))}
     yield Sentence((f"virtual work: without {named[0].data[1][0]} one freedom is left",))
-    names = [symbol(f"delta_{_moved(solved, k)}") for k in range(size)]
+    names = [symbol(f"delta_{name}") for name in acceleration_names(solved.mechanism)]
     for k in others:
         yield equation(names[k], written(ratios[k]) * names[free])
     work, arm = (reduce(operator.add, (x[k] * ratios[k] for k in range(size))) for x in (forces, jacobian[rows[0]]))
     total = written(work) + written(arm) * quantity(*named[0].data)
     yield Formula((symbol("delta_W"), total * names[free], ZERO))
-
-
-def _is_regular(rows: list[list[Quotient]]) -> bool:
-    return rank(np.array([[float(x.sample) for x in row] for row in rows]), CLOSED) == len(rows)
-
-
-def _moved(solved: SolvedInstant, place: int) -> str:
-    """Return the name of the coordinate of which a speed is the rate, else the speed's."""
-    rates = {u: q for body in solved.mechanism.bodies for q, u in body.rate_pairs}
-    return solved.mechanism.coordinates[rates[place]].name if place in rates else solved.mechanism.speeds[place].name
 
 
 NUMBER_QUESTIONS: Final[tuple[type[NumberQuestion], ...]] = (

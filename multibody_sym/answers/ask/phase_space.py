@@ -96,7 +96,9 @@ class ActionQuestion(NumberQuestion):
         return self.answers(motion, working)[""]
 
     def answers(self, motion: AskedMotion, working: Working) -> Mapping[str, Value]:
-        unit, cyclic = self.unit(motion), _cyclic(motion.solved)
+        unit, mechanism = self.unit(motion), motion.solved.mechanism
+        pairs = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
+        cyclic = [mechanism.coordinates[pairs[u]].name for u in cyclic_speeds(mechanism) if u in pairs]
         if self.coordinate in cyclic:
             return self._of_cyclic(motion, unit, cyclic, working)
         numbers = RunNumbers(motion.simulated)
@@ -210,13 +212,6 @@ def _rests(motion: AskedMotion, coordinate: str) -> bool:
     except NoPeriodError:
         pass
     return False
-
-
-def _cyclic(solved: SolvedInstant) -> list[str]:
-    """Return the coordinates on which nothing depends."""
-    mechanism = solved.mechanism
-    pairs = {u: q for body in mechanism.bodies for q, u in body.rate_pairs}
-    return [mechanism.coordinates[pairs[u]].name for u in cyclic_speeds(mechanism) if u in pairs]
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -236,10 +236,6 @@ class CutBeam:
     def _near(self) -> float:
         return _SAME * (self.stretches[-1].end - self.stretches[0].begin)
 
-    def begins(self, stretch: Stretch, x: float) -> bool:
-        """Return whether a place (m) is where a stretch begins."""
-        return abs(x - stretch.begin) <= self._near
-
     def is_within(self, stretch: Stretch, x: float) -> bool:
         """Return whether a place (m) is at no end of a stretch."""
         return stretch.begin + self._near < x < stretch.end - self._near
@@ -247,7 +243,7 @@ class CutBeam:
     def jumps_at(self, component: str, stretch: Stretch, x: float) -> bool:
         """Return whether N, V or M has another value before the place where a stretch begins."""
         number = self.stretches.index(stretch)
-        if number == 0 or not self.begins(stretch, x):
+        if number == 0 or abs(x - stretch.begin) > self._near:
             return False
         cuts = (each.cut for each in self.stretches[number - 1 : number + 1])
         before, behind = (float(section_force(self._actions, component, cut, x)) for cut in cuts)
@@ -333,8 +329,11 @@ class CutBeam:
             return {str(k): component_at(component, x, resultant) for k, (_, resultant) in enumerate(acting)}
 
         terms = self._with_place(place, stretch).values(ask, {})
-        order = sorted(range(len(terms)), key=lambda k: self._begins(stretch.cut)[k])
-        known = [(self._names(stretch.cut)[k], terms[str(k)]) for k in order if terms[str(k)].value]
+        cut, points, lines = stretch.cut, self._actions.points, self._actions.lines
+        acting = [(points[k].x, points[k].name) for k in cut.points]  # where each begins, in the order of its actions
+        acting += [(lines[k].ends[0], lines[k].name) for k in (*cut.wholes, *cut.parts)]
+        order = sorted(range(len(terms)), key=lambda k: acting[k][0])
+        known = [(acting[k][1], terms[str(k)]) for k in order if terms[str(k)].value]
         along = place == symbol(self.letter)
         inside = len(self.stretches) > 1 and (along or self.is_within(stretch, self._solved.number(place)))
         where = f"for {text(stretch.first)} < {text(place)} < {text(stretch.last)}: " if inside else ""
@@ -343,20 +342,17 @@ class CutBeam:
         if len(forms) == len(known) > 1:
             yield equation(symbol(LETTERS[component]), reduce(add, forms))
 
-    def _names(self, cut: Cut) -> list[str]:
-        """Return the elements that act on a part, in the order in which `BeamActions.on` has them."""
-        every = self._actions
-        return [every.points[k].name for k in cut.points] + [every.lines[k].name for k in (*cut.wholes, *cut.parts)]
-
-    def _begins(self, cut: Cut) -> list[float]:
-        every = self._actions
-        return [every.points[k].x for k in cut.points] + [every.lines[k].ends[0] for k in (*cut.wholes, *cut.parts)]
-
     def _with_place(self, place: Node, stretch: Stretch) -> SolvedInstant:
         """Return the solved start, with the letter of the place in its closed forms where it has that."""
         if place != symbol(self.letter):
             return self._solved
-        return _with_letter(self._solved, place, (stretch.begin + stretch.end) / 2)
+        solved, sample = self._solved, (stretch.begin + stretch.end) / 2
+        letter = Letter(place, PRECISE.mpf(sample))
+        symbolic = replace(solved.symbolic, letters={**solved.symbolic.letters, place: letter})
+        forms = solved.forms
+        if forms is not None:
+            forms = replace(forms, known={**forms.known, place: forms.field.letter((place, sample), letter)})
+        return replace(solved, symbolic=symbolic, forms=forms)
 
     def _at(self, instant: StateQuantities, place: Node, stretch: Stretch) -> Any:
         if place != symbol(self.letter):
@@ -454,12 +450,3 @@ def _beam(solved: SolvedInstant, name: str) -> Beam:
         elif way[0] < 0.0:
             backwards.append(load.name)
     return Beam(axis, length, frozenset(backwards), frozenset(across))
-
-
-def _with_letter(solved: SolvedInstant, place: Node, sample: float) -> SolvedInstant:
-    letter = Letter(place, PRECISE.mpf(sample))
-    symbolic = replace(solved.symbolic, letters={**solved.symbolic.letters, place: letter})
-    forms = solved.forms
-    if forms is not None:
-        forms = replace(forms, known={**forms.known, place: forms.field.letter((place, sample), letter)})
-    return replace(solved, symbolic=symbolic, forms=forms)

@@ -420,19 +420,24 @@ def forms_of(
     return None
 
 
+def rows_missed(dynamics: TreeDynamics, udot: Floats) -> tuple[Floats, Floats]:
+    """Return by how much accelerations, or jumps of speeds, miss what each row demands of them, and that (s)."""
+    wanted = np.array(dynamics.constraint_forcing, dtype=float)
+    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(wanted), len(udot))
+    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
+    return np.abs(jacobian @ udot - wanted) * kinematic, wanted
+
+
 def _verify(resolved: Mechanism, dynamics: TreeDynamics, found: Accelerations) -> None:
     """Raise NoSolutionError where rows that depend on each other only here ask for different accelerations."""
-    rank, gamma = found.report[0], np.array(dynamics.constraint_forcing, dtype=float)
-    jacobian = np.array(dynamics.constraint_jacobian, dtype=float).reshape(len(gamma), len(found.udot))
-    kinematic = np.array([row.kinematic for row in dynamics.rows], dtype=bool)
-    misses = np.abs(jacobian @ found.udot - gamma) * kinematic
+    misses, gamma = rows_missed(dynamics, found.udot)
     missed = float(misses.max(initial=0.0))
     if not (np.isfinite(found.udot).all() and np.isfinite(found.report).all()):
         raise NoSolutionError(
             "the accelerations are no finite numbers: values of the model are too large or too small", number="N105"
         )
     size = max(1.0, float(np.abs(gamma).max(initial=0.0)), float(np.abs(found.udot).max(initial=0.0)))
-    if rank < len(resolved.rows) and missed > _CONTRADICTION * size:
+    if found.report[0] < len(resolved.rows) and missed > _CONTRADICTION * size:
         names = ", ".join(row.name for row in resolved.rows)
         raise NoSolutionError(
             f"the start is a singular position of {names}, and no acceleration satisfies them with these speeds; start "

@@ -254,11 +254,12 @@ def members(solved: SolvedInstant) -> Iterator[Member]:
     found = {k: _forces(solved.numbers, k) for k, _ in bodies}
     largest = max((math.hypot(f.X, f.Y) for own in found.values() for f in own.values()), default=0.0)
     for k, name in bodies:
-        if any(_differ(found[k], _forces(other, k), largest) for other in solved.others):
-            continue
+        others = ((found[k][each], f) for other in solved.others for each, f in _forces(other, k).items())
+        if any(abs(a - b) > _NOTHING * largest for pair in others for a, b in zip(*pair, strict=True)):
+            continue  # forces are not unique
         acting = tuple(each for each, f in found[k].items() if math.hypot(f.X, f.Y) > _NOTHING * largest)
-        if any(abs(f.m) > 0.0 and each not in acting and _is_couple(f, largest) for each, f in found[k].items()):
-            continue
+        if any(each not in acting and abs(f.m) > _NOTHING * largest for each, f in found[k].items()):
+            continue  # a couple
         if not acting:
             if largest > 0.0:
                 yield Member(name, ())
@@ -274,15 +275,6 @@ def _has_extent(instant: StateQuantities, k: int, acting: tuple[str, ...]) -> bo
     """Return whether elements act at several places of a body, which is no node."""
     places = [place for each in acting if (place := _place(instant, k, each)) is not None]
     return any(math.dist(places[0], place) > 0.0 for place in places[1:])
-
-
-def _differ(own: Mapping[str, PlaneForce], other: Mapping[str, PlaneForce], largest: float) -> bool:
-    pairs = ((own[name], other[name]) for name in own)
-    return any(abs(a - b) > _NOTHING * largest for one, two in pairs for a, b in zip(one, two, strict=True))
-
-
-def _is_couple(force: PlaneForce, largest: float) -> bool:
-    return bool(abs(force.m) > _NOTHING * largest)
 
 
 def _forces(instant: StateQuantities, k: int) -> dict[str, PlaneForce]:
