@@ -635,35 +635,6 @@ class _FadingQuestion(_LinearQuestion[SmallMotion]):
     def remarks(self, linear: SmallMotion) -> list[str]:
         return list(linear.left_out)
 
-    def damping_ratio(self, small: SmallMotion, mode: int) -> float:
-        """Return the damping ratio of a mode. Raises NoSolutionError without such a mode."""
-        values = np.linalg.eigvals(small.place.linear.A)
-        if len(values) == 2:
-            square = (values[0] * values[1]).real
-            if square > 0.0 and mode == 1:
-                return float(-(values[0] + values[1]).real / (2.0 * np.sqrt(square)))
-        swinging = sorted((x for x in values if x.imag > 0.0), key=abs)
-        if not 1 <= mode <= len(swinging):
-            count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(swinging))
-            raise NoSolutionError(f"mode {mode}: {count or f'{len(swinging)} modes oscillate'}", number="N111")
-        return float(-swinging[mode - 1].real / abs(swinging[mode - 1]))
-
-    def ratio(self, small: SmallMotion, mode: int) -> Quotient:
-        """Return the damping ratio of a mode over its field: C = alpha M + beta K fades each mode alone."""
-        given = small.matrices
-        if given is None:
-            raise NoClosedFormError(next(iter(small.reasons), "the equations have no closed form"))
-        if len(given.places) == 1:
-            return given.rates[0][0] / (2 * sqrt(given.mass[0][0] * given.stiffness[0][0]))
-        alpha, beta = _rayleigh(given.mass, given.rates, given.stiffness)
-        found = small.spectrum
-        swinging = [] if found is None else [root for root in found.roots if float(PRECISE.re(root.value)) > 0.0]
-        squares = [root.quotient for root in swinging]
-        square = squares[mode - 1] if mode <= len(squares) else None
-        if square is None:
-            raise NoClosedFormError("the frequency has no closed form")
-        return (alpha + beta * square) / (2 * sqrt(square))
-
     def lines(self, linear: SmallMotion) -> Iterator[Line]:
         yield from damping_lines(linear)
 
@@ -698,10 +669,32 @@ class DampingQuestion(_FadingQuestion):
         return f"damping ratio of mode {self.mode}"
 
     def value(self, linear: SmallMotion) -> float:
-        return self.damping_ratio(linear, self.mode)
+        mode, values = self.mode, np.linalg.eigvals(linear.place.linear.A)
+        if len(values) == 2:
+            square = (values[0] * values[1]).real
+            if square > 0.0 and mode == 1:
+                return float(-(values[0] + values[1]).real / (2.0 * np.sqrt(square)))
+        swinging = sorted((x for x in values if x.imag > 0.0), key=abs)
+        if not 1 <= mode <= len(swinging):
+            count = {0: "no mode oscillates", 1: "one mode oscillates"}.get(len(swinging))
+            raise NoSolutionError(f"mode {mode}: {count or f'{len(swinging)} modes oscillate'}", number="N111")
+        return float(-swinging[mode - 1].real / abs(swinging[mode - 1]))
 
     def formula(self, linear: SmallMotion, _notes: list[str]) -> Node:
-        return written(self.ratio(linear, self.mode))
+        """Return the damping ratio: C = alpha M + beta K fades each mode alone. Raises NoClosedFormError."""
+        given = linear.matrices
+        if given is None:
+            raise NoClosedFormError(next(iter(linear.reasons), "the equations have no closed form"))
+        if len(given.places) == 1:
+            return written(given.rates[0][0] / (2 * sqrt(given.mass[0][0] * given.stiffness[0][0])))
+        alpha, beta = _rayleigh(given.mass, given.rates, given.stiffness)
+        found = linear.spectrum
+        swinging = [] if found is None else [root for root in found.roots if float(PRECISE.re(root.value)) > 0.0]
+        squares = [root.quotient for root in swinging]
+        square = squares[self.mode - 1] if self.mode <= len(squares) else None
+        if square is None:
+            raise NoClosedFormError("the frequency has no closed form")
+        return written((alpha + beta * square) / (2 * sqrt(square)))
 
 
 @dataclass(frozen=True)

@@ -33,33 +33,25 @@ def with_answers(
     A question about the start has what was `asked` in the place of the names of these answers. None where an answer has
     no value. An expression that is asked as a function of a parameter keeps its names: its place alone is put in.
     """
-    if question.varied is not None:
-        return _with_place(question, answers, taken)
-    named = named_by(question, answers, taken)
+    let, is_varied = question.let, question.varied is not None
+    place = None if let is None else let.to
+    letters = () if place is None else leaves([place], "symbol")
+    of_place = {str(x.data) for x in letters if x not in taken and x.data in answers}
+    named = of_place if is_varied else named_by(question, answers, taken)
     if not named:
         return question, True
     if any(answers[name].value is None for name in named):
         return None
-    of_start = question.value is not None and question.when is None and question.after is None
+    of_start = not is_varied and question.value is not None and question.when is None and question.after is None
     again = {name: node for name, node in (asked or {}).items() if of_start and name in named}
     forms = {name: answers[name].expression or real(answers[name].value or 0.0) for name in named}
     known = {symbol(name): again.get(name) or form for name, form in forms.items()}
-    found: Ask = with_expressions(question, lambda node: put_in(node, known))
+    found: Ask
+    if is_varied and let is not None and place is not None:
+        found = replace(question, let=replace(let, to=put_in(place, known)))
+    else:
+        found = with_expressions(question, lambda node: put_in(node, known))
     return found, all(name in again or answers[name].expression is not None for name in named)
-
-
-def _with_place(question: Ask, answers: Mapping[str, Value], taken: Collection[Node]) -> tuple[Ask, bool] | None:
-    """Return a question with answers in the place to which a parameter tends."""
-    place = None if question.let is None else question.let.to
-    letters = () if place is None else leaves([place], "symbol")
-    named = {x: answers[str(x.data)] for x in letters if x not in taken and x.data in answers}
-    if any(value.value is None for value in named.values()):
-        return None
-    if question.let is None or place is None or not named:
-        return question, True
-    known = {x: value.expression or real(value.value or 0.0) for x, value in named.items()}
-    let = replace(question.let, to=put_in(place, known))
-    return replace(question, let=let), all(value.expression is not None for value in named.values())
 
 
 def questions_beside(system: System, answers: Mapping[str, Value], taken: Collection[Node]) -> Names:
