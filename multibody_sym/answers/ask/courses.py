@@ -33,7 +33,7 @@ from multibody_sym.scalars.arrays import UNDEFINED, Floats
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, as_node, multiply, number, power, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, multiply, number, power, symbol
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Courses of x'' = a x + b x' + f(t) with constant a and b, f a sum of powers of t, exponentials, sines and cosines.
@@ -197,7 +197,7 @@ class LinearMotion:
             else:
                 found[n + 2] = p / ((n + 2) * (n + 1))
         terms = (self.granted.written(x) * power(TIME, as_node(n)) for n, x in found.items() if not x.is_zero)
-        return reduce(add, terms, ZERO)
+        return sum(terms, ZERO)
 
     def _emptying(self, force: Quotient) -> Node:
         """Return the particular solution, from rest at 0, for c + d/(e + f t): what pushes a mass that empties.

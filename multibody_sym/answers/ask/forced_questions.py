@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Final, Generic, Self, TypeVar
 
 import numpy as np
@@ -37,7 +37,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, ZERO, Node, add, as_node, multiply, symbol
+from multibody_sym.scalars.node import PI, ZERO, Node, as_node, multiply, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -66,7 +66,7 @@ def as_complex(part: Complex) -> Node:
 def free_equations(given: Matrices, names: Sequence[str]) -> list[Node]:
     """Return M x'' + C x' + K x row by row."""
     return [
-        reduce(add, (
+        sum((
             written(x) * symbol(name + dots)
             for row, dots in zip(rows, ("''", "'", ""), strict=True)
             for x, name in zip(row, names, strict=True)
@@ -143,7 +143,7 @@ class SteadySteps:
                 for force, dots in zip(self.forced.forces, ("", "'", "''"), strict=True)
                 if not force[k].is_zero
             )
-            yield equation(left, reduce(add, right, ZERO))
+            yield equation(left, sum(right, ZERO))
         less = "with" if self.forced.drive.mean is ZERO else "less its mean"
         yield equation(symbol(drive), self.forced.drive.amplitude * self._wave, less)
 
@@ -213,7 +213,7 @@ class SteadySteps:
         for row, force in zip(self._stiffness, self._force, strict=True):
             pairs = zip(row, self.amplitudes, strict=True)
             left = (as_complex(a) * x for a, x in pairs if not (a[0].is_zero and a[1].is_zero))
-            yield equation(reduce(add, left, ZERO), as_complex(force), first)
+            yield equation(sum(left, ZERO), as_complex(force), first)
             first = ""
         if len(self.names) > 1 and self.is_in_phase:
             yield Sentence(("by Cramer's rule, over the determinant ", written(self._determinant)))
@@ -228,12 +228,12 @@ class SteadySteps:
 
 
 def _sum(*pairs: tuple[Node, Quotient]) -> Node:
-    return reduce(add, (written(x) * node for node, x in pairs if not x.is_zero), ZERO)
+    return sum((written(x) * node for node, x in pairs if not x.is_zero), ZERO)
 
 
 def _squares(a: Quotient, b: Quotient) -> Node:
     parts = (written(x * x) if len(x.above) == 1 else multiply(*[written(x)] * 2) for x in (a, b) if not x.is_zero)
-    return reduce(add, parts, ZERO)
+    return sum(parts, ZERO)
 
 
 def damping_lines(small: SmallMotion) -> Iterator[Line]:
@@ -245,11 +245,11 @@ def damping_lines(small: SmallMotion) -> Iterator[Line]:
     (name,), (left,) = small.names, free_equations(given, small.names)
     (m,), (c,), (k,) = given.mass[0], given.rates[0], given.stiffness[0]
     yield equation(left, ZERO)
-    standard = reduce(add, (
+    standard = sum((
         symbol(f"{name}''"),
         2 * (ZETA * OMEGA_0) * symbol(f"{name}'"),
         OMEGA_0 * OMEGA_0 * symbol(name),
-    ))
+    ), ZERO)
     yield equation(standard, ZERO, "by the mass, as")
     yield equation(OMEGA_0 * OMEGA_0, written(k / m), "compared")
     yield equation(2 * ZETA * OMEGA_0, written(c / m), "and")

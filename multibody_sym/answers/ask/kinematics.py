@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from itertools import groupby
 from typing import Any, ClassVar, Final
 
@@ -36,7 +36,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars import vectors
 from multibody_sym.scalars.elementary import BUILD, leaves, postorder
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, as_node, quantity, real, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, quantity, real, symbol
 from multibody_sym.scalars.vectors import Vec, apply
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
@@ -100,7 +100,7 @@ class _Parts:
 
 
 def _size(components: Iterable[Node]) -> Node:
-    return BUILD["sqrt"](reduce(add, (x * x for x in components)))
+    return BUILD["sqrt"](sum((x * x for x in components), ZERO))
 
 
 def _size_of_one(parts: Sequence[Value]) -> Value | None:
@@ -576,7 +576,7 @@ class PlaneMotion:
             return instant.rows[number].jacobian[k]
 
         factors = (self.parts.form(partial(factor, k=k)) for k in range(len(self.mechanism.speeds)))
-        left = reduce(add, (x * rates(k) for k, x in enumerate(factors) if x is not ZERO), ZERO)
+        left = sum((x * rates(k) for k, x in enumerate(factors) if x is not ZERO), ZERO)
         if law is ACCELERATION:
             right = self.parts.form(lambda instant: instant.rows[number].gamma)
             return equation(left, right, f"{name}: rate of its velocity equation")
@@ -643,5 +643,5 @@ def _element(row: Row) -> str:
 
 
 def _sum(pairs: Sequence[Pair]) -> Pair:
-    x, y = (reduce(add, (pair[k] for pair in pairs), ZERO) for k in (0, 1))
+    x, y = (sum((pair[k] for pair in pairs), ZERO) for k in (0, 1))
     return x, y

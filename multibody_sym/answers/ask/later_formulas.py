@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import field, replace
-from functools import reduce
 from typing import Final, Self
 
 from multibody_sym.algebra.book_form import book_form
@@ -36,7 +35,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, as_node, quantity, symbol
+from multibody_sym.scalars.node import ZERO, Node, as_node, quantity, symbol
 from multibody_sym.scalars.sign_changes import is_condition, switching_function
 from multibody_sym.text.printer import text
 
@@ -225,7 +224,7 @@ def in_letters(there: Anywhere, node: Node, values: Mapping[Node, float]) -> Quo
 def component_along(function: str, point: str, direction: tuple[Node, ...]) -> Node:
     """Return the component of a quantity of a point along a direction of any length."""
     parts = [x * quantity(function, (point, axis)) for x, axis in zip(direction, AXES, strict=True)]
-    return reduce(add, parts) / BUILD["sqrt"](reduce(add, (x * x for x in direction)))
+    return sum(parts, ZERO) / BUILD["sqrt"](sum((x * x for x in direction), ZERO))
 
 
 _WITHOUT_SLIP: Final = frozenset(word for verb in ("sticks", "rolls", "grips") for word in VERBS[verb])

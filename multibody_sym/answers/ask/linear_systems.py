@@ -103,7 +103,7 @@ class Coupled:
     def course(self, place: int) -> Node:
         """Return the unknown at a place as a formula of time. Raises NoClosedFormError."""
         parts = self._by_modes(place) if self._commutes() else self._by_factors(place)
-        return reduce(add, parts, ZERO)
+        return sum(parts, ZERO)
 
     # --- A and B commute ------------------------------------------------------------------------------------------
 
@@ -426,7 +426,7 @@ class AskedModes:
                 if value.value and (known := value.expression or real(value.value))
                 for x in (symbol(name + dots),)
             ]
-            yield equation(reduce(add, terms, ZERO), ZERO)
+            yield equation(sum(terms, ZERO), ZERO)
         if len(modes.coordinates) > 1:
             yield from self._determinant(self.value(leaf), leaf)
             yield from self._shape(int(leaf.data[1][0]))
@@ -523,7 +523,7 @@ def _by_cofactors(rows: Sequence[Sequence[Node]]) -> Node:
         return rows[0][0]
     minors = ([[*row[:k], *row[k + 1 :]] for row in rows[1:]] for k in range(len(rows)))
     terms = (x * _by_cofactors(minor) * (-1) ** k for k, (x, minor) in enumerate(zip(rows[0], minors, strict=True)))
-    return reduce(add, terms, ZERO)
+    return sum(terms, ZERO)
 
 
 def _known(value: Value) -> Node:
@@ -561,7 +561,7 @@ def shortest_course(course: Node, letters: Mapping[Node, Letter]) -> Node:
     shortest = _Shortest({**letters, TIME: Letter(TIME, PRECISE.mpf(1), True)})
     terms = flatten("add", course)
     fading = [term for term in terms if any(part.op == "exp" for part in postorder([term]))]
-    lasting = reduce(add, (term for term in terms if term not in fading), ZERO)
+    lasting = sum((term for term in terms if term not in fading), ZERO)
     together = reduce(add, map(shortest, fading), shortest(lasting))
     return min((together, shortest(course)), key=_length)
 
@@ -594,7 +594,7 @@ class _Shortest:
             parts = [self(part) for part in flatten(node.op, node)]
             divisors = [part.args[1] for part in parts if part.op == "div"]
             if node.op == "add":
-                yield reduce(add, parts)
+                yield sum(parts, ZERO)
             elif divisors and not any(part.op == "exp" for part in parts):  # m/k*log(x), but F*exp(-c*t)*(k - m)/S
                 yield reduce(multiply, parts)
             else:
@@ -606,7 +606,7 @@ class _Shortest:
         if node.op == "div" and node.args[1].op == "div":  # a/(b/c) as a c/b, each term of a by itself
             above, below = node.args[1].args
             terms = (self(below * term) for term in flatten("add", node.args[0]))
-            yield reduce(add, terms) / self(above)
+            yield sum(terms, ZERO) / self(above)
 
     def _quotient(self, node: Node) -> Node | None:
         try:

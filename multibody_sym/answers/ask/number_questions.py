@@ -45,7 +45,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import PI, ZERO, Node, add, as_node, quantity, symbol
+from multibody_sym.scalars.node import PI, ZERO, Node, as_node, quantity, symbol
 from multibody_sym.scalars.rank import CLOSED, rank
 from multibody_sym.text.parser import of_run
 from multibody_sym.text.printer import text
@@ -143,7 +143,7 @@ class SpeedQuestion(UniformQuestion):
         if self.along is not None:
             return component_along("velocity", self.of, self.along)
         parts = [quantity("velocity", (self.of, axis)) for axis in AXES]
-        return BUILD["sqrt"](reduce(add, (x * x for x in parts)))
+        return BUILD["sqrt"](sum((x * x for x in parts), ZERO))
 
     def is_uniform(self) -> bool:
         return self.along is None and super().is_uniform()

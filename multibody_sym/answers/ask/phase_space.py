@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from itertools import combinations
 from typing import Final, NamedTuple, Self
 
@@ -49,7 +49,7 @@ from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ONE, PI, ZERO, Node, add, as_node, quantity, subtract, symbol
+from multibody_sym.scalars.node import ONE, PI, ZERO, Node, as_node, quantity, subtract, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -300,7 +300,7 @@ class PhaseSpace:
 
     def bracket(self, f: Node, g: Node) -> Node:
         """Return {f, g} of functions of q and p. Raises NoClosedFormError."""
-        return written(self.exactly(reduce(add, (x for _, x in self.terms(f, g)), ZERO)))
+        return written(self.exactly(sum((x for _, x in self.terms(f, g)), ZERO)))
 
     def value(self, motion: AskedMotion, found: Node, unit: str) -> Value:
         """Return a function of q and p, with its number where it depends on parameters alone."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial, reduce
+from functools import partial
 from itertools import pairwise
 from typing import Any, Final, NamedTuple, Self
 
@@ -38,7 +38,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.calculus import derivative
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.functions import evaluate, evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, real, symbol
+from multibody_sym.scalars.node import ZERO, Node, real, symbol
 from multibody_sym.text.printer import text
 from multibody_sym.text.values import Value
 
@@ -340,7 +340,7 @@ class CutBeam:
         yield Sentence((f"{where}{', '.join(dict.fromkeys(name for name, _ in known)) or 'nothing'}",))
         forms = [x.expression for _, x in known if x.expression is not None]
         if len(forms) == len(known) > 1:
-            yield equation(symbol(LETTERS[component]), reduce(add, forms))
+            yield equation(symbol(LETTERS[component]), sum(forms, ZERO))
 
     def _with_place(self, place: Node, stretch: Stretch) -> SolvedInstant:
         """Return the solved start, with the letter of the place in its closed forms where it has that."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import field
-from functools import reduce
 from typing import Final, NamedTuple
 
 from multibody_sym.algebra.book_form import book_form
@@ -24,7 +23,7 @@ from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import UNDEFINED
 from multibody_sym.scalars.elementary import BUILD, leaves
 from multibody_sym.scalars.functions import evaluate_float
-from multibody_sym.scalars.node import ZERO, Node, add, power, symbol
+from multibody_sym.scalars.node import ZERO, Node, power, symbol
 from multibody_sym.scalars.node import number as number_node
 from multibody_sym.text.printer import text
 
@@ -190,7 +189,7 @@ class _Traced(Roots):
         if self._tangent is not None:
             powers = (written(x) * power(self._tangent, number_node(k)) for k, x in enumerate(found) if x.size)
             cosine = power(BUILD["cos"](self._tangent.args[0]), number_node(highest))
-            self.moves.append(equation(reduce(add, powers, ZERO), ZERO, f"divided by {text(cosine)}"))
+            self.moves.append(equation(sum(powers, ZERO), ZERO, f"divided by {text(cosine)}"))
         return found
 
     def of_line(self, angle: Node, a: Quotient, b: Quotient, d: Quotient) -> Iterator[Node]:
