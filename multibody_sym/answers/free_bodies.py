@@ -360,7 +360,8 @@ class CutFree:
     def _load(self, load: Load) -> Iterator[ForceArrow]:
         wrenches = applied_forces(self.motion, [load], weight=False).of_body
         points = () if isinstance(load, LineLoad) else load.points  # the line of its resultant passes neither end
-        places = {marker.body: self._point(marker.body, marker.pose.position) for marker in points}
+        values = self.motion.state.values
+        places = {m.body: np.array([float(x) for x in values(list(m.pose.position))]) for m in points}
         for k, wrench in enumerate(wrenches):
             yield from self._wrench(("load", load.name), load.path, k, wrench, 1.0, places.get(k))
 
@@ -565,9 +566,6 @@ class CutFree:
     ) -> Iterator[ForceArrow]:
         if way.any():
             yield ForceArrow(key, path, Anchor(body, vector(at)), way, value, **kind)
-
-    def _point(self, body: Body, point: Sequence[object]) -> Floats:
-        return np.array([float(x) for x in self.motion.state.values(list(point))])  # type: ignore[arg-type]
 
     def _within(self, body: Body, place: Floats) -> Floats:
         pose = self.placed.poses[body]

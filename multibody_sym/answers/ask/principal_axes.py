@@ -114,9 +114,9 @@ class PrincipalAxesQuestion(Question):
         if len(mixed) > 1:
             found = _in_space(tensor)
         elif mixed:
-            found = self._in_plane(solved, places, mixed[0], working)
+            found = self._in_plane(solved, mixed[0], working)
         else:
-            found = self._along_axes(solved, places, working)
+            found = self._along_axes(solved, working)
         moments = [found[f".{n}"].value or 0.0 for n in (1, 2, 3)]
         if min(np.diff(moments)) > least:
             told = "the free body turns steadily about axes 1 and 3; about axis 2 it is unstable (Poinsot)"
@@ -131,7 +131,7 @@ class PrincipalAxesQuestion(Question):
 
         return with_letters(solved, of, {"": unit})[""]
 
-    def _along_axes(self, solved: SolvedInstant, places: tuple[int, ...], working: Working) -> dict[str, Value]:
+    def _along_axes(self, solved: SolvedInstant, working: Working) -> dict[str, Value]:
         """Return the moments about axes of the body, in the order of their size."""
         found = [self._asked(solved, lambda tensor, k=k: tensor[k][k]) for k in range(3)]
         order = sorted(range(3), key=lambda k: found[k].value or 0.0)
@@ -139,9 +139,7 @@ class PrincipalAxesQuestion(Question):
         working.notes.append(f"the axes of {self.bodies[0]} are principal: axis {named}")
         return {f".{n}": found[k] for n, k in enumerate(order, start=1)}
 
-    def _in_plane(
-        self, solved: SolvedInstant, places: tuple[int, ...], plane: _Plane, working: Working
-    ) -> dict[str, Value]:
+    def _in_plane(self, solved: SolvedInstant, plane: _Plane, working: Working) -> dict[str, Value]:
         """Return the moments where one axis of the body is principal, and the angle of the lesser one's axis."""
         found = [self._asked(solved, lambda tensor, k=k: plane.moments(tensor)[k]) for k in range(3)]
         order = sorted(range(3), key=lambda k: found[k].value or 0.0)
@@ -152,7 +150,7 @@ class PrincipalAxesQuestion(Question):
             f"axis {numbers[0]} lies at the angle from {i} towards {j} of {self.bodies[0]}, axis {numbers[1]} at right "
             f"angles to it, axis {numbers[2]} along {k}"
         )
-        working.steps.append(lambda: self._plane_lines(solved, plane))
+        working.steps.append(lambda: self._plane_lines(plane))
         return {**{f".{n}": found[role] for n, role in enumerate(order, start=1)}, ".angle": angle}
 
     # --- steps ----------------------------------------------------------------------------------------------------
@@ -170,7 +168,7 @@ class PrincipalAxesQuestion(Question):
             if abs(tensor[i, j]) > least:
                 yield equation(symbol(f"J_{AXES[i]}{AXES[j]}"), self._entry(solved, i, j))
 
-    def _plane_lines(self, solved: SolvedInstant, plane: _Plane) -> Iterator[Line]:
+    def _plane_lines(self, plane: _Plane) -> Iterator[Line]:
         i, j = AXES[plane.i], AXES[plane.j]
         a, b, c = (symbol(f"J_{x}") for x in (f"{i}{i}", f"{j}{j}", f"{min(i, j)}{max(i, j)}"))
         double = as_node(2) * c / (a - b)
