@@ -76,11 +76,12 @@ class Script(ABC):
         if e.is_Symbol:
             return Piece(self.spelling.get(e, e.name), ATOM)
         if e.is_Rational or e.is_Float:
-            return self._number(e)
+            return self._signed(e) if e < 0 else self._quotient_of(e, [])
         if e.is_Add:
-            return self._sum(e)
+            return Piece(" ".join(self.parts(e)), SUM)
         if e.is_Mul or (e.is_Pow and _is_below(e)):
-            return self._product(e)
+            number, rest = e.as_coeff_Mul()
+            return self._signed(e) if number < 0 else self._quotient_of(*self._taken_apart(number, rest))
         if e.is_Pow:
             return self.root(e.base) if e.exp == sympy.S.Half else self.power(e.base, e.exp)
         return self.other(e)
@@ -144,9 +145,6 @@ class Script(ABC):
         """Return a number without a sign."""
         return digits
 
-    def _sum(self, e: Any) -> Piece:
-        return Piece(" ".join(self.parts(e)), SUM)
-
     def parts(self, e: Any) -> list[str]:
         """Return the terms of a sum one by one, each but the first with its sign before it."""
         if not getattr(e, "is_Add", False):
@@ -206,13 +204,6 @@ class Script(ABC):
     def closing(self, exponent: Any) -> str:
         """Return the parenthesis behind a sum that may have begun in an earlier line, and its power."""
         return ")" if exponent == 1 else f")^{exponent}"
-
-    def _number(self, e: Any) -> Piece:
-        return self._signed(e) if e < 0 else self._quotient_of(e, [])
-
-    def _product(self, e: Any) -> Piece:
-        number, rest = e.as_coeff_Mul()
-        return self._signed(e) if number < 0 else self._quotient_of(*self._taken_apart(number, rest))
 
     def _taken_apart(self, number: Any, product: Any) -> tuple[Any, list[Any]]:
         """Return a number and the factors of a product in the order of writing, square roots joined."""

@@ -315,7 +315,10 @@ class EquilibriumSearch:
     def stable(self, q: Floats) -> bool | None:
         """Return whether a position of equilibrium is stable; None where some displacement meets no resistance."""
         if self.mechanism.rates:
-            return self._stable_with_states(q)
+            # by the eigenvalues of A: rates of states follow speeds, as dampers do
+            values = np.linalg.eigvals(self.flow.linearized(q, np.zeros(len(self.mechanism.speeds))).A)
+            least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
+            return False if (values.real > least).any() else None if (np.abs(values) <= least).any() else True
         tangents, slope = self._clear_slope(q)
         values = np.linalg.eigvals(slope @ self._rates(tangents))
         least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
@@ -323,14 +326,6 @@ class EquilibriumSearch:
             return False
         regular = slope.shape[0] == slope.shape[1]  # with rows of speeds alone some displacements change no force
         return True if regular and (values.real < -least).all() else None
-
-    def _stable_with_states(self, q: Floats) -> bool | None:
-        """Return the same from the eigenvalues of A: rates of states follow speeds, as dampers do."""
-        values = np.linalg.eigvals(self.flow.linearized(q, np.zeros(len(self.mechanism.speeds))).A)
-        least = FLAT * max(float(np.abs(values).max(initial=0.0)), 1e-300)
-        if (values.real > least).any():
-            return False
-        return None if (np.abs(values) <= least).any() else True
 
     def one_sided(self, q: Floats) -> bool:
         """Return whether some acceleration has no real value a little beside a position, along a free direction."""

@@ -236,7 +236,8 @@ class States:
             return found
         self.tried += count
         for mode, open_ in candidate_modes(self.problem, self.small, mu):
-            for trial in self._tried(mode, mu, found) if open_ else self._basic(mode, mu):
+            trials = self._tried(mode, mu, found) if open_ else filter(fulfils, [solve_mode(self.problem, mode, mu)])
+            for trial in trials:
                 if not any(same(self.problem, trial, other) for other in found):
                     found.append(trial)
         self.proved &= bool(found) or not self._turns_anywhere(mu)
@@ -246,11 +247,6 @@ class States:
         """Return whether directions of slip or of pressing forces have to be iterated: there may be more of them."""
         rough = [p for p in self.problem.parts if mu[p.number] and not (p.held and p.rests)]
         return any((p.in_space and p.rests) or (p.norm and len(p.normals) > 1) for p in rough)
-
-    def _basic(self, mode: ModeArrays, mu: Floats) -> Iterator[ModeSolution]:
-        trial = solve_mode(self.problem, mode, mu)
-        if fulfils(trial):
-            yield trial
 
     def _tried(self, mode: ModeArrays, mu: Floats, found: list[ModeSolution]) -> Iterator[ModeSolution]:
         """Yield states of a mode that leaves forces open, with both sides of two-sided normals that stick.

@@ -161,18 +161,12 @@ class _Slopes:
         left, wanted = self._exact(matrix), self._exact([right])[0]
         solved = exact_solve(left, wanted)
         udot, multipliers = solved[: self.size], solved[self.size :]
-        if not all(x.is_zero for x in udot):
-            rest = [[-row[self.size + k] for row in left[: self.size]] for k in range(len(self.rows))]
-            multipliers = self._static(rest, [-x for x in wanted[: self.size]]) or multipliers
+        if self.rows and not all(x.is_zero for x in udot):  # those that balance the forces alone are shorter
+            rest = [[-row[self.size + k] for k in range(len(self.rows))] for row in left[: self.size]]
+            with suppress(NoClosedFormError):
+                multipliers = exact_solve(rest, [-x for x in wanted[: self.size]])
         self.known.update((slot("multipliers", k), x) for k, x in enumerate(multipliers))
         return all(x.is_zero for x in udot)
-
-    def _static(self, forces: Matrix, right: list[Quotient]) -> list[Quotient] | None:
-        """Return multipliers that balance the forces alone, which are shorter; None where they do not."""
-        try:
-            return exact_solve([[row[k] for row in forces] for k in range(self.size)], right) if forces else None
-        except NoClosedFormError:
-            return None
 
     def _pushes(self) -> list[Node]:
         """Return f + H^T lambda, multipliers as slots."""

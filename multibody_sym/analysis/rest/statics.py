@@ -161,9 +161,10 @@ class Statics:
         self, element: LawElement, part: FrictionPart, choice: PressingSides, cuts: Cuts
     ) -> Iterator[RestLimit]:
         """Yield mu N - d . t >= 0, d being both ways of a line or the directions in which a circle is cut."""
-        normals = [(k, most(part.static, factor)) for k, factor in self._pressing(element, part, choice)]
         rows = [self.place(row) for row in part.rows]
         pressing = tuple(map(self.place, element.normals_of(part)))
+        factors = choice.directions.get(pressing[0]) or [choice.sides.get(place, 1) for place in pressing]
+        normals = [(k, most(part.static, as_node(x))) for k, x in zip(pressing, factors, strict=False)]
         curved = len(rows) == 2 or (part.norm and len(pressing) > 1)
         curve = FrictionCurve(tuple(rows), part.static, pressing) if curved else None
         ways: Sequence[Direction] = ((1, 0), (-1, 0)) if len(rows) == 1 else cuts[part.name]
@@ -172,14 +173,6 @@ class Statics:
             along = way if len(rows) == 2 else None
             group, terms = element.group or element.name, (*normals, *against)
             yield RestLimit("cone", element.kind, group, part.name, terms, along, curve)
-
-    def _pressing(self, element: LawElement, part: FrictionPart, choice: PressingSides) -> Iterator[tuple[int, Node]]:
-        """Yield the multipliers that make the normal force of friction, each with its factor."""
-        places = list(map(self.place, element.normals_of(part)))
-        direction = choice.directions.get(places[0])
-        for number, place in enumerate(places):
-            factor = direction[number] if direction is not None else choice.sides.get(place, 1)
-            yield place, as_node(factor)
 
     # --- choices ------------------------------------------------------------------------------------------------
 
