@@ -141,8 +141,12 @@ export function simulate(names, options = {}) {
 
 if (typeof process !== "undefined" && process.argv[1] && import.meta.url.endsWith("/integrate.mjs") &&
     process.argv[1].endsWith("integrate.mjs")) {
-    const { readFileSync } = await import("node:fs");
-    const names = JSON.parse(readFileSync(new URL("names.json", import.meta.url), "utf8"));
+    const { existsSync, readFileSync } = await import("node:fs"), table = new URL("names.json", import.meta.url);
+    if (!existsSync(table)) {
+        console.error("there is no file names.json, which has the start: the export writes it beside this one");
+        process.exit(2);
+    }
+    const names = JSON.parse(readFileSync(table, "utf8"));
     const given = process.argv.slice(2), [end = 1.0, rtol = 1e-9] = given.map(Number);
     [end, rtol].forEach((number, k) => {
         if (number > 0.0 && number < Infinity) return;

@@ -16,7 +16,10 @@ from model import PROGRAMS
 
 ITERATIONS = 5
 ROUNDED = 1e-9  # the part of its largest value by which what ends the state of the start may exceed zero
-NAMES = json.loads((Path(__file__).parent / "names.json").read_text(encoding="utf-8"))
+TABLE = Path(__file__).parent / "names.json"
+if not TABLE.exists():
+    sys.exit(f"there is no file {TABLE}, which has the start: the export writes it beside this one")
+NAMES = json.loads(TABLE.read_text(encoding="utf-8"))
 PARAMETERS = [entry["value"] for entry in NAMES["parameters"]]
 
 

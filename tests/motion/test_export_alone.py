@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -130,6 +131,10 @@ def test_the_integrator_stops_where_the_state_of_the_start_ends(tmp_path: Path) 
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
         assert (done.returncode, done.stdout) == (1, "")
         assert f"positive numbers of seconds, not {given[-1]}" in done.stderr
+    (tmp_path / "names.json").unlink()
+    done = subprocess.run([sys.executable, "integrate.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert re.fullmatch(r"there is no file .*names\.json, which has the start: .*\n", done.stderr)
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,10 @@ def test_the_integrator_ends_where_the_state_of_the_start_does(tmp_path: Path) -
         )
         assert (done.returncode, done.stdout) == (2, "")
         assert f"is a positive number{'' if len(given) > 1 else ' of seconds'}, not {given[-1]}" in done.stderr
+    (tmp_path / "names.json").unlink()
+    done = subprocess.run([str(NODE), "integrate.mjs"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("there is no file names.json")
 
 
 def test_what_it_cannot_solve_is_refused() -> None:
