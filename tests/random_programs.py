@@ -18,7 +18,7 @@ from multibody_sym.scalars.node import PI, Node, number, power, real
 
 ROUNDED = ("add", "add", "mul", "mul", "div", "neg", "sqrt")
 ARITHMETIC = (*ROUNDED, "abs", "min", "max", "sign", "less", "less_equal", "where")
-FUNCTIONS = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "pow")
+FUNCTIONS = tuple("sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log pow".split())
 SMOOTH = ("add", "add", "mul", "mul", "sin", "cos", "tanh", "atan", "neg")
 CONSTANTS = (number(1), number(-2), number(Fraction(1, 3)), real(0.1), real(-1e-3), PI, number(7), -PI)
 ARITY = {"where": 3} | dict.fromkeys(["add", "mul", "div", "min", "max", "less", "less_equal", "atan2", "pow"], 2)
@@ -112,7 +112,9 @@ class Maker:
             matrix[-1] = matrix[0]
         acting, exerted = list[Node](), list[list[Node]]()
         if self.random.random() < 0.5:
-            acting = [self.random.choice([number(0), number(1), number(2), *self._some(pool, 1)]) for _ in range(rows)]
+            of_plain = self.random.random() < 0.3  # 2 for one row that acts is 2 for all of them
+            acts = [number(2)] if of_plain else [number(1), *self._some(pool, 1)]
+            acting = [self.random.choice([number(0), *acts]) for _ in range(rows)]
         if acting and columns and self.random.random() < 0.5:
             exerted = [self._some(pool, columns) if self.random.random() < 0.5 else row for row in matrix]
         record = trace.solve(matrix, self._some(pool, rows), columns, None, acting, exerted)

@@ -140,7 +140,8 @@ _OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "neg": np.negative, "add": np.add, "mul": np.multiply, "div": np.true_divide, "pow": np.float_power,
     "sqrt": np.sqrt, "abs": np.abs, "sign": np.sign, "min": np.minimum, "max": np.maximum,
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
-    "atan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "exp": np.exp, "log": np.log,
+    "atan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "asinh": np.arcsinh,
+    "acosh": np.arccosh, "atanh": np.arctanh, "exp": np.exp, "log": np.log,
     "table": lambda function, order, a: np.asarray(function.values(order, np.ravel(a))),
 }  # fmt: skip
 

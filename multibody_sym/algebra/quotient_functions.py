@@ -437,11 +437,19 @@ _PRECISE_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "sinh": PRECISE.sinh, "cosh": PRECISE.cosh, "tanh": PRECISE.tanh, "exp": PRECISE.exp, "log": PRECISE.log,
 }  # fmt: skip
 
+def _inverse_hyperbolic(op: str, a: Quotient) -> Quotient:
+    """Return asinh, acosh or atanh of a as a logarithm."""
+    if op == "atanh":
+        return _log((a + 1) / (-a + 1)) / 2
+    return _log(a + sqrt(a * a + (1 if op == "asinh" else -1)))
+
+
 _OPERATIONS: Final[dict[str, Callable[..., Quotient]]] = {
     **{op: partial(_opaque, op) for op in _PRECISE_OPERATIONS},
     "atan2": _angle_of,
     "exp": _exp,
     "log": _log,
+    **{op: partial(_inverse_hyperbolic, op) for op in ("asinh", "acosh", "atanh")},
     "neg": lambda a: -a,
     "add": lambda a, b: a + b,
     "mul": lambda a, b: a * b,

@@ -68,6 +68,9 @@ _INVERSES: Final[dict[str, Callable[[Node], Node]]] = {
     "asin": BUILD["sin"],
     "acos": BUILD["cos"],
     "sinh": lambda x: BUILD["log"](add(x, BUILD["sqrt"](add(multiply(x, x), ONE)))),
+    "asinh": BUILD["sinh"],
+    "acosh": BUILD["cosh"],
+    "atanh": BUILD["tanh"],
 }
 
 
@@ -536,8 +539,8 @@ _LONGEST: Final = 150
 _NESTED: Final = 3
 """Letters by which one fraction in place of fractions in each other may be longer."""
 _SAME_NUMBER: Final = 1e-12
-_NEVER_NEGATIVE: Final = ("sqrt", "exp", "abs", "cosh", "acos")
-_OF_PARTS: Final = ("add", "mul", "div", "min", "sinh", "tanh", "atan", "asin")
+_NEVER_NEGATIVE: Final = ("sqrt", "exp", "abs", "cosh", "acos", "acosh")
+_OF_PARTS: Final = ("add", "mul", "div", "min", "sinh", "tanh", "atan", "asin", "asinh", "atanh")
 """Never negative where their arguments are."""
 
 
@@ -594,6 +597,7 @@ class ShortForms:
             "asin": self._angle,
             "atan": self._arc,
             "atan2": self._direction,
+            "log": self._logarithm,
             "mul": self._fraction,
             "div": self._fraction,
         }
@@ -690,6 +694,18 @@ class ShortForms:
             if surely_positive(h) and len(over.letters) == roots:
                 along = exact(over, [x], {n: over.letter(n, letter) for n, letter in self.letters.items()})[0]
                 yield BUILD["acos"](book_node(along / h))
+
+    def _logarithm(self, node: Node) -> Iterator[Node]:
+        """Yield asinh((x - 1/x)/2), 2 atanh((x - 1)/(x + 1)) for log(x), and acosh((x + 1/x)/2) where x >= 1."""
+        (x,) = node.args
+        if x.op == "div" or any(n.op == "sqrt" for n in postorder([x])):
+            a = self._exact(x)
+            quotients = (a - a.power(-1)) / 2, (a + a.power(-1)) / 2, (a - 1) / (a + 1)
+            odd, even, ratio = map(book_node, quotients)
+            yield BUILD["asinh"](odd)
+            yield multiply(TWO, BUILD["atanh"](ratio))
+            if self._never_negative(odd) or surely_positive(a - 1):
+                yield BUILD["acosh"](even)
 
     def _fraction(self, node: Node) -> Iterator[Node]:
         """Yield one fraction, with sin(x + atan(p/q)) for a sum of waves over its amplitude."""

@@ -328,7 +328,9 @@ class TextScript(Script):
 
 _BACKSLASHED: Final = ("sin", "cos", "tan", "sinh", "cosh", "tanh", "log", "exp", "min", "max", "asin", "acos", "atan")
 _UPRIGHT: Final = (r"\mathrm{", r"\text{", r"\dot{\mathrm{", r"\dot{\text{")
-_LATEX_WORDS: Final = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan"}
+_LATEX_WORDS: Final = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan"} | {
+    name: rf"\operatorname{{{word}}}" for name, word in (("asinh", "arsinh"), ("acosh", "arcosh"), ("atanh", "artanh"))
+}
 
 
 class LatexScript(Script):

@@ -207,7 +207,10 @@ _COMPARISONS: Final = {
     sympy.StrictLessThan: "&lt;", sympy.LessThan: "&#x2264;", sympy.StrictGreaterThan: "&gt;",
     sympy.GreaterThan: "&#x2265;",
 }  # fmt: skip
-_WORDS: Final = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Min": "min", "Max": "max"}
+_WORDS: Final = {
+    "asin": "arcsin", "acos": "arccos", "atan": "arctan", "asinh": "arsinh", "acosh": "arcosh",
+    "atanh": "artanh", "Min": "min", "Max": "max",
+}  # fmt: skip
 
 
 class MathmlScript(Script):

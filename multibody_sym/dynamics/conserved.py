@@ -218,6 +218,7 @@ _OPERATIONS: Final[dict[str, Callable[..., Number]]] = {
     "neg": lambda a: -a, "add": lambda a, b: a + b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b,
     "pow": MP.power, "sin": MP.sin, "cos": MP.cos, "tan": MP.tan, "asin": MP.asin,
     "acos": MP.acos, "atan": MP.atan, "atan2": MP.atan2, "sinh": MP.sinh, "cosh": MP.cosh, "tanh": MP.tanh,
+    "asinh": MP.asinh, "acosh": MP.acosh, "atanh": MP.atanh,
     "exp": MP.exp, "log": MP.log, "sqrt": MP.sqrt, "abs": abs, "sign": MP.sign, "min": min, "max": max,
     "less": lambda a, b: MP.mpf(a < b), "less_equal": lambda a, b: MP.mpf(a <= b),
     "where": lambda condition, a, b: a if condition else b, "table": _table_value,

@@ -76,7 +76,7 @@ _UNROLLED: Final = 64
 _WORDS: Final = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register
 restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
-acos asin atan cos cosh exp fabs log pow sin sinh sqrt tan tanh
+acos acosh asin asinh atan atanh cos cosh exp fabs log pow sin sinh sqrt tan tanh
 """
 RESERVED: Final = frozenset([*_WORDS.split(), "w"])
 _OWN_FUNCTIONS: Final = {"min": "minimum", "max": "maximum", "sign": "sign"}

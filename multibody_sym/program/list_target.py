@@ -291,8 +291,8 @@ def _stored(programs: Mapping[str, Program], samples: Samples, pair: str) -> str
 
 
 _PYTHON_FUNCTIONS: Final = (
-    "abs acos asin atan atan2 cos cosh divide exp inf log max min nan on_lines on_spline power real_power sign sin "
-    "sinh solve_lists solve_some sqrt tan tanh to_knot"
+    "abs acos acosh asin asinh atan atan2 atanh cos cosh divide exp inf log max min nan on_lines on_spline power "
+    "real_power sign sin sinh solve_lists solve_some sqrt tan tanh to_knot"
 )
 _PYTHON: Final = Syntax(
     function="def {name}",
@@ -316,10 +316,11 @@ _PYTHON: Final = Syntax(
     reserved=reserved_names(keyword.kwlist, _PYTHON_FUNCTIONS.split()),
 )
 _IMPORTED: Final = """\
-from math import atan, atan2, inf, nan, tanh
+from math import asinh, atan, atan2, inf, nan, tanh
 
 from multibody_sym.scalars.arrays import (
-    acos, asin, cos, cosh, divide, exp, log, on_lines, on_spline, power, sign, sin, sinh, sqrt, tan, to_knot,
+    acos, acosh, asin, atanh, cos, cosh, divide, exp, log, on_lines, on_spline, power, sign, sin, sinh, sqrt, tan,
+    to_knot,
 )
 from multibody_sym.scalars.arrays import pow as real_power
 from multibody_sym.scalars.least_norm import solve_lists, solve_some"""
@@ -331,7 +332,7 @@ from dataclasses import dataclass
 {own}
 
 
-from math import atan, atan2, inf, nan, tanh
+from math import asinh, atan, atan2, inf, nan, tanh
 
 real_power = pow"""
 _NEEDED: Final = "\nNothing is needed beside this file but NumPy."
@@ -385,8 +386,8 @@ _JAVASCRIPT_WORDS: Final = (
     "public return static super switch this throw true try typeof var void while with yield"
 )
 _JAVASCRIPT_FUNCTIONS: Final = (
-    "abs acos asin atan atan2 copysign cos cosh dot exp inf log max min nan on_lines on_spline power real_power sign "
-    "sin sinh solve_lists sqrt subtract tan tanh to_knot zeros"
+    "abs acos acosh asin asinh atan atan2 atanh copysign cos cosh dot exp inf log max min nan on_lines on_spline power "
+    "real_power sign sin sinh solve_lists sqrt subtract tan tanh to_knot zeros"
 )
 _JAVASCRIPT: Final = Syntax(
     function="function {name}",

@@ -61,7 +61,7 @@ def integer_exponent(node: Node) -> int | None:
     return None
 
 
-_OF_ARRAYS: Final = "pow sqrt sin cos tan asin acos exp log sinh cosh sign"
+_OF_ARRAYS: Final = "pow sqrt sin cos tan asin acos exp log sinh cosh acosh atanh sign"
 OPERATIONS: Final[dict[str, Callable[..., float]]] = (
     FLOAT_OPERATIONS | {"div": arrays.divide} | {op: getattr(arrays, op) for op in _OF_ARRAYS.split()}
 )

@@ -265,7 +265,7 @@ def _subtract(amount: Any, vector: Sequence[Any], row: list[Any]) -> None:
 # Functions of CasADi, which differentiates them, and of JAX, for `jit`, `vmap` and `grad` on its device.
 
 
-_COMMON: Final = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign"
+_COMMON: Final = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt sign"
 
 
 def _operations_of(tool: Any, own: Operations) -> Operations:
@@ -323,7 +323,8 @@ def jax_function(function: ToolFunction, result: Callable[..., Any]) -> Callable
 
     own: dict[str, Any] = {
         "asin": jnp.arcsin, "acos": jnp.arccos, "atan": jnp.arctan, "atan2": jnp.arctan2, "pow": jnp.power,
-        "abs": jnp.abs, "min": jnp.minimum, "max": jnp.maximum,
+        "asinh": jnp.arcsinh, "acosh": jnp.arccosh, "atanh": jnp.arctanh, "abs": jnp.abs,
+        "min": jnp.minimum, "max": jnp.maximum,
         "less": lambda a, b: jnp.where(a < b, 1.0, 0.0), "less_equal": lambda a, b: jnp.where(a <= b, 1.0, 0.0),
         "where": lambda condition, a, b: jnp.where(condition != 0.0, a, b),
     }  # fmt: skip

@@ -101,6 +101,14 @@ def cosh(a: float) -> float:
         return math.inf
 
 
+def atanh(a: float) -> float:
+    """Return the inverse hyperbolic tangent of a."""
+    try:
+        return math.atanh(a)
+    except ValueError:
+        return math.copysign(math.inf, a) if abs(a) == 1.0 else math.nan
+
+
 def sign(a: float) -> float:
     """Return -1, 0 or 1."""
     return float((a > 0.0) - (a < 0.0))
@@ -122,6 +130,7 @@ cos: Final = _nan_outside(math.cos)
 tan: Final = _nan_outside(math.tan)
 asin: Final = _nan_outside(math.asin)
 acos: Final = _nan_outside(math.acos)
+acosh: Final = _nan_outside(math.acosh)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

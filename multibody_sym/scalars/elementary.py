@@ -129,6 +129,11 @@ def cosh(a: Node) -> Node:
     return ONE if a is ZERO else unary("cosh", a)
 
 
+def acosh(a: Node) -> Node:
+    """Return the inverse hyperbolic cosine of a, 0 of 1."""
+    return ZERO if a is ONE else unary("acosh", a)
+
+
 def atan2(y: Node, x: Node) -> Node:
     """Return the angle of the point (x, y)."""
     if y.op == "real" and x.op == "real":
@@ -173,8 +178,9 @@ def table(function: Tabulated, order: int, a: Node) -> Node:
 BUILD: Final[dict[str, Callable[..., Node]]] = {
     "neg": negate, "add": add, "mul": multiply, "div": divide, "pow": power, "sin": sin, "cos": cos,
     "tan": lambda a: _odd("tan", a), "asin": asin, "acos": acos, "atan": atan,
-    "atan2": atan2, "sinh": lambda a: _odd("sinh", a), "cosh": cosh, "tanh": lambda a: _odd("tanh", a), "exp": exp,
-    "log": log, "sqrt": sqrt, "abs": absolute, "sign": sign, "min": minimum, "max": maximum, "less": less,
+    "atan2": atan2, "sinh": lambda a: _odd("sinh", a), "cosh": cosh, "tanh": lambda a: _odd("tanh", a),
+    "asinh": lambda a: _odd("asinh", a), "acosh": acosh, "atanh": lambda a: _odd("atanh", a), "exp": exp, "log": log,
+    "sqrt": sqrt, "abs": absolute, "sign": sign, "min": minimum, "max": maximum, "less": less,
     "less_equal": less_equal, "where": where, "table": table,
 }
 

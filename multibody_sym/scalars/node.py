@@ -85,7 +85,8 @@ E = TypeVar("E", bound=Interned)
 
 _OPERATIONS: Final = (
     "number real pi symbol declared slot quantity neg add mul div pow sin cos tan asin acos atan atan2 sinh cosh tanh "
-    "exp log sqrt abs sign min max less less_equal where table"
+    "exp log sqrt abs sign min max less less_equal where table "
+    "asinh acosh atanh"
 ).split()
 _CODE: Final = {name: code for code, name in enumerate(_OPERATIONS, 1)}
 _set_op, _set_args, _set_data, _set_key, _set_shadow = (
@@ -264,7 +265,8 @@ FLOAT_OPERATIONS: Final[dict[str, Callable[..., float]]] = {
     "div": lambda a, b: a / b,
     "pow": math.pow,
     "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
-    "atan2": math.atan2, "sinh": math.sinh, "cosh": math.cosh, "tanh": math.tanh, "exp": math.exp, "log": math.log,
+    "atan2": math.atan2, "sinh": math.sinh, "cosh": math.cosh, "tanh": math.tanh, "asinh": math.asinh,
+    "acosh": math.acosh, "atanh": math.atanh, "exp": math.exp, "log": math.log,
     "sqrt": math.sqrt, "abs": abs, "min": min, "max": max,
     "sign": lambda a: float((a > 0) - (a < 0)),
     "less": lambda a, b: float(a < b),

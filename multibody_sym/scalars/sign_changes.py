@@ -155,6 +155,8 @@ def _branches(n: Node, time: Node) -> Iterator[Branch]:
     if n.op in ("asin", "acos"):
         left = subtract(ONE, power(n.args[0], TWO))
         yield Branch(derivative(n.args[0], time), left, 1.0)
+    elif n.op == "acosh":
+        yield Branch(derivative(n.args[0], time), subtract(n.args[0], ONE), 1.0)
     elif n.op == "sqrt" or (exponent is not None and not exponent.is_integer()):
         yield Branch(derivative(n.args[0], time), n.args[0])
     elif n.op == "tan":

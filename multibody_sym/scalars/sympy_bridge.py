@@ -63,6 +63,7 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
     "pow": sympy.Pow,
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "asin": sympy.asin, "acos": sympy.acos,
     "atan": sympy.atan, "atan2": sympy.atan2, "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
+    "asinh": sympy.asinh, "acosh": sympy.acosh, "atanh": sympy.atanh,
     "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt, "abs": sympy.Abs, "sign": sympy.sign,
     "min": lambda a, b: _extreme(sympy.And, sympy.Min, a, b), "max": lambda a, b: _extreme(sympy.Or, sympy.Max, a, b),
     "less": sympy.StrictLessThan,
@@ -75,6 +76,7 @@ SYMPY_OPERATIONS: Final[dict[str, Callable[..., Any]]] = {
 _FROM: Final[dict[Any, str]] = {
     sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan", sympy.asin: "asin", sympy.acos: "acos",
     sympy.atan: "atan", sympy.atan2: "atan2", sympy.sinh: "sinh", sympy.cosh: "cosh", sympy.tanh: "tanh",
+    sympy.asinh: "asinh", sympy.acosh: "acosh", sympy.atanh: "atanh",
     sympy.exp: "exp", sympy.log: "log", sympy.Abs: "abs", sympy.sign: "sign", sympy.Pow: "pow",
     sympy.StrictLessThan: "less", sympy.LessThan: "less_equal", sympy.ITE: "where",
 }

@@ -180,7 +180,7 @@ _BINARY: Final[dict[str, tuple[int, Callable[[Node, Node], Node]]]] = {
     "^": (_POWER, power),
     "**": (_POWER, power),
 }
-_OF_ONE: Final = "sin cos tan asin acos atan sinh cosh tanh exp log sqrt abs sign"
+_OF_ONE: Final = "sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt abs sign"
 _WORDS: Final = ("and", "or")
 FUNCTIONS: Final[dict[str, tuple[str, ...]]] = {
     **dict.fromkeys(_OF_ONE.split(), ("x",)),
@@ -193,6 +193,7 @@ FUNCTIONS: Final[dict[str, tuple[str, ...]]] = {
 
 _MEANT: Final = {
     "arcsin": "asin(x)", "arccos": "acos(x)", "arctan": "atan(x)", "arctan2": "atan2(y, x)", "ln": "log(x)",
+    "arsinh": "asinh(x)", "arcosh": "acosh(x)", "artanh": "atanh(x)",
     "pow": "x^y", "sgn": "sign(x)", "fabs": "abs(x)", "if": "where(condition, a, b)", "log10": "log(x)/log(10)",
     "minimum": "min(a, b)", "maximum": "max(a, b)", "radians": "x*pi/180", "square": "x^2", "power": "x^y",
     "cot": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)", "energy": "total_energy()", "speed": "velocity(A, x)",

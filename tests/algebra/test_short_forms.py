@@ -47,6 +47,10 @@ def _equal(one: Node, other: Node) -> None:
         ("sqrt(a + b + 2*sqrt(a*b))", "sqrt(a + b + 2*sqrt(a*b))"),  # sqrt(a) + sqrt(b) is no shorter
         ("sqrt((a + b + sqrt((a - b)^2 + a*q))/c)", "sqrt((a + b + sqrt((a - b)^2 + a*q))/c)"),
         ("abs(a - b)", "abs(a - b)"),
+        ("log((sqrt(u^2 + v^2) + v)/u)", "asinh(v/u)"),
+        ("log(L + sqrt(L^2 - 1))", "acosh(L)"),
+        ("log((L + R)/(L - R))/q", "2*atanh(R/L)/q"),
+        ("log(a/b)", "log(a/b)"),
     ],
 )
 def test_shorter_writings(long: str, short: str) -> None:
@@ -67,6 +71,10 @@ def test_shorter_writings(long: str, short: str) -> None:
         ("log(cosh(log((1 + n)/(1 - n))/2))", "-log(1 - n^2)/2"),
         ("log(exp(log(1 + v^2/u^2)/2) + v/u)", "log((sqrt(u^2 + v^2) + v)/u)"),
         ("asin(sin(a + q))", "a + q"),
+        ("exp(asinh(u))", "sqrt(u^2 + 1) + u"),
+        ("cosh(asinh(u))", "sqrt(u^2 + 1)"),
+        ("tanh(atanh(n))", "n"),
+        ("cosh(acosh(L)*2)", "2*L^2 - 1"),
         ("a*sin(q) + p*cos(g)*cos(r + q) - p*sin(g)*sin(r + q)", "a*sin(q) + p*cos(g + q + r)"),
     ],
 )

@@ -463,7 +463,7 @@ def _extreme(declared: Sequence[Written], known: Numbers) -> ModelError | None:
 
 
 FINITE, POSITIVE = "finite", "positive"
-_DEFINED: Final = frozenset({"neg", "add", "mul", "abs", "sign", "min", "max", "sin", "cos", "atan", "tanh", "table"})
+_DEFINED: Final = frozenset("neg add mul abs sign min max sin cos atan tanh asinh table".split())
 """Operations that have a value for all finite numbers; the results of others are checked."""
 _MOMENT_ROUNDING: Final = 1e-7
 """Relative: so far a moment of inertia may miss a possible one; the full check allows ten times more."""
