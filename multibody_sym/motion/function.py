@@ -294,7 +294,7 @@ class Function(Generic[ResultT_co]):
     def __reduce__(self) -> tuple[Any, ...]:
         question = self._question
         made = {"formalism": question.formalism, "native": self._code.native, "backend": self._code.backend}
-        return _again, (question.system, question.what, {**question.options, **made}, self._by)
+        return _unpickled, (question.system, question.what, {**question.options, **made}, self._by)
 
     def __eq__(self, other: object) -> bool:
         """Return whether another Function is made of an equal system by the same question."""
@@ -866,7 +866,7 @@ def _is_array(value: Any, shape: tuple[int, ...] | None) -> bool:
     return type(value) is np.ndarray and value.shape == shape and value.dtype is _FLOAT
 
 
-def _again(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function[Any]:
+def _unpickled(system: System, what: Any, options: Mapping[str, Any], by: Sequence[_Step]) -> Function[Any]:
     """Return a Function as it comes out of a pickle."""
     found = function(system, what, **options)
     for step in by:

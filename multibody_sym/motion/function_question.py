@@ -128,7 +128,13 @@ class FunctionQuestion:
                 state = replace(state, modes=(given_mode(state.declared, state.begin, mode),))
             if not by_forces:
                 return state.declared, np.array(state.begin.parameters, dtype=float), state.begin
-            return state.mechanism, _stabilised(system, state.mechanism, state.start.parameters), state.start
+            entries = zip(state.mechanism.parameters, state.start.parameters, strict=True)
+            known = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
+            values, stated = list(state.start.parameters), run_settings(system.simulation, known).baumgarte
+            if stated is not None:
+                coefficients = {ALPHA: stated.alpha or 0.0, BETA: stated.beta or 0.0}
+                values = state.mechanism.parameters.changed(values, coefficients)
+            return state.mechanism, np.array(values, dtype=float), state.start
 
     @contextmanager
     def _expression_errors(self) -> Iterator[None]:
@@ -258,16 +264,6 @@ class FunctionQuestion:
             **dict.fromkeys(("drift", "acceleration"), (*("m/s^2",) * 3, *("rad/s^2",) * 3)),
         }
         return found.get(output)
-
-
-def _stabilised(system: System, resolved: Mechanism, values: Sequence[float]) -> Floats:
-    """Return the parameters with Baumgarte's coefficients, where the settings of a system state them."""
-    entries = zip(resolved.parameters, values, strict=True)
-    known = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
-    asked = run_settings(system.simulation, known).baumgarte
-    if asked is not None:
-        values = resolved.parameters.changed(values, {ALPHA: asked.alpha or 0.0, BETA: asked.beta or 0.0})
-    return np.array(values, dtype=float)
 
 
 def _without_mode(name: str, elements: Sequence[LawElement]) -> ModelError:

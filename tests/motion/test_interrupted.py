@@ -26,7 +26,7 @@ from multibody_sym.cli.main import main
 from multibody_sym.errors import ArgumentError, InputError, OutputError
 from multibody_sym.motion.sweep import rows as tables
 from multibody_sym.motion.sweep import study as studies
-from multibody_sym.motion.sweep.rows import ENDING, Journal, StudyRow, StudyRows, missing_spans, open_journal
+from multibody_sym.motion.sweep.rows import ENDING, Journal, StudyRow, StudyRows, open_journal
 
 MOST = 2**30
 ROOT = Path(__file__).parents[2]
@@ -97,9 +97,9 @@ def test_rows_come_back_with_the_same_bits(tmp_path: Path) -> None:
 
 
 def test_what_is_left_is_what_is_in_no_span() -> None:
-    assert list(missing_spans([], 3)) == [(0, 3)]
-    assert list(missing_spans([(4, 6), (0, 2)], 9)) == [(2, 4), (6, 9)]
-    assert list(missing_spans([(0, 2), (2, 9)], 9)) == []
+    assert list(Journal(sqlite3.connect(""), "", []).left(3)) == [(0, 3)]
+    assert list(Journal(sqlite3.connect(""), "", [(4, 6), (0, 2)]).left(9)) == [(2, 4), (6, 9)]
+    assert list(Journal(sqlite3.connect(""), "", [(0, 2), (2, 9)]).left(9)) == []
 
 
 # --- kill -9 ---------------------------------------------------------------------------------------------------------

@@ -50,8 +50,6 @@ from multibody_sym.scalars.sign_changes import PROBE, Look, first_seen, looks_at
 # more closely where it comes near, and few looks are taken at what stays away.
 
 
-
-
 @dataclass(frozen=True)
 class Ends:
     """Values (ng,) at both ends of a step, times the sides on which they were, and PROBE after and before them."""
@@ -62,9 +60,12 @@ class Ends:
     end: Floats
 
     def uncertain(self) -> NDArray[np.bool_]:
-        """Tell which functions may change their sign in the step."""
+        """Tell which functions may change their sign: values at both ends and rates there do not say they keep it."""
         rise, fall = (self.after - self.start) / PROBE, (self.end - self.before) / PROBE
-        found: NDArray[np.bool_] = (self.end < 0.0) | _uncertain(self.start, self.end, rise, fall)
+        change = self.end - self.start
+        bend = np.maximum(np.abs(rise - change), np.abs(fall - change))
+        bends = (np.minimum(self.start, self.end) < bend) & (bend > 0.5 * np.abs(change))
+        found: NDArray[np.bool_] = (self.end < 0.0) | bends
         return found
 
     def looks(self, index: int) -> tuple[Look, Look]:
@@ -72,14 +73,6 @@ class Ends:
         start, after, before, end = (float(values[index]) for values in (self.start, self.after, self.before, self.end))
         rise, fall = (after - start) / PROBE, (end - before) / PROBE
         return Look(0.0, start, rise, rise), Look(1.0, end, fall, fall)
-
-
-def _uncertain(start: Floats, end: Floats, rise: Floats, fall: Floats) -> NDArray[np.bool_]:
-    """Tell where values at both ends and changes at the rates there do not say that a function keeps its sign."""
-    change = end - start
-    bend = np.maximum(np.abs(rise - change), np.abs(fall - change))
-    found: NDArray[np.bool_] = (np.minimum(start, end) < bend) & (bend > 0.5 * np.abs(change))
-    return found
 
 
 class Reach:
@@ -122,9 +115,6 @@ class Reach:
         allowed = max(MOST_CHANGE * abs(now), self._short_of[i] or MOST_OF_ALL * self._largest[i])
         rate = abs(b) + math.sqrt(b * b + 4.0 * abs(c) * allowed)
         return 2.0 * allowed / rate if rate > 0.0 else math.inf
-
-
-# ----------------------------------------------------------------------------------------------------------------------
 
 
 Take = Callable[[float, float], Step]

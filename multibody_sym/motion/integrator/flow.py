@@ -109,10 +109,6 @@ def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 def _turn_quaternion(q: list[float], phi: Vector) -> list[float]:
     """Return the quaternion q times that of the rotation vector phi."""
     angle = math.sqrt(_square(phi))
@@ -168,7 +164,7 @@ def _second_derivative(phi: Vector, w: Vector, wdot: Vector) -> Vector:
     first = _cross(phi, w)
     second = _cross(phi, first)
     rate = _sum((1.0, w), (0.5, first), (c, second))
-    change = 2.0 * c_by_s * _dot(phi, rate)
+    change = 2.0 * c_by_s * (phi[0] * rate[0] + phi[1] * rate[1] + phi[2] * rate[2])
     twist = _sum((1.0, _cross(rate, w)), (1.0, _cross(phi, wdot)))
     return _sum((1.0, wdot), (0.5, twist), (change, second), (c, _cross(rate, first)), (c, _cross(phi, twist)))
 
@@ -221,11 +217,8 @@ def ordinary(
     return StageEquations(derivative, jacobian, lambda t, x: none, lambda J: ())
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 Derivative = Callable[[float, Floats], Floats]
 Settle = Callable[[float, Floats], Floats]
-
 
 
 class StepError(Exception):

@@ -76,8 +76,6 @@ def once_left(events: Events, usual: Events, values: Floats) -> Events:
     return replace(events, margins=tuple(margins))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _STARTERS: Final = {"BDF": "Radau", "LSODA": "Radau", "cvode_bdf": "Radau", "cvode_adams": "DOP853", IDA: "DOP853"}
 """The methods that begin at order one, and the Runge-Kutta method of scipy that takes their first steps after an event.
 

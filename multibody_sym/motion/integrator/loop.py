@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import singledispatch
 from sys import float_info
 
 import numpy as np
@@ -111,11 +110,6 @@ def _fixed_steps(course: _Course, done: Step, step: float) -> Iterator[Step]:
         done = _moved_on(course, done)
 
 
-def _begin(course: _Course, before: Step) -> None:
-    if course.watch is not None:
-        course.watch.begin(before.t_new, before.x_new, before.slope_new)
-
-
 def _attempt(course: _Course, before: Step, h: float, t_new: float) -> TrialStep:
     if course.watch is not None:
         course.watch.beyond = course.watch.touched = False
@@ -138,7 +132,8 @@ def _take_step(course: _Course, before: Step, whole: float, t_end: float) -> Ste
     Near a singular position it may be another part of a whole step: the rest of one may end too near to it.
     """
     h, t_new, rejected, flow = whole, t_end, 0, course.flow
-    _begin(course, before)
+    if course.watch is not None:
+        course.watch.begin(before.t_new, before.x_new, before.slope_new)
     longest = flow.step if flow.step is not None and before.t_new + flow.step < flow.t_end else whole
     while True:
         try:
@@ -194,16 +189,12 @@ def _moved_on(course: _Course, done: Step) -> Step:
         return done
     course.taking.restart()
     course.approach.near = course.approach.stiff = False
-    slope = course.flow.slope(done.t_new, done.x_new)
+    flow, h_next = course.flow, done.h_next
+    slope = flow.slope(done.t_new, done.x_new)
     course.approach.restart(done.t_new)
-    return replace(done, slope_new=slope, h_next=_step_after_event(course.flow, done, slope))
-
-
-def _step_after_event(flow: Flow, done: Step, slope: Floats) -> float:
-    """Return the step to try after an event: a long one of an implicit method would damp a motion it does not see."""
-    if flow.step is not None or not isinstance(flow.method, Collocation):
-        return done.h_next
-    return min(done.h_next, first_step(flow, done.t_new, done.x_new, slope))
+    if flow.step is None and isinstance(flow.method, Collocation):  # a long step would damp a motion it does not see
+        h_next = min(h_next, first_step(flow, done.t_new, done.x_new, slope))
+    return replace(done, slope_new=slope, h_next=h_next)
 
 
 def step_count(t0: float, t_end: float, step: float) -> int:
@@ -224,12 +215,12 @@ def _adaptive_steps(course: _Course, done: Step) -> Iterator[Step]:
 
 
 def _accepted_step(course: _Course, before: Step) -> Step:
-    flow, approach = course.flow, course.approach
+    flow, approach, power = course.flow, course.approach, control_power(course.flow.method)
     t, x, proposed, rejected = before.t_new, before.x_new, before.h_next, 0
-    _begin(course, before)
-    failure = StepError(Status.STEP_UNDERFLOW, t, 0)
     if course.watch is not None:
+        course.watch.begin(before.t_new, before.x_new, before.slope_new)
         proposed = min(proposed, course.watch.longest(t, x, before.slope_new))
+    failure = StepError(Status.STEP_UNDERFLOW, t, 0)
     laid = approach.laid(proposed)
     proposed, wished = laid, proposed if laid < proposed else 0.0
     while proposed >= _least_step(flow, t):
@@ -253,7 +244,7 @@ def _accepted_step(course: _Course, before: Step) -> Step:
             else:
                 if rejected and (ended := _before_kink(course, before, h, t_new)) is not None:
                     return replace(ended, h_next=h, error=LEAST_ERROR, rejected=rejected)
-                shrink = _shrinkage(flow, error)
+                shrink = min(SHRINKAGE, math.pow(error, power - 0.75 * (0.2 * power)) / SAFETY)
                 failure, proposed, wished = StepError(Status.STEP_UNDERFLOW, t, worst), h / shrink, 0.0
         except StepError as problem:
             failure = problem
@@ -301,25 +292,15 @@ def _length_after(course: _Course, trial: TrialStep, errors: tuple[float, float,
 
     It grows only as the error without the allowance for round-off lets it.
     """
-    h, (error, plain, remembered) = trial.h, errors
-    h_next, grown = (h / _change(course.flow, size, remembered) for size in (error, plain))
+    h, (error, plain, remembered), power = trial.h, errors, control_power(course.flow.method)
+    integral = 0.2 * power
+    changes = (
+        math.pow(size, power - 0.75 * integral) / math.pow(remembered, integral) / SAFETY for size in (error, plain)
+    )
+    h_next, grown = (h / max(1.0 / GROWTH, min(SHRINKAGE, change)) for change in changes)
     if h_next > h and grown < h_next:
         h_next = max(grown, h)
     return min(h_next, h) if rejected or h_next < trial.least_growth * h else h_next
-
-
-def _shrinkage(flow: Flow, error: float) -> float:
-    """Return by what to divide the step after a rejected trial."""
-    power = control_power(flow.method)
-    return min(SHRINKAGE, math.pow(error, power - 0.75 * (0.2 * power)) / SAFETY)
-
-
-def _change(flow: Flow, error: float, remembered: float) -> float:
-    """Return by what to divide the step after an accepted trial."""
-    power = control_power(flow.method)
-    integral = 0.2 * power
-    change = math.pow(error, power - 0.75 * integral) / math.pow(remembered, integral) / SAFETY
-    return max(1.0 / GROWTH, min(SHRINKAGE, change))
 
 
 def _close_step(course: _Course, trial: TrialStep) -> Step:
@@ -412,32 +393,17 @@ def solution(
 # The stepper of each family of methods.
 
 
-@singledispatch
 def stepper(method: Method, flow: Flow) -> StepsTaken:
     """Return what takes the steps of a method; raises TypeError for a family that is not known."""
+    match method:
+        case RungeKutta():
+            return ExplicitStepper(method.tableau, flow)
+        case Collocation():
+            return CollocationStepper(method.scheme, flow)
+        case AdamsBashforthMoulton():
+            return AdamsStepper(method, flow)
+        case Stoermer():
+            return StoermerStepper(method, flow)
+        case StoermerVerlet():
+            return VerletStepper(flow)
     raise TypeError(f"{method!r} is no method")
-
-
-@stepper.register
-def _explicit(method: RungeKutta, flow: Flow) -> StepsTaken:
-    return ExplicitStepper(method.tableau, flow)
-
-
-@stepper.register
-def _adams(method: AdamsBashforthMoulton, flow: Flow) -> StepsTaken:
-    return AdamsStepper(method, flow)
-
-
-@stepper.register
-def _stoermer(method: Stoermer, flow: Flow) -> StepsTaken:
-    return StoermerStepper(method, flow)
-
-
-@stepper.register
-def _verlet(method: StoermerVerlet, flow: Flow) -> StepsTaken:
-    return VerletStepper(method, flow)
-
-
-@stepper.register
-def _collocation(method: Collocation, flow: Flow) -> StepsTaken:
-    return CollocationStepper(method.scheme, flow)

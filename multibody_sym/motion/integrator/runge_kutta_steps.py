@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import field
 from sys import float_info
 
@@ -20,7 +19,7 @@ from multibody_sym.motion.integrator.flow import (
     scaled_norm,
 )
 from multibody_sym.motion.methods.explicit import Tableau
-from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Scheme, Stoermer, StoermerVerlet
+from multibody_sym.motion.methods.multistep import AdamsBashforthMoulton, Scheme, Stoermer
 from multibody_sym.program.runtime_constants import (
     ADAPTIVE_ROUNDS,
     FAR,
@@ -166,7 +165,7 @@ class AdamsStepper:
 class VerletStepper:
     """Velocity Verlet at work."""
 
-    def __init__(self, _method: StoermerVerlet, flow: Flow) -> None:
+    def __init__(self, flow: Flow) -> None:
         self.flow = flow
 
     def restart(self) -> None:
@@ -212,7 +211,8 @@ class StoermerStepper:
 
     def attempt(self, t: float, x: Floats, slope: Floats, h: float, t_new: float) -> TrialStep:
         """Return a step; the first of its stages is its displacement, others are the starter's."""
-        if not self.past.fits(h) or self._too_short(h) or self._turn() > FARTHEST_TURN:
+        too_short = self.flow.step is not None and h < SHORTEST_STEP * self.flow.step
+        if not self.past.fits(h) or too_short or self._turn() > FARTHEST_TURN:
             return self.starter.attempt(t, x, slope, h, t_new)
         pairing, nq = self.flow.pairing, self.flow.pairing.nq
         before = self.past.points[0].displacement
@@ -228,9 +228,6 @@ class StoermerStepper:
         x_new = np.concatenate([q_new, pairing.speeds(moved, rates)])
         require_finite(x_new, t_new)
         return TrialStep(t, x, slope, h, t_new, x_new, None, [moved])
-
-    def _too_short(self, h: float) -> bool:
-        return self.flow.step is not None and h < SHORTEST_STEP * self.flow.step
 
     def _turn(self) -> float:
         """Return an upper bound of the angle by which a ball has turned since the oldest point."""
@@ -352,10 +349,6 @@ def _back_substitute(factors: _Factors, right: Floats) -> Floats:
     return b
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
-
-
 class CollocationStepper:
     """A collocation method at work; the stages of a trial are z_i = u(t + c_i h) - y, y = (x, multipliers)."""
 
@@ -448,7 +441,9 @@ class CollocationStepper:
         self.jacobian = self.equations.jacobian(t, np.concatenate([x, self.multipliers]))
         kept = self.equations.kept(self.jacobian)
         self.active = [*range(self.size), *(self.size + k for k in kept)]
-        self.multipliers = _only(self.multipliers, kept)
+        multipliers = np.zeros_like(self.multipliers)
+        multipliers[list(kept)] = self.multipliers[list(kept)]
+        self.multipliers = multipliers
         self.flow.counts.jacobians += 1
         self.fresh, self.factored, self.contraction, self.expected = True, 0.0, 0.0, 1.0
 
@@ -487,7 +482,9 @@ class CollocationStepper:
         before, growths = math.inf, 0
         contraction = self.expected = math.pow(self.expected, 0.8)
         for round_ in range(self.rounds):
-            change = self._change(self._residual(t, x, slope, h, z))
+            rest, change = self._residual(t, x, slope, h, z), np.zeros_like(z)
+            change[:, self.active] = self.matrices.solved(rest[:, self.active])
+            change = _transform_stages(self.scheme.T, change)
             size, worst = self._change_size(x, z, change)
             z = z + change
             if round_ > 0:
@@ -495,7 +492,9 @@ class CollocationStepper:
                 self.expected = max(contraction, float_info.epsilon)
             if round_ == 1:
                 self.contraction = contraction
-            if self._converged(size, before, contraction if self._known(round_, h) else 1.0):
+            # From far off, without a prediction, the first change is much larger than what it leaves.
+            known = round_ > 0 if self.flow.step is not None else round_ > 1 or self._guided(h)
+            if self._converged(size, before, contraction if known else 1.0):
                 return z
             growths += round_ > 0 and contraction >= 1.0
             if not size < math.inf or growths > (GROWTHS if self.flow.step is not None else 0):
@@ -504,13 +503,6 @@ class CollocationStepper:
                 break
             before = size
         raise StepError(Status.NOT_CONVERGED, t, worst)
-
-    def _known(self, round_: int, h: float) -> bool:
-        """Tell whether the contraction is one.
-
-        From far off, without a prediction, the first change is much larger than what it leaves; the next ones are not.
-        """
-        return round_ > 0 if self.flow.step is not None else round_ > 1 or self._guided(h)
 
     def _residual(self, t: float, x: Floats, slope: Floats, h: float, z: Floats) -> Floats:
         """Return T^-1 (h start f(t, y) + h f(t + c h, y + z) - W E z)."""
@@ -524,12 +516,6 @@ class CollocationStepper:
             require_finite(values[:n], t + node * h)
             rest[i] = h * (start * explicit + values) - rest[i]
         return _transform_stages(scheme.T_inverse, rest)
-
-    def _change(self, rest: Floats) -> Floats:
-        """Return the change of z."""
-        change = np.zeros_like(rest)
-        change[:, self.active] = self.matrices.solved(rest[:, self.active])
-        return _transform_stages(self.scheme.T, change)
 
     def _change_size(self, x: Floats, z: Floats, change: Floats) -> tuple[float, int]:
         """Return the change in units of the tolerance, in the mean square, or for fixed steps its largest entry."""
@@ -592,10 +578,3 @@ def _transform_stages(matrix: Floats, stages: Floats) -> Floats:
         for weight, stage in zip(row, stages, strict=True):
             result[i] = result[i] + weight * stage
     return result
-
-
-def _only(values: Floats, places: Sequence[int]) -> Floats:
-    """Return the values at some places, and zero elsewhere."""
-    kept = np.zeros_like(values)
-    kept[list(places)] = values[list(places)]
-    return kept

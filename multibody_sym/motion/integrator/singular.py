@@ -60,8 +60,6 @@ from multibody_sym.scalars.arrays import Floats
 # When a step passed singular positions, by how independent the rows were within it; `singular.c` is the same in C.
 
 
-
-
 def singular_times(
     step: Step, independence: Callable[[float, Floats], float], seen: tuple[float, float]
 ) -> tuple[float, ...]:
@@ -76,8 +74,10 @@ def singular_times(
     end = (step.t_new - step.t) / step.h
     places = [end * k / LOOKS for k in range(LOOKS + 1)]
     few = {k: at(places[k]) for k in range(0, LOOKS + 1, LOOKS // FEW_LOOKS)}
-    if _vanishes_nowhere([*few.values()], seen):
-        return ()
+    first = [*few.values()]
+    one_way = sorted(first) in (first, first[::-1]) and not any(_may_vanish(first, k, k + 1) for k in range(FEW_LOOKS))
+    if one_way and seen[0] >= min(first) / SEEN and seen[1] <= max(first) * SEEN:
+        return ()  # all slopes of the step say so, too
     looks = [few[k] if k in few else at(theta) for k, theta in enumerate(places)]
     found = []
     for k, here in enumerate(looks):
@@ -87,13 +87,6 @@ def singular_times(
             if left < 0.5 * min(looks[low], looks[high]) and left < MARGIN * max(looks):
                 found.append(step.t + theta * step.h)
     return tuple(found)
-
-
-def _vanishes_nowhere(looks: Sequence[float], seen: tuple[float, float]) -> bool:
-    """Tell whether the independence goes one way all along, as a few looks and all slopes of the step have it."""
-    if sorted(looks) not in (looks, looks[::-1]) or any(_may_vanish(looks, k, k + 1) for k in range(len(looks) - 1)):
-        return False
-    return seen[0] >= min(looks) / SEEN and seen[1] <= max(looks) * SEEN
 
 
 def _may_vanish(looks: Sequence[float], low: int, high: int) -> bool:
@@ -111,10 +104,6 @@ def _dip(at: Callable[[float], float], places: tuple[float, float], values: tupl
         low, high = max(theta - width, places[0]), min(theta + width, places[1])
         at_low, at_high = at(low), at(high)
     return theta, min(at_low, at_high)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
 
 
 class Approach:
@@ -250,13 +239,11 @@ class Approach:
         self.verify(done.t_new)
         if not self._crosses() and self.least < DIPS * min(self.start, self.end):
             raise StepError(Status.SINGULAR, done.t_new, -1)
-        if self.near and (self._leaves_no_room() or self._strays(trial.x_new, done.x_new)):
-            raise StepError(Status.SINGULAR, done.t_new, -1)
-
-    def _leaves_no_room(self) -> bool:
-        """Tell whether the end is so near before the singular position that the step across would be much shorter."""
+        # The end may be so near before the singular position that the step across would be much shorter.
         left = ROOM * SHORTER_AHEAD * SHORTER_AHEAD * self.gap
-        return self.end < self.start and self.end <= self.least and self.end < left * (self.start - self.end)
+        comes = self.end < self.start and self.end <= self.least and self.end < left * (self.start - self.end)
+        if self.near and (comes or self._strays(trial.x_new, done.x_new)):
+            raise StepError(Status.SINGULAR, done.t_new, -1)
 
     def noise(self) -> float:
         """Return the part of the speeds by which round-off may falsify a step.
@@ -291,7 +278,9 @@ class Approach:
             return before
         try:
             self.x = self.rows.closed(before.t_new, before.x_new)
-            return replace(before, x_new=self.x, slope_new=self._finite_slope(before.t_new, self.x))
+            slope = self.slope(before.t_new, self.x)
+            require_finite(slope, before.t_new)
+            return replace(before, x_new=self.x, slope_new=slope)
         except StepError:
             return before
 
@@ -309,11 +298,6 @@ class Approach:
         self.stiff = True
         taking.restart()
         return True
-
-    def _finite_slope(self, t: float, x: Floats) -> Floats:
-        slope = self.slope(t, x)
-        require_finite(slope, t)
-        return slope
 
     def retreat(self, h: float, otherwise: float) -> float:
         """Return over which part of a step over h, that failed, to make the next: `otherwise` far from all that.
@@ -409,16 +393,11 @@ def _among_many(noise: float) -> float:
 
 def widest_gap(method: Method) -> float:
     """Return the middle of the widest gap between the nodes of a step, as a part of it."""
-    nodes = sorted({0.0, *_nodes(method), 1.0})
+    own = method.tableau.c[: method.tableau.stages] if isinstance(method, RungeKutta) else np.zeros(0)
+    own = method.scheme.c if isinstance(method, Collocation) else own
+    nodes = sorted({0.0, *own.tolist(), 1.0})
     widest = max(range(len(nodes) - 1), key=lambda k: nodes[k + 1] - nodes[k])
-    return 0.5 * (nodes[widest] + nodes[widest + 1])
-
-
-def _nodes(method: Method) -> list[float]:
-    if isinstance(method, RungeKutta):
-        nodes: list[float] = method.tableau.c[: method.tableau.stages].tolist()
-        return nodes
-    return method.scheme.c.tolist() if isinstance(method, Collocation) else []
+    return float(0.5 * (nodes[widest] + nodes[widest + 1]))
 
 
 def moved_far(x: Floats, x_new: Floats, settled: Floats, round_off: float = 0.0) -> int | None:

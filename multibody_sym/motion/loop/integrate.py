@@ -303,7 +303,10 @@ def chain(next_leg: NextLeg[LegT], legs: list[LegT]) -> Loop:
                     return
                 latest = replace(latest, failure=None)
             if index != END and (problem.is_over(latest.time) or latest.written == len(samples)):
-                latest, index, following = _over(latest, samples, legs), END, None
+                due = max(problem.due, latest.written)  # what is left of the samples is the state there
+                samples[latest.written : due] = latest.x
+                legs[-1] = legs[-1].changed(end=due, until=latest.time)
+                latest, index, following = replace(latest, written=due), END, None
                 if problem.is_last:
                     yield latest
                     return
@@ -339,7 +342,10 @@ def _run_leg(
     latest, index = done, None
     for progress in run(legs[-1].of, samples):
         problem = legs[-1].of  # the loop may have gone on from mode to mode
-        latest, index = _join_progress(done, progress, problem), _end_of_leg(progress, problem)
+        events = (*done.events, *(event for event in progress.events if event.index < problem.switches))
+        statistics, singular = done.statistics.joined(progress.statistics), (*done.singular, *progress.singular)
+        latest = replace(progress, statistics=statistics, events=events, singular=singular)
+        index = _end_of_leg(progress, problem)
         legs[-1] = legs[-1].come(latest.written, latest.time, progress.statistics.steps)
         if index is None:
             yield latest
@@ -348,10 +354,11 @@ def _run_leg(
 
 def _end_of_leg(progress: Progress, problem: Problem) -> int | None:
     """Return what ends a leg, as of `Switch`; None where it goes on, or the run is over."""
-    if _is_singular(progress, problem):
-        return NO_STEP
-    if progress.failure is not None:
-        return None
+    failure = progress.failure
+    if failure is not None:  # where steps do not cross a singular position, they fail
+        short = failure.status in (Status.STEP_UNDERFLOW, Status.NOT_CONVERGED)
+        near = failure.status is Status.SINGULAR or (short and not problem.crosses)
+        return NO_STEP if near else None
     last = progress.events[-1] if progress.events else None
     if last is not None and last.index >= problem.switches:
         return last.index - problem.switches
@@ -388,14 +395,6 @@ def _end_progress(latest: Progress, end: End[LegT], problem: Problem, samples: F
     latest = _sample_end(latest, problem, samples)
     legs[-1] = replace(legs[-1], end=latest.written)
     return replace(latest, events=(*latest.events, end.stop))
-
-
-def _over(latest: Progress, samples: Floats, legs: list[LegT]) -> Progress:
-    """Return the progress at the end of a part of the run, what is left of its samples being the state there."""
-    due = max(legs[-1].of.due, latest.written)
-    samples[latest.written : due] = latest.x
-    legs[-1] = replace(legs[-1], end=due, until=latest.time)
-    return replace(latest, written=due)
 
 
 def _sample_end(latest: Progress, problem: Problem, samples: Floats) -> Progress:
@@ -437,18 +436,3 @@ def runge_kutta_step(rates: Callable[[float, Floats], Floats], t: float, x: Floa
     k4 = rates(whole, x + step * k3)
     state: Floats = x + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     return state
-
-
-def _is_singular(progress: Progress, problem: Problem) -> bool:
-    """Return whether a loop ended as near a singular position; where steps do not cross one, they fail."""
-    status = Status.RUNNING if progress.failure is None else progress.failure.status
-    short = status in (Status.STEP_UNDERFLOW, Status.NOT_CONVERGED)
-    return status is Status.SINGULAR or (short and not problem.crosses)
-
-
-def _join_progress(done: Progress, latest: Progress, problem: Problem) -> Progress:
-    """Return the progress of a run with a part that was done before."""
-    events: tuple[Event, ...] = tuple(event for event in latest.events if event.index < problem.switches)
-    statistics, singular = done.statistics.joined(latest.statistics), (*done.singular, *latest.singular)
-    whole = (*done.events, *events)
-    return Progress(latest.written, latest.time, latest.x, statistics, latest.failure, whole, singular)

@@ -42,7 +42,7 @@ from multibody_sym.program.runtime_constants import Family, Phase, Status
 from multibody_sym.scalars.arrays import Floats
 
 if TYPE_CHECKING:
-    from multibody_sym.motion.methods.multistep import Collocation, Multistep
+    from multibody_sym.motion.methods.multistep import Collocation
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Methods of integration as the loop in C reads them.
@@ -64,15 +64,11 @@ def method_struct(method: Method) -> MethodStruct:
 
     if isinstance(method, Collocation):
         return _collocation(method)
-    kinds = {
-        AdamsBashforthMoulton: Family.ADAMS,
-        Stoermer: Family.STOERMER,
-        StoermerVerlet: Family.VERLET,
-    }
-    if type(method) not in kinds:
+    if not isinstance(method, (AdamsBashforthMoulton, Stoermer, StoermerVerlet)):
         raise TypeError(f"{method!r} is no method")
-    assert isinstance(method, (AdamsBashforthMoulton, Stoermer, StoermerVerlet))
-    return _looking_back(kinds[type(method)], method)
+    kinds = {AdamsBashforthMoulton: Family.ADAMS, Stoermer: Family.STOERMER, StoermerVerlet: Family.VERLET}
+    weights = {name: address(values) for name, values in method.tables.items()}
+    return _struct(kinds[type(method)], method, method.starter, {"past": method.past, **weights})
 
 
 def _collocation(method: Collocation) -> MethodStruct:
@@ -98,11 +94,6 @@ def _collocation(method: Collocation) -> MethodStruct:
     )
 
 
-def _looking_back(family: Family, method: Multistep) -> MethodStruct:
-    weights = {name: address(values) for name, values in method.tables.items()}
-    return _struct(family, method, method.starter, {"past": method.past, **weights})
-
-
 def _struct(family: Family, method: Method, tableau: Tableau, more: Mapping[str, Any]) -> MethodStruct:
     return MethodStruct(
         family=family,
@@ -119,8 +110,6 @@ def _struct(family: Family, method: Method, tableau: Tableau, more: Mapping[str,
         **more,
     )
 
-
-# ----------------------------------------------------------------------------------------------------------------------
 
 Integers = NDArray[np.intc]
 
@@ -154,16 +143,33 @@ class NativeProblem:
         assert isinstance(derivative, NativeFunction)
         self.library = derivative.library
         if problem.like is None:
-            self._given, self._whole = _given_arrays(problem), _whole_numbers(problem)
+            given = (problem.parameters, problem.modes, problem.margins, problem.moments)
+            self._given = tuple(np.array(values, dtype=float) for values in given)
+            pairs = problem.pairing
+            lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
+            lists["limiting"] = problem.limiting
+            self._whole = {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
             self._method = method_struct(problem.method)
             self._system = _system(problem, self._given, self._whole)
             self._times = None if isinstance(problem.samples, int) else problem.times()
-            self.structure = _problem(problem, self._method, self._system, self._times)
+            names = ("t0", "t_end", "rtol", "atol", "contradiction", "closure", "independent", "whole", "max_steps")
+            self.structure = ProblemStruct(
+                method=ctypes.pointer(self._method),
+                system=ctypes.pointer(self._system),
+                step=problem.step or 0.0,
+                samples=problem.sample_count,
+                times=None if self._times is None else address(self._times),
+                project=problem.project,
+                crosses=problem.crosses,
+                **{name: getattr(problem, name) for name in names},
+            )
             self.work = int(self.library.mbs_work(ctypes.byref(self.structure)))
             if self.work < 0:
                 raise ValueError(f"{problem.method.name} is not among the methods that the Programs were compiled for")
         else:
-            self._take_over(_of(problem.like))
+            if "native" not in problem.like.kept:
+                problem.like.kept["native"] = NativeProblem(problem.like)
+            self._take_over(problem.like.kept["native"])
         self.margins = self._given[2]
         self.handle = ctypes.byref(self.structure)
 
@@ -180,27 +186,6 @@ class NativeProblem:
         self.structure.t0, self.structure.t_end = self.problem.t0, self.problem.t_end
         self.structure.system = ctypes.pointer(self._system)
         self._like = like  # which owns what the copies point into
-
-
-def _of(problem: Problem) -> NativeProblem:
-    """Return the structures of a problem that others are like."""
-    found: NativeProblem | None = problem.kept.get("native")
-    if found is None:
-        found = problem.kept["native"] = NativeProblem(problem)
-    return found
-
-
-def _whole_numbers(problem: Problem) -> dict[str, Integers]:
-    pairs = problem.pairing
-    lists: dict[str, Sequence[Any]] = {"terminal": problem.terminal, "plain": pairs.plain, "ball": pairs.balls}
-    lists["limiting"] = problem.limiting
-    return {name: np.array(values, dtype=np.intc).ravel() for name, values in lists.items()}
-
-
-def _given_arrays(problem: Problem) -> tuple[Floats, ...]:
-    """Return parameters, modes, margins and moments, which must live as long as the system for C."""
-    given = (problem.parameters, problem.modes, problem.margins, problem.moments)
-    return tuple(np.array(values, dtype=float) for values in given)
 
 
 def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Integers]) -> SystemStruct:
@@ -232,25 +217,6 @@ def _system(problem: Problem, given: tuple[Floats, ...], whole: dict[str, Intege
     )
 
 
-def _problem(problem: Problem, method: MethodStruct, system: SystemStruct, times: Floats | None) -> ProblemStruct:
-    return ProblemStruct(
-        method=ctypes.pointer(method),
-        system=ctypes.pointer(system),
-        step=problem.step or 0.0,
-        samples=problem.sample_count,
-        times=None if times is None else address(times),
-        project=problem.project,
-        crosses=problem.crosses,
-        **{
-            name: getattr(problem, name)
-            for name in (
-                *("t0", "t_end", "rtol", "atol"),
-                *("contradiction", "closure", "independent", "whole", "max_steps"),
-            )
-        },
-    )
-
-
 _FIRST_PIECE: Final = 200  # steps; of small systems more, each of which takes less
 _SMALL: Final = 20_000  # numbers of the state in the first piece
 _LARGEST_PIECE: Final = 10_000_000
@@ -259,8 +225,8 @@ _LARGEST_PIECE: Final = 10_000_000
 def native_loop(problem: Problem, samples: Floats) -> Iterator[Progress]:
     """Integrate in C; see `Loop`. What was written before an interruption stays in `samples`."""
     course = None
-    if problem.course is not None:
-        course = NativeCourse.of(problem)
+    if problem.course is not None and any(problem.course.modes[problem.course.mode].turns):  # it leads on
+        course = NativeCourse(problem.course, problem)
     now = NativeProblem(problem) if course is None else course.now
     x0 = problem.x0
     state, steps, done = StateStruct(), piece_of(problem), False
@@ -462,12 +428,6 @@ class NativeCourse:
         room.restype = ctypes.c_longlong
         self._structure.room = self._array(np.empty(room(self.handle)))
         self.work = max(mode.work for mode in self._modes)
-
-    @classmethod
-    def of(cls, problem: Problem) -> NativeCourse | None:
-        """Return the course of a problem; None where it has none, or none that leads on."""
-        course = problem.course
-        return cls(course, problem) if course is not None and any(course.modes[course.mode].turns) else None
 
     @property
     def now(self) -> NativeProblem:

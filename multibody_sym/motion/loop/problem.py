@@ -83,8 +83,6 @@ class Passage:
     margins: tuple[float, ...]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 SECONDS: Final = 0.1
 """How long a piece of a run lasts, about, after which it tells its progress."""
 _CROSSINGS: Final = 300

@@ -123,6 +123,7 @@ class _Run:
     def steps(self, x0: Floats) -> Iterator[Step]:
         """Yield the accepted steps; raises StepError."""
         p = self.problem
+        rows = RowClosure(lambda: self.independence, self.independence_at, self.closed, p.project, p.crosses)
         flow = Flow(
             method=p.method,
             derivative=self.derivative,
@@ -137,7 +138,7 @@ class _Run:
             stages=self.stages(),
             counts=self.counts,
             events=Events(self.switching, p.terminal, p.margins, p.limiting, p.moments) if p.terminal else None,
-            rows=self.rows if p.rows else None,
+            rows=rows if p.rows else None,
             pairs=p.pairing,
             begun=None if p.begun is None else p.begun.time,
             whole=p.whole,
@@ -151,12 +152,6 @@ class _Run:
             self._pace(number, done.t_new)
             if after is not None:
                 flow, going = after, steps(after)
-
-    @property
-    def rows(self) -> RowClosure:
-        """What steps over singular positions know of the constraint rows."""
-        p = self.problem
-        return RowClosure(lambda: self.independence, self.independence_at, self.closed, p.project, p.crosses)
 
     def _jumped(self, flow: Flow, done: Step) -> Flow | None:
         """Return how a run goes on that stands at a switch from which a jump of speeds leads on, None elsewhere."""

@@ -118,8 +118,6 @@ def _dot(a: Sequence[Number], b: Sequence[Number]) -> Number:
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), zero)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 Weights = tuple[Fraction, ...]
 
 
@@ -266,11 +264,6 @@ def hermite(b: Sequence[Fraction]) -> tuple[Weights, ...]:
     return tuple(map(tuple, rows))
 
 
-def _quartic(b: Sequence[Fraction], d: Sequence[Fraction]) -> tuple[Weights, ...]:
-    """Return the Hermite extension of `b` plus theta^2 (1 - theta)^2 d_i."""
-    return tuple((linear, square + x, cube - 2 * x, x) for (linear, square, cube), x in zip(hermite(b), d, strict=True))
-
-
 def _row(text: str) -> Weights:
     return tuple(map(Fraction, text.split()))
 
@@ -313,36 +306,18 @@ def _dormand_prince() -> RungeKutta:
         "-12715105075/11282082432 0 87487479700/32700410799 -10690763975/1880347072"
         " 701980252875/199316789632 -1453857185/822651844 69997945/29380423"
     )
+    # Hermite's extension, plus theta^2 (1 - theta)^2 d_i
+    dense = ((linear, square + x, cube - 2 * x, x) for (linear, square, cube), x in zip(hermite(b), d, strict=True))
     return RungeKutta(
         name="dormand_prince",
         A=rows,
         c=_row("0 1/5 3/10 4/5 8/9 1 1"),
         order=5,
-        dense=_quartic(b, d),
+        dense=tuple(dense),
         dense_order=4,
         error=tuple(x - y for x, y in zip(b, b_hat, strict=True)),
         error_order=4,
     )
-
-
-def _dormand_prince_8() -> RungeKutta:
-
-    return dormand_prince_8()
-
-
-EXPLICIT: Final[Mapping[str, Callable[[], RungeKutta]]] = MappingProxyType(
-    {
-        "explicit_euler": lambda: _method("explicit_euler", 1, "1"),
-        "midpoint": lambda: _method("midpoint", 2, "1/2; 0 1"),
-        "heun": lambda: _method("heun", 2, "1; 1/2 1/2"),
-        "rk4": lambda: _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
-        "bogacki_shampine": lambda: _method(
-            "bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2
-        ),
-        "dormand_prince": _dormand_prince,
-        "dormand_prince_8": _dormand_prince_8,
-    }
-)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -423,11 +398,12 @@ def dormand_prince_8() -> RungeKutta:
     b = (*rows[-1], Fraction(0))
     extra = _rows(_EXTRA)
     (error,), (third_order,) = _rows(_ERROR), _rows(_THIRD_ORDER)
+    sums = [sum(row, Fraction(0)) for row in (*rows, *extra)]
     return RungeKutta(
         name="dormand_prince_8",
         A=rows,
         extra=extra,
-        c=_nodes(rows, extra),
+        c=tuple(Fraction(1) if abs(x - 1) < Fraction(1, 10**20) else x for x in sums),  # exactly the end of the step
         order=8,
         dense=_extension(b, _rows(_DENSE)),
         dense_order=7,
@@ -441,12 +417,6 @@ def dormand_prince_8() -> RungeKutta:
 
 def _rows(text: str) -> tuple[Weights, ...]:
     return tuple(tuple(map(Fraction, row.split())) for row in text.split(";"))
-
-
-def _nodes(rows: tuple[Weights, ...], extra: tuple[Weights, ...]) -> Weights:
-    """Return the row sums; those at the end of the step are exactly 1."""
-    sums = [sum(row, Fraction(0)) for row in (*rows, *extra)]
-    return tuple(Fraction(1) if abs(x - 1) < Fraction(1, 10**20) else x for x in sums)
 
 
 def _extension(b: Weights, d: tuple[Weights, ...]) -> tuple[Weights, ...]:
@@ -475,3 +445,18 @@ def _nested_coefficients(F: Weights) -> Weights:
         outer[0] += F[number]
         inner = outer
     return tuple(inner)
+
+
+EXPLICIT: Final[Mapping[str, Callable[[], RungeKutta]]] = MappingProxyType(
+    {
+        "explicit_euler": lambda: _method("explicit_euler", 1, "1"),
+        "midpoint": lambda: _method("midpoint", 2, "1/2; 0 1"),
+        "heun": lambda: _method("heun", 2, "1; 1/2 1/2"),
+        "rk4": lambda: _method("rk4", 4, "1/2; 0 1/2; 0 0 1; 1/6 1/3 1/3 1/6"),
+        "bogacki_shampine": lambda: _method(
+            "bogacki_shampine", 3, "1/2; 0 3/4; 2/9 1/3 4/9", "7/24 1/4 1/3 1/8", 2
+        ),
+        "dormand_prince": _dormand_prince,
+        "dormand_prince_8": dormand_prince_8,
+    }
+)

@@ -87,8 +87,6 @@ def surd(a: str, b: str = "0", d: int = 2) -> Surd:
     return Surd(Fraction(a), Fraction(b), d)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 @dataclass(frozen=True)
 class Scheme:
     """A collocation method in floating point, as the steppers in C and Python read it; s stages that are not explicit.
@@ -423,30 +421,21 @@ def _from_differences(coefficients: Sequence[str]) -> Weights:
     return tuple(weights)
 
 
-def _adams_bashforth_moulton() -> AdamsBashforthMoulton:
-    """Return the method of order 4; any textbook has its coefficients."""
-    return AdamsBashforthMoulton(
-        name="adams_bashforth_moulton",
-        order=4,
-        predictor=_from_differences(("1", "1/2", "5/12", "3/8")),
-        corrector=_from_differences(("1", "-1/2", "-1/12", "-1/24")),
-    )
-
-
-def _stoermer_6() -> Stoermer:
-    return Stoermer(
-        name="stoermer_6",
-        order=6,
-        position=_from_differences(("1", "0", "1/12", "1/12", "19/240", "3/40")),
-        predictor=_from_differences(("1/2", "1/3", "7/24", "97/360", "367/1440")),
-        corrector=_from_differences(("1/2", "-1/6", "-1/24", "-1/45", "-7/480")),
-    )
-
-
 MULTISTEP: Final[Mapping[str, Callable[[], Multistep]]] = MappingProxyType(
     {
-        "adams_bashforth_moulton": _adams_bashforth_moulton,
-        "stoermer_6": _stoermer_6,
+        "adams_bashforth_moulton": lambda: AdamsBashforthMoulton(
+            name="adams_bashforth_moulton",
+            order=4,
+            predictor=_from_differences(("1", "1/2", "5/12", "3/8")),
+            corrector=_from_differences(("1", "-1/2", "-1/12", "-1/24")),
+        ),
+        "stoermer_6": lambda: Stoermer(
+            name="stoermer_6",
+            order=6,
+            position=_from_differences(("1", "0", "1/12", "1/12", "19/240", "3/40")),
+            predictor=_from_differences(("1/2", "1/3", "7/24", "97/360", "367/1440")),
+            corrector=_from_differences(("1/2", "-1/6", "-1/24", "-1/45", "-7/480")),
+        ),
         "stoermer_verlet": lambda: StoermerVerlet("stoermer_verlet", 2),
     }
 )

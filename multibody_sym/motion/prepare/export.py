@@ -119,8 +119,6 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:_DIGITS]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _SAMPLES: Final = 2
 _FMI: Final = (2, 3)
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
@@ -183,7 +181,11 @@ def exported(
     if to != FMU:
         begins = system.impact is not None or model.placed.closing
         left = "the motion begins with an impact, which is left out; `impact` returns the speeds after it"
-        simulated = _simulated(system, model, fold) if to == "c" and model.mechanism.one_way else None
+        simulated: ContactCode | str | None = None
+        if to == "c" and model.mechanism.one_way:
+            from multibody_sym.motion.prepare.fmu import contact_code  # which other exports do without
+
+            simulated = "the parameters are folded" if fold else contact_code(system, model.placed, model.route)
         taken = {*model.programs, *(() if simulated is None or isinstance(simulated, str) else simulated.programs)}
         others = {name: each.program for name, each in _functions_of(system, functions, taken).items()}
         found = _sources(model.with_others(others), to, folder, fold, simulated)
@@ -283,13 +285,6 @@ class ExportedModel:
         }
         names = _names(resolved, self._state)
         return {"formalism": self.route, "folded": False, **mode, **names, "programs": signatures}
-
-
-def _simulated(system: System, model: ExportedModel, fold: bool) -> ContactCode | str:
-    """Return what simulates a system from state to state of its contacts in C, or why nothing does."""
-    from multibody_sym.motion.prepare.fmu import contact_code  # which other exports do without
-
-    return "the parameters are folded" if fold else contact_code(system, model.placed, model.route)
 
 
 def _functions_of(

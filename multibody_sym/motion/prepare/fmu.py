@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +25,7 @@ from multibody_sym.dynamics.programs.reactions import switchings
 from multibody_sym.dynamics.start.parameters import evaluation_order
 from multibody_sym.dynamics.start.state import StartState
 from multibody_sym.errors import InputError, ModelError, OutputError, Where
-from multibody_sym.mechanics.law_elements import ACTIVE, FrictionPart, LawElement, Mode
+from multibody_sym.mechanics.law_elements import ACTIVE, LawElement, Mode
 from multibody_sym.mechanics.mechanism import INDEPENDENT, Mechanism, Source
 from multibody_sym.mechanics.modes import (
     friction_parts,
@@ -105,10 +105,7 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
     """
     placed = placed.before_a_run
     laws = LawMechanism.of(placed.declared, system.simulation)
-    begin = placed.start
-    entries = zip(placed.mechanism.parameters, begin.parameters, strict=True)
-    values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
-    settings = run_settings(system.simulation, values)
+    begin, settings = placed.start, _settings(system, placed)
     if reason := _why_not(laws, settings, placed, system):
         return reason
     if len(placed.modes) > 1:
@@ -130,6 +127,13 @@ def contact_code(system: System, placed: StartState, formalism: str, *, free: in
         samples[name] = [x if array.size == np.size(x) else np.zeros(array.shape) for array, x in pairs]
     names = tuple("" if x.source is Source.CHOSEN else x.name for x in laws.every.parameters)
     return ContactCode(_named(programs), files, _named(samples), names, functions(laws.every))
+
+
+def _settings(system: System, placed: StartState) -> RunSettings:
+    """Return the settings of a system in numbers, by the parameters of its start."""
+    entries = zip(placed.mechanism.parameters, placed.start.parameters, strict=True)
+    values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
+    return run_settings(system.simulation, values)
 
 
 def positive_parameters(mechanism: Mechanism, values: Sequence[float]) -> set[int]:
@@ -259,6 +263,11 @@ class _Tables:
         angles = [int(x.name in turned.rows.laws.turning) for x in elements]
         slides = turned.rows.laws.slides.tolist()
         positive = positive_parameters(self.every, self.values.tolist())
+        slip_words = [  # of each part: it slides backwards, sticks, slides forwards
+            mode_words([element], Mode({element.name: ACTIVE}, {part.name: slip}))[part.name]
+            for element, part in pairs
+            for slip in (-1, 0, 1)
+        ]
         conditions = list(declared.state_stops.values())
         ends = np.cumsum([0, *(len(condition.words) for condition in conditions)])
         return [
@@ -271,7 +280,7 @@ class _Tables:
             ("int", "positive", [int(k in positive) for k in range(len(self.every.parameters))]),
             ("int", "acts", [number[f"acts {each.name}"] for each in self.every.rows]),
             ("int", "normals", [row[x.normals[0].name] for x in elements]),
-            ("int", "parts", [_part_of(x, numbers) for x in elements]),
+            ("int", "parts", [next((numbers[p.name] for p in x.frictions if p.name in numbers), -1) for x in elements]),
             ("int", "functions", [places[f"normal {x.name}"] for x in elements]),
             ("int", "elements", owners), ("int", "tangents", tangents),
             ("int", "holds", [int(part.static is not ZERO) for part in parts]),
@@ -288,7 +297,7 @@ class _Tables:
             ("int", "stop_strikes", [int(condition.strikes) for condition in conditions]),
             ("int", "stop_begins", ends.tolist()),
             ("char *const", "stop_words", [word for condition in conditions for word in condition.words]),
-            ("char *const", "slip_words", [word for pair in pairs for word in _slip_words(*pair)]),
+            ("char *const", "slip_words", slip_words),
         ]  # fmt: skip
 
     @cached_property
@@ -320,16 +329,6 @@ class _Tables:
     @property
     def _moments(self) -> tuple[float, ...]:
         return knots_before(self.laws.declared, self.settings.t_end)
-
-
-def _part_of(element: LawElement, numbers: Mapping[str, int]) -> int:
-    return next((numbers[part.name] for part in element.frictions if part.name in numbers), -1)
-
-
-def _slip_words(element: LawElement, part: FrictionPart) -> list[str]:
-    """Return the words of a part that slides backwards, sticks, and slides forwards."""
-    modes = (Mode({element.name: ACTIVE}, {part.name: slip}) for slip in (-1, 0, 1))
-    return [mode_words([element], mode)[part.name] for mode in modes]
 
 
 Q = TypeVar("Q", bound=FmuQuantity)
@@ -370,16 +369,21 @@ def fmu_of(
     """
     mechanism, begin = placed.mechanism, placed.start
     _verify(system, placed, isinstance(contacts, ContactCode))
-    entries = zip(mechanism.parameters, begin.parameters, strict=True)
-    values = {symbol(entry.name): x for entry, x in entries if entry.source is not Source.LITERAL}
-    settings, switches, pairs = run_settings(system.simulation, values), switchings(mechanism), pairing_of(mechanism)
+    settings, switches, pairs = _settings(system, placed), switchings(mechanism), pairing_of(mechanism)
     own = isinstance(settings.method, RungeKutta) or settings.method.name in COLLOCATION
     method = settings.method if own else METHODS[AUTO]
     state = 0.0, begin.q, begin.u, begin.parameters
     given = interpret(made["inputs"], *state)[0]
-    inputs = _inputs(mechanism, given.tolist())
+    units, free = MechanismUnits(mechanism), free_inputs(mechanism)
+    inputs = tuple(
+        FmuInput(name, units.inputs[name], value, name in free)
+        for name, value in zip(mechanism.inputs, given.tolist(), strict=True)
+    )
     ending = interpret(made["events"], *state, given, np.empty(0))[0][-len(switches) :] if switches else ()
-    units, states = MechanismUnits(mechanism), _states(mechanism, (*begin.q, *begin.u))
+    names = [(x.name, x.unit) for x in mechanism.coordinates] + [(x.name, x.unit) for x in mechanism.speeds]
+    states = tuple(FmuQuantity(*each, float(x)) for each, x in zip(names, (*begin.q, *begin.u), strict=True))
+    programs = {name: x for name, x in made.items() if name != "energy"}
+    programs |= _more_programs(mechanism, made, [w.name for w in inputs if w.free])
     found = Fmu(
         name=mechanism.name,
         description=" ".join((system.description or "").split()),
@@ -389,7 +393,7 @@ def fmu_of(
         inputs=inputs,
         outputs=tuple(FmuQuantity(name, units.outputs[name]) for name in mechanism.outputs),
         parameters=_parameters(mechanism, begin.parameters, made),
-        programs={**_without_energy(made), **_more_programs(mechanism, made, [w.name for w in inputs if w.free])},
+        programs=programs,
         units={},
         ends=_ends(mechanism),
         terminal=terminal_of(mechanism, len(switches)),
@@ -398,11 +402,23 @@ def fmu_of(
         plain=tuple(pairs.plain),
         balls=tuple(pairs.balls),
         method=method_fields(method),
-        numbers=_numbers(mechanism, begin.parameters, settings, own),
+        numbers={
+            "RTOL": settings.rtol,
+            "ATOL_BY_RTOL": settings.atol / settings.rtol,
+            "FIXED_STEP": settings.step or 0.0 if own else 0.0,
+            "INDEPENDENT": mechanism.parameters.independent_rows(begin.parameters),
+            "CONTRADICTION": Problem.contradiction,
+            "CLOSURE": Problem.closure,
+            "MOST_STEPS": Problem.max_steps,
+            "MOST_EVENTS": _MOST_EVENTS,
+        },
         stop_time=settings.t_end,
         tolerance=settings.rtol,
     )
-    _verify_names(found)
+    twice = next((name for name, count in Counter(variable_names(found)).items() if count > 1), None)
+    if twice is not None:
+        message = f"two variables of the FMU would be called {twice!r}; rename what the model calls so"
+        raise InputError(message, number="M110")
     if isinstance(contacts, ContactCode):
         found = _with_contacts(found, contacts)
     return MadeFmu(_with_units(found), tuple(_notes(system, placed, settings, found, contacts)))
@@ -470,13 +486,6 @@ def _verify(system: System, placed: StartState, strikes: bool) -> None:
         raise ModelError(f"the motion begins with {what}, and an FMU has no impacts: {advice}", number="M110")
 
 
-def _verify_names(fmu: Fmu) -> None:
-    twice = next((name for name, count in Counter(variable_names(fmu)).items() if count > 1), None)
-    if twice is not None:
-        message = f"two variables of the FMU would be called {twice!r}; rename what the model calls so"
-        raise InputError(message, number="M110")
-
-
 def _notes(
     system: System, placed: StartState, settings: RunSettings, fmu: Fmu, contacts: ContactCode | str | None
 ) -> list[str]:
@@ -504,10 +513,6 @@ def _notes(
 # What an FMU has beside the Programs of an exported model.
 
 
-def _without_energy(made: Mapping[str, Program]) -> dict[str, Program]:
-    return {name: program for name, program in made.items() if name != "energy"}
-
-
 def _more_programs(mechanism: Mechanism, made: Mapping[str, Program], free: Sequence[str]) -> dict[str, Program]:
     """Return the Program of all parameters, and those of derivatives where they are short."""
     trace = Trace("parameters", arrays(mechanism))
@@ -531,18 +536,6 @@ def _parameter_nodes(mechanism: Mechanism) -> list[Node]:
         if expression is not None and leaves([expression], "slot"):
             (found[places[k]],) = evaluate([expression], found)
     return [found[place] for place in places]
-
-
-def _states(mechanism: Mechanism, values: Sequence[float]) -> tuple[FmuQuantity, ...]:
-    names = [(c.name, c.unit) for c in mechanism.coordinates] + [(s.name, s.unit) for s in mechanism.speeds]
-    return tuple(FmuQuantity(name, unit, float(x)) for (name, unit), x in zip(names, values, strict=True))
-
-
-def _inputs(mechanism: Mechanism, values: Sequence[float]) -> tuple[FmuInput, ...]:
-    """Return the inputs."""
-    units, free = MechanismUnits(mechanism).inputs, free_inputs(mechanism)
-    pairs = zip(mechanism.inputs, values, strict=True)
-    return tuple(FmuInput(name, units[name], value, name in free) for name, value in pairs)
 
 
 def _parameters(
@@ -581,7 +574,11 @@ def _with_units(fmu: Fmu) -> Fmu:
         if unit:
             (mass, length, time), angle, _ = kind_of(unit)
             found[unit] = {"kg": mass, "m": length, "s": time, "rad": angle or 0}
-    whole = {unit: {base: int(e) for base, e in x.items()} for unit, x in found.items() if _are_whole(x.values())}
+    whole = {
+        unit: {base: int(e) for base, e in x.items()}
+        for unit, x in found.items()
+        if all(e == int(e) for e in x.values())
+    }
 
     def known(listed: tuple[Q, ...]) -> tuple[Q, ...]:
         return tuple(x if x.unit in whole else replace(x, unit="") for x in listed)
@@ -595,22 +592,3 @@ def _with_units(fmu: Fmu) -> Fmu:
         outputs=known(fmu.outputs),
         parameters=known(fmu.parameters),
     )
-
-
-def _are_whole(exponents: Iterable[Any]) -> bool:
-    return all(e == int(e) for e in exponents)
-
-
-def _numbers(
-    mechanism: Mechanism, parameters: Sequence[float], settings: RunSettings, own_step: bool
-) -> dict[str, float | int]:
-    return {
-        "RTOL": settings.rtol,
-        "ATOL_BY_RTOL": settings.atol / settings.rtol,
-        "FIXED_STEP": settings.step or 0.0 if own_step else 0.0,
-        "INDEPENDENT": mechanism.parameters.independent_rows(parameters),
-        "CONTRADICTION": Problem.contradiction,
-        "CLOSURE": Problem.closure,
-        "MOST_STEPS": Problem.max_steps,
-        "MOST_EVENTS": _MOST_EVENTS,
-    }

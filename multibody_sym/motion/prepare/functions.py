@@ -191,14 +191,6 @@ class CanonicalFunction:
         return (time, state, momenta, rest[0], rest[1], rest[2]), np.asarray(u)
 
 
-def canonical_function(question: CanonicalQuestion, code: Native) -> CanonicalFunction:
-    """Return Hamilton's equations as compiled functions. Raises what `canonical_programs` does, and for a bad start."""
-    state = examined_state(question.system)
-    compiled = _function_compiled(state.mechanism, code)
-    arguments = Arguments(state.mechanism, np.array(state.start.parameters, dtype=float), compiled)
-    return CanonicalFunction(arguments, np.array(state.start.q, dtype=float), np.array(state.start.u, dtype=float))
-
-
 def _function_compiled(mechanism: Mechanism, code: Native) -> Compiled:
     made = load(canonical_programs(mechanism), code)
     return replace(made, remake=partial(_function_compiled, mechanism))
@@ -269,13 +261,6 @@ class ImpactFunction:
         return Strike(after, dict(zip(self.rows, impulses.tolist(), strict=True)), dict(zip(names, told, strict=True)))
 
 
-def impact_function(question: ImpactQuestion, code: Native) -> ImpactFunction:
-    """Return an impact as a compiled function. Raises NoSolutionError where it has no single mode at the start."""
-    posed = posed_impact(question.system)
-    at_start = 0.0, np.array(posed.begin.q), np.array(posed.begin.u)
-    return ImpactModes(posed, code).function(posed.blow, outcome(posed), *at_start)
-
-
 @dataclass(frozen=True, eq=False)
 class ImpactModes:
     """The modes of an impact that were asked for, each as a function; `needed` is what is positive where one holds."""
@@ -320,8 +305,6 @@ def _impact_function_compiled(mode: StruckMode, program: Program, code: Native) 
     made = load(programs, code)
     return replace(made, remake=partial(_impact_function_compiled, mode, program))
 
-
-# ----------------------------------------------------------------------------------------------------------------------
 
 @dataclass(frozen=True)
 class StateDerivative:
@@ -412,9 +395,14 @@ def compile(
         raise InputError("a System is not compiled itself; compile(state_derivative(system)), mass_matrix(system) ...")
     code = Native(flag("native", native), backend)
     if isinstance(wanted, ImpactQuestion):
-        return impact_function(wanted, code)
+        posed = posed_impact(wanted.system)
+        at_start = 0.0, np.array(posed.begin.q), np.array(posed.begin.u)
+        return ImpactModes(posed, code).function(posed.blow, outcome(posed), *at_start)
     if isinstance(wanted, CanonicalQuestion):
-        return canonical_function(wanted, code)
+        state = examined_state(wanted.system)
+        q, u, values = (np.array(x, dtype=float) for x in (state.start.q, state.start.u, state.start.parameters))
+        compiled = _function_compiled(state.mechanism, code)
+        return CanonicalFunction(Arguments(state.mechanism, values, compiled), q, u)
     if isinstance(wanted, FunctionToCompile):
         return function(wanted.system, wanted.what, **wanted.options, native=native, backend=backend)
     if not isinstance(wanted, StateDerivative):

@@ -223,7 +223,7 @@ def prepare_system(
         laws, (name, programs) = None, made or finding.made(state.mechanism)
     begin = state.start
     numbers = Numbers(*(np.array(values, dtype=float) for values in (begin.parameters, begin.q, begin.u)))
-    return PreparedSystem(name, programs, numbers, partial(_as_begun, system, state), laws=laws)
+    return PreparedSystem(name, programs, numbers, partial(_both, system, state), laws=laws)
 
 
 Made = tuple[str, Compiled]
@@ -277,8 +277,7 @@ def _state_at_start(system: System, programs: _Programs) -> tuple[StartState, Ma
     return found(), made
 
 
-def _as_begun(system: System, state: StartState) -> tuple[System, StartState]:
-    """Return both, as a function that can be pickled."""
+def _both(system: System, state: StartState) -> tuple[System, StartState]:  # no closure, to be pickled
     return system, state
 
 
@@ -354,7 +353,7 @@ def recall_laws(
     formalism, form = served or ("", "explicit")
     key = structure_key(mechanism, f"laws {formalism}", form)
     recalled = loading.recall(key, code)
-    again = partial(_compiled_laws, mechanism, served)
+    again = partial(_recompile_laws, mechanism, served)
     if recalled is not None:
         return replace(recalled, compiled=replace(recalled.compiled, wanted=code, remake=again))
     modes = {"rows", "events"} if form != "impulses" else set[str]()
@@ -386,9 +385,7 @@ def _parts(mechanism: Mechanism, form: Form) -> set[str]:
     return {part for part, enters in entered.items() if enters} | ({"multistep"} & {form})
 
 
-def _compiled_laws(
-    mechanism: Mechanism, served: tuple[str, Form] | None, code: Native
-) -> Compiled:
+def _recompile_laws(mechanism: Mechanism, served: tuple[str, Form] | None, code: Native) -> Compiled:
     return recall_laws(mechanism, served, code).compiled
 
 

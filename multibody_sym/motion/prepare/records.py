@@ -415,14 +415,12 @@ def problem_of(values: Mapping[str, Any], compiled: Compiled) -> Problem:
     given |= {name: np.array(values[name], dtype=float) for name in _ARRAYS}
     given |= {name: tuple(values[name]) for name in _TUPLES}
     given["mode"] = ModeNumbers.of(np.array(values["mode"], dtype=float), {})
-    given["pairs"] = None if pairs is None else Pairing(pairs[0], *(_pairs(part) for part in pairs[1:]))
+    given["pairs"] = None
+    if pairs is not None:
+        given["pairs"] = Pairing(pairs[0], *(tuple((a, b) for a, b in part) for part in pairs[1:]))
     given["begun"] = None if begun is None else Begun(*begun)
     given["samples"] = samples if isinstance(samples, int) else SampleTimes(tuple(samples[0]), *samples[1:])
     return Problem(compiled=compiled, method=METHODS[values["method"]], **given)
-
-
-def _pairs(part: Any) -> tuple[tuple[int, int], ...]:
-    return tuple((a, b) for a, b in part)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -507,16 +505,12 @@ def leg_samples(
         else:
             found.append([part])
         before = leg
-    return tuple(_together(parts) for parts in found)
-
-
-def _together(parts: list[LegSamples]) -> LegSamples:
-    """Return samples one after the other as one part."""
-    if len(parts) == 1:
-        return parts[0]
-    parameters = np.repeat([part.parameters for part in parts], [len(part.t) for part in parts], axis=0)
-    t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "q", "u"))
-    return replace(parts[0], parameters=parameters, t=t, q=q, u=u)
+    for k, parts in enumerate(found):
+        if len(parts) > 1:
+            parameters = np.repeat([part.parameters for part in parts], [len(part.t) for part in parts], axis=0)
+            t, q, u = (np.concatenate([getattr(part, name) for part in parts]) for name in "tqu")
+            found[k] = [replace(parts[0], parameters=parameters, t=t, q=q, u=u)]
+    return tuple(part for (part,) in found)
 
 
 def asked_parts(parts: Sequence[LegSamples], asked: slice) -> Sequence[LegSamples]:

@@ -27,7 +27,6 @@ from multibody_sym.motion.methods.table import (
 )
 from multibody_sym.program.runtime_constants import Family
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import leaves
 from multibody_sym.scalars.functions import evaluate_float
 from multibody_sym.scalars.node import ZERO, Node
@@ -126,51 +125,39 @@ def form_of(settings: Settings, *, constrained: bool, varies: bool = False) -> F
         if settings.method not in INDEX_2:
             losing = " (Gauss methods lose order there)" if settings.method in COLLOCATION else ""
             able = ", ".join([*INDEX_2, IDA])
-            raise ModelError(
-                f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection",
-                number="M117",
-            )
+            message = f"{settings.method} cannot solve equations of index 2{losing}: take {able}, or projection"
+            raise ModelError(message, number="M117")
         if not constrained and not varies:
             raise ModelError("there are no constraints to be kept: leave it out", number="M110")
     return "index_2" if constrained else "implicit"
 
 
 def _method(settings: Settings) -> Method:
+    name = settings.method
     with at("method"):
-        if settings.method not in METHODS:
-            raise ModelError(
-                f"there is no method {settings.method!r}", number="M104", word=settings.method, known=METHODS
-            )
-        method = METHODS[settings.method]
+        if name not in METHODS:
+            raise ModelError(f"there is no method {name!r}", number="M104", word=name, known=METHODS)
+        method = METHODS[name]
         if settings.step is None and method.error_order == 0:
             adaptive = ", ".join(name for name, m in METHODS.items() if m.error_order > 0)
-            raise ModelError(
-                f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}",
-                number="M117",
-                word="step",
-            )
+            message = f"{method.name} estimates no error and needs a step; adaptive methods: {adaptive}"
+            raise ModelError(message, number="M117", word="step")
         if settings.step is not None and isinstance(method, LibraryMethod):
-            raise ModelError(
-                f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step", number="M117"
-            )
+            message = f"{method.package}'s {method.name} chooses its steps; give rtol and atol, no step"
+            raise ModelError(message, number="M117")
         return method
 
 
 def _rtol(settings: Settings, values: Mapping[Node, float]) -> float:
-    rtol = _number("rtol", settings.rtol, values) or _RTOL
+    rtol, wrong = _number("rtol", settings.rtol, values) or _RTOL, ""
     if rtol < _LEAST_RTOL:
+        wrong = f"is finer than the numbers are, which have 16 digits; ask for {_LEAST_RTOL:g} or more"
+    elif rtol > _LARGEST_RTOL:
+        wrong = f"lets a step err by more than a tenth of what it computes; ask for {_LEAST_RTOL:g} to "
+        wrong += f"{_LARGEST_RTOL:g} (without it: {_RTOL:g})"
+    if wrong:
         with at("rtol"):
-            raise ModelError(
-                f"rtol = {rtol:g} is finer than the numbers are, which have 16 digits; ask for {_LEAST_RTOL:g} or more",
-                number="M110",
-            )
-    if rtol > _LARGEST_RTOL:
-        with at("rtol"):
-            raise ModelError(
-                f"rtol = {rtol:g} lets a step err by more than a tenth of what it computes; ask for {_LEAST_RTOL:g} to "
-                f"{_LARGEST_RTOL:g} (without it: {_RTOL:g})",
-                number="M110",
-            )
+            raise ModelError(f"rtol = {rtol:g} {wrong}", number="M110")
     return rtol
 
 
@@ -231,11 +218,8 @@ def _baumgarte(settings: Settings, method: Method, values: Mapping[Node, float])
     declared = settings.constraints
     if isinstance(method, LibraryMethod) and declared and declared.projection and declared.baumgarte is None:
         with at("constraints", "projection"):
-            raise ModelError(
-                f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose baumgarte, "
-                "or a method that is not another library's",
-                number="M110",
-            )
+            message = f"a step of {method.package}'s {method.name} cannot be put back onto constraints: choose "
+            raise ModelError(f"{message}baumgarte, or a method that is not another library's", number="M110")
     if not stabilises(settings):
         return None
     asked = declared.baumgarte if declared else None
@@ -269,21 +253,20 @@ def method_fields(method: Method) -> dict[str, Any]:
         tableau = method.tableau
         sizes = {"stages": tableau.stages, "all_stages": len(tableau.c), "dense_degree": tableau.dense.shape[1]}
         arrays = {"a": tableau.A, "c": tableau.c, "dense": tableau.dense}
-        arrays |= _without_none(error=tableau.error, coarse_error=tableau.coarse_error)
+        errors = {"error": tableau.error, "coarse_error": tableau.coarse_error}
+        arrays |= {name: x for name, x in errors.items() if x is not None}
         return {"family": int(Family.EXPLICIT), **sizes, **orders, **arrays}
     from multibody_sym.motion.methods.multistep import Collocation  # which few models take
 
     assert isinstance(method, Collocation)
     scheme = method.scheme
     arrays = {"c": scheme.c, "w": scheme.W, "start": scheme.start, "end": scheme.end, "transform": scheme.T}
-    arrays |= {"inverse": scheme.T_inverse, "dense": scheme.dense, **_without_none(error=scheme.error)}
+    arrays |= {"inverse": scheme.T_inverse, "dense": scheme.dense}
+    arrays |= {} if scheme.error is None else {"error": scheme.error}
     numbers = {"gamma": scheme.gamma, "alpha": scheme.alpha, "beta": scheme.beta, "filter": scheme.filter}
     collocation = {"stages": len(scheme.c), "hermite": int(scheme.hermite), **numbers, **arrays}
     return {"family": int(Family.COLLOCATION), **orders, "collocation": collocation}
 
-
-def _without_none(**arrays: Floats | None) -> dict[str, Floats]:
-    return {name: x for name, x in arrays.items() if x is not None}
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Whether a run goes by time stepping (`motion.runs.contact_steps`), and by which step.

@@ -10,7 +10,6 @@ from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from multibody_sym.dynamics.balance import INTEGRAL, THEOREMS, theorems_program
@@ -236,8 +235,6 @@ def with_program(
         yield stretch, programs[key]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 @dataclass(frozen=True, eq=False)
 class Adding:
     """The expressions of `asked` outputs, and which of their leaves add up."""
@@ -288,17 +285,13 @@ def integrated_outputs(
     times = np.concatenate([part.t for part in parts]) if parts else np.zeros(0)
     sums = np.zeros((len(times), count))
     for stretch, program in with_program(stretches, "rates", adding.rates):
-        for part in stretch.smooth_parts():
-            fine = part.fine()
+        for smooth in stretch.smooth_parts():
+            fine = smooth.fine()
             (values,) = program.map("rates", *fine.arguments, *fine.derivative[1:3])
             within = np.clip(times, fine.t[0], fine.t[-1])
             sums += integral_until(within, values, fine.t)
     for time, more in jumps:
         sums[times >= time] += more
-    return _outputs(adding, parts, sums)
-
-
-def _outputs(adding: Adding, parts: Sequence[LegSamples], sums: Floats) -> dict[str, Floats]:
     found, first = [], 0
     for part in parts:
         own = sums[first : first + len(part.t)]
@@ -500,7 +493,11 @@ def _of_stretch(stretch: FineLeg, program: Compiled, since: _Since) -> Iterator[
         since.start, since.content = value[0], content[0]
     ends = slice(None, None, 4)
     missed = value[ends] - since.start - (since.total + adding)
-    whole = (since.size + scales + content[ends] + since.content)[_a_step_on(len(scales), stretch.steps)]
+    # Between the ends of a step samples are as near as it is long; what began at rest is next to nothing at first:
+    # each time has the sizes of that a mean step later, at most the last.
+    count = len(scales)
+    a_step_on = np.minimum(np.arange(count) + math.ceil(count / max(stretch.steps, 1)), count - 1)
+    whole = (since.size + scales + content[ends] + since.content)[a_step_on]
     if since.halvings < _MOST_HALVINGS and _is_doubtful(missed, whole, right, adding, fine.t):
         since.halvings += 1
         for half in stretch.halves():
@@ -510,14 +507,6 @@ def _of_stretch(stretch: FineLeg, program: Compiled, since: _Since) -> Iterator[
         yield name, _worst(left[:, own] - right[:, own], (size + content)[:, own], fine.t)
         yield INTEGRAL[name], _worst(missed[:, own], whole[:, own], fine.t[ends])
     since.total, since.size = since.total + adding[-1], since.size + scales[-1]
-
-
-def _a_step_on(count: int, steps: int) -> npt.NDArray[np.intp]:
-    """Return for each of evenly spaced times the number of that a mean step later, at most the last.
-
-    Between the ends of a step samples are as near as it is long; what began at rest is next to nothing at first.
-    """
-    return np.minimum(np.arange(count) + math.ceil(count / max(steps, 1)), count - 1)
 
 
 def _is_settled(values: Floats, size: Floats, found: Floats, t: Floats) -> bool:
@@ -565,24 +554,19 @@ def motion_at(legs: Sequence[FineLeg], until: float, t: ArrayLike, *, before: bo
 
     Raises InputError for times that do not increase, or are outside of the run.
     """
-    times = _times_within(legs[0].problem.start, until, t)
+    start, given = legs[0].problem.start, np.atleast_1d(floats("t", t))
+    if given.ndim != 1 or not len(given):
+        raise InputError(f"a run is asked at a time or at a list of times, not at an array of shape {np.shape(t)}")
+    outside = ~((given >= start) & (given <= until + _ROUNDED * abs(until)))
+    if outside.any():
+        raise InputError(f"t = {given[outside][0]:g} is outside of the run, which lasts from {start:g} to {until:g} s")
+    if not np.all(np.diff(given) > 0.0):
+        raise InputError("the times at which a run is asked increase")
+    times = np.minimum(given, until)
     starts = np.array([leg.problem.start for leg in legs])
     places = np.searchsorted(starts, times, side="left" if before else "right") - 1
     places = places.clip(0, len(legs) - 1)
     return [_leg_at(legs[k], times[places == k]) for k in np.unique(places).tolist()]
-
-
-def _times_within(start: float, end: float, t: ArrayLike) -> Floats:
-    """Return times (m,) that increase within a run. Raises InputError."""
-    given = np.atleast_1d(floats("t", t))
-    if given.ndim != 1 or not len(given):
-        raise InputError(f"a run is asked at a time or at a list of times, not at an array of shape {np.shape(t)}")
-    outside = ~((given >= start) & (given <= end + _ROUNDED * abs(end)))
-    if outside.any():
-        raise InputError(f"t = {given[outside][0]:g} is outside of the run, which lasts from {start:g} to {end:g} s")
-    if not np.all(np.diff(given) > 0.0):
-        raise InputError("the times at which a run is asked increase")
-    return np.minimum(given, end)
 
 
 def _leg_at(leg: FineLeg, times: Floats) -> LegSamples:

@@ -53,17 +53,14 @@ def plot(
     from multibody_sym.pictures.plots import figure_of
 
     named, chosen = _by_name(runs), chosen_units(units)
-    figure = figure_of(plot_of(named, chosen if chosen.chosen else _of_angles(named), show, x))
+    if not chosen.chosen:  # angles as people read them: degrees, turns where there are many; rates stay in rad/s
+        angles = (run[name] for run in named.values() for name, unit in run.units.items() if unit == "rad")
+        largest = max((float(np.max(np.abs(values), initial=0.0)) for values in angles), default=0.0)
+        chosen = chosen_units(f"{'turn' if largest > _TURNS * 2.0 * math.pi else 'deg'},rad/s,rad/s^2")
+    figure = figure_of(plot_of(named, chosen, show, x))
     if path is not None:
         write_figure(figure, path)
     return figure
-
-
-def _of_angles(runs: Mapping[str, Samples]) -> Units:
-    """Return the unit of angles that people read: degrees, turns where there are many; rates stay in rad/s."""
-    angles = (run[name] for run in runs.values() for name, unit in run.units.items() if unit == "rad")
-    largest = max((float(np.max(np.abs(values), initial=0.0)) for values in angles), default=0.0)
-    return chosen_units(f"{'turn' if largest > _TURNS * 2.0 * math.pi else 'deg'},rad/s,rad/s^2")
 
 
 class _Column(NamedTuple):
@@ -82,7 +79,7 @@ def plot_of(
     across = ""
     for k, run in enumerate(runs.values()):
         base, across = _across(run, x, units)
-        for name in wanted or _all_of(run, x):
+        for name in wanted or [each for each in (*_outputs(run), *run.coordinates, *run.speeds) if each != x]:
             column = _column(run, name, units)
             place = name.removeprefix("u_")
             rate_of = place if place != name in run.speeds and place in run.coordinates else ""
@@ -126,11 +123,6 @@ def _words(show: str | Sequence[str] | None) -> list[str]:
     if not words or not all(isinstance(word, str) and word.strip() for word in words):
         raise ArgumentError(f"show: expected names such as 'theta,psi', got {short_repr(show)}")
     return [word.strip() for word in words]
-
-
-def _all_of(run: Samples, x: str) -> list[str]:
-    """Return the names that are shown unasked."""
-    return [name for name in [*_outputs(run), *run.coordinates, *run.speeds] if name != x]
 
 
 def outputs_and_places(run: Samples) -> list[str]:

@@ -354,13 +354,13 @@ class Samples(ByName):
         return {name: np.full(len(self.t), np.nan) for name in self._told.run_outputs}
 
     @cached_property
+    def _energies(self) -> tuple[Floats, ...]:
+        return self._evaluated("energy")
+
+    @cached_property
     def kinetic_energy(self) -> Floats:
         """T (m,) in J."""
         return self._energies[0]
-
-    @cached_property
-    def _energies(self) -> tuple[Floats, ...]:
-        return self._evaluated("energy")
 
     @cached_property
     def potential_energy(self) -> Floats:

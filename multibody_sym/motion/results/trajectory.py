@@ -132,9 +132,10 @@ class Trajectory(Samples):
         found += [*pushing_ropes(whole), *outputs_without_value(whole)]
         found += [event for event in pulling_wheels(whole) if event["element"] not in self.redundancy.not_unique]
         found += [*whole._crossed_boxes, *self.changes]
-        accuracy = accuracy_of(self.problem.step, self.problem.rtol, self.problem.atol)
+        problem = self.problem  # of which fixed steps are not asked how exact they are
+        accuracy = math.sqrt(_ROUNDING) if problem.step else max(_ROUNDING, problem.rtol, problem.atol)
         found += growing_energy(whole, accuracy)
-        pairs = self.problem.pairs.plain if self.problem.pairs else ()
+        pairs = problem.pairs.plain if problem.pairs else ()
         found += coordinates_too_far(whole, pairs, self.integration.statistics.mean_step, accuracy)
         return sorted(found, key=lambda event: float(event["t"]))
 
@@ -376,9 +377,8 @@ class _WholeTrajectory(Trajectory):
 
 
 def _plain(values: Floats) -> list[float | None]:
-    if np.isfinite(values).all():
-        return list(values.tolist())
-    return [_finite(x) for x in values.tolist()]
+    listed: list[float | None] = values.tolist()
+    return listed if np.isfinite(values).all() else [_finite(x) for x in values.tolist()]
 
 
 def _finite(value: float) -> float | None:
@@ -465,11 +465,6 @@ def coordinates_too_far(
         if fastest > least and step > 0.0:
             found[names[a]] = np.spacing(np.abs(run.q[:, a])) > fastest * step
     return _first(run, TOO_FAR, found)
-
-
-def accuracy_of(step: float | None, rtol: float, atol: float) -> float:
-    """Return how exactly a method was asked to integrate; fixed steps are not asked at all."""
-    return math.sqrt(_ROUNDING) if step else max(_ROUNDING, rtol, atol)
 
 
 def _first(run: Samples, kind: str, held: Mapping[str, NDArray[np.bool_]]) -> list[dict[str, Any]]:

@@ -39,8 +39,7 @@ from multibody_sym.motion.loop.problem import SECONDS, Loop, Problem, Progress, 
 from multibody_sym.motion.prepare.records import LegSamples, PreparedSystem
 from multibody_sym.motion.prepare.settings import refusal
 from multibody_sym.motion.results.samples import EnergyAccount, FrictionWork
-from multibody_sym.motion.switching.law_mechanism import LawMechanism
-from multibody_sym.motion.switching.law_values import Laws, LawValues, Places
+from multibody_sym.motion.switching.law_values import Laws, LawValues, Places, ranges
 from multibody_sym.motion.switching.mode_run import laws_of_runs
 from multibody_sym.program.backend import Native
 from multibody_sym.program.native import ContactsStruct
@@ -144,12 +143,6 @@ class _Contacts:
         return _Near.of(self, chosen, pushed)
 
 
-def _ranges(first: Places, counts: Places) -> Places:
-    """Return the numbers from each first one on, so many, one after the other."""
-    ends = np.cumsum(counts)
-    return np.repeat(first - ends + counts, counts) + np.arange(ends[-1] if len(ends) else 0)
-
-
 @dataclass(frozen=True, eq=False)
 class _Near:
     """Some contacts (k, by number), their friction parts, and the rows of both; `pushed` is what loads do in a step.
@@ -174,14 +167,14 @@ class _Near:
         number[chosen] = np.arange(len(chosen))
         parts = np.flatnonzero(number[every.owners] >= 0) if len(every.owners) else np.zeros(0, dtype=np.intp)
         counts = every.begins[parts + 1] - every.begins[parts]
-        slips = _ranges(every.begins[parts], counts)
+        slips = ranges(every.begins[parts], counts)
         rows = np.concatenate([every.normals[chosen], every.tangents[slips]])
         pattern = every.laws.patterns["matrix"]
         first = pattern.begins[rows]
         sizes = pattern.begins[rows + 1] - first
         begins = np.concatenate([[0], np.cumsum(sizes)])
         rubs = len(chosen) + np.concatenate([[0], np.cumsum(counts)])
-        read, presses = _ranges(first, sizes), number[every.owners[parts]]
+        read, presses = ranges(first, sizes), number[every.owners[parts]]
         return _Near(chosen, parts, rows, slips, read, begins, rubs, presses, pushed)
 
     def at(self, facts: LawValues) -> ContactRows:
@@ -462,15 +455,11 @@ def stepped_runs(ready: PreparedSystem, problem: Problem, code: Native) -> Calla
     laws_of = ready.laws
     assert laws_of is not None  # of a run by this method (`prepare_system`)
     laws = laws_of_runs(ready, laws_of, code)
-    _verify_rows(laws, laws_of)
-    assert ready.state.posed is not None  # contacts pose their laws at the start
-    assert problem.pairs is not None
-    steps = partial(ContactSteps, laws, ready.state.posed.rows.scale, problem.pairs)
-    return lambda: SteppedRun(ready, problem.again(), steps())
-
-
-def _verify_rows(laws: Laws, laws_of: LawMechanism) -> None:
     if laws_of.bars:
         raise refusal(f"takes no bars without thickness that points touch ({laws_of.bars[0].words})")
     if len(laws.entries["exerted"]) or len(laws.entries["coupling"]):
         raise refusal("takes no contacts and ropes that exert another force than along their rows")
+    assert ready.state.posed is not None  # contacts pose their laws at the start
+    assert problem.pairs is not None
+    steps = partial(ContactSteps, laws, ready.state.posed.rows.scale, problem.pairs)
+    return lambda: SteppedRun(ready, problem.again(), steps())

@@ -83,10 +83,9 @@ def _fastest(run: Trajectory, time: float) -> tuple[complex, str] | None:
 
     None where the rates are not smooth there, or have no values.
     """
-    end = run.integration
-    if end.q_final is None or end.u_final is None or not 0 < len(end.q_final) + len(end.u_final) <= _MOST:
+    x = _final(run)
+    if not 0 < len(x) <= _MOST:
         return None
-    x = np.concatenate([end.q_final, end.u_final])
     size = np.where(np.abs(x) > 0.0, np.abs(x), 1.0)
     slopes: list[Floats] = []
     try:
@@ -112,14 +111,24 @@ def _fastest(run: Trajectory, time: float) -> tuple[complex, str] | None:
 
 def _rates(run: Trajectory, t: float, x: Floats) -> Floats:
     """Return the rates of a state (n,)."""
-    problem = run.problem if run.modes is None else run.modes.legs[-1].problem
-    known = t, x[: len(problem.q0)], x[len(problem.q0) :], problem.parameters
-    inputs = problem.compiled["inputs"](*known)[0] if problem.inputs else np.zeros(0)
-    qdot, udot, *_ = problem.compiled["state_derivative"](*known, inputs, problem.modes)
-    return np.concatenate([qdot, udot])
+    return _last_problem(run).rates(t, x)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+def _last_problem(run: Trajectory) -> Problem:
+    """Return the problem in which a run ended, that of its last mode where it has some."""
+    return run.modes.legs[-1].problem if run.modes and run.modes.legs else run.problem
+
+
+def _final(run: Trajectory) -> Floats:
+    """Return the state (nq + nu,) in which a run ended."""
+    return np.concatenate([run.integration.q_final, run.integration.u_final])
+
+
+def _first_and_last(run: Trajectory, time: float) -> tuple[Motion, Motion]:
+    """Return the motion at the start of a run and at its end, without rows that act."""
+    rows, end = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], time), run.integration
+    return rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
+
 
 _BROKEN: Final = (Status.NOT_CLOSED, Status.CONTRADICTION, Status.LEFT)
 """A constraint row is broken."""
@@ -169,10 +178,9 @@ _NO_CAUSE: Final = (
 def why_failed(run: Trajectory, failure: RunFailure) -> Reason:
     """Return what happened, to which coordinate, speed or constraint, when, and what to do."""
     failure, mechanism = _in_rows_of_its_mode(run, failure), run.ready.mechanism
-    if run.integration.q_final is not None and any(body.is_foot for body in mechanism.bodies):
+    if any(body.is_foot for body in mechanism.bodies):
         # a body in a hollow that bends as much as it does itself stays there
-        rows = ConstraintRows(mechanism, run.parameters.tolist(), [], failure.time)
-        motion = rows.motion(run.integration.q_final, run.integration.u_final)
+        _, motion = _first_and_last(run, failure.time)
         normals = [row for element in mechanism.one_way for row in element.normals]
         for fit in fits(motion, (*mechanism.rows, *normals)):
             if fit.ratio > _TIGHT:
@@ -207,13 +215,9 @@ def why_failed(run: Trajectory, failure: RunFailure) -> Reason:
 
 def _cause(run: Trajectory, time: float) -> str | None:
     """Return why forces or speeds grow without bound, as where points meet or angles lock; None for nothing found."""
-    mechanism, integration = run.ready.mechanism, run.integration
-    if integration.q_final is None or integration.u_final is None:
-        return None
-    rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
-    first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(integration.q_final, integration.u_final)
+    first, last = _first_and_last(run, time)
     return (
-        _met(_point_lines(mechanism), first, last)
+        _met(_point_lines(run.ready.mechanism), first, last)
         or _lies_flat(run, last)
         or _gimbal_lock(last)
         or _in_line(first, last)
@@ -335,11 +339,10 @@ def _pivots(motion: Motion) -> Floats:
 def _growing_speed(run: Trajectory, time: float, last: Motion) -> str | None:
     """Return which speed grows without bound at the end of a run, and which load drives it; None for none."""
     mechanism, begun, end = run.ready.mechanism, run.problem, run.integration
-    last_problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else begun
     q, u, gone = end.q_final, end.u_final, time - begun.t0
     if not len(u) or gone <= 0.0:
         return None
-    rates = last_problem.rates(time, np.concatenate([q, u]))[len(q) :]
+    rates = _rates(run, time, _final(run))[len(q) :]
     k = int(np.argmax(np.abs(u)))
     doubling = u[k] / rates[k] if rates[k] else np.inf
     if not 0.0 < doubling < _SUDDEN * gone or abs(u[k]) * gone < _GROWN * np.abs(q - begun.q0).max():
@@ -360,8 +363,7 @@ def _growing_speed(run: Trajectory, time: float, last: Motion) -> str | None:
 def _growing_state(run: Trajectory, time: float) -> str | None:
     """Return which declared state grows without bound at the end of a run; None for none."""
     end, gone = run.integration, time - run.problem.t0
-    problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else run.problem
-    rates = problem.rates(end.t_final, np.concatenate([end.q_final, end.u_final]))
+    rates = _rates(run, end.t_final, _final(run))
     for k, coordinate in enumerate(run.ready.mechanism.coordinates):
         x, before = end.q_final[k], run.problem.q0[k]
         grows = gone > 0.0 and x * rates[k] > 0.0 and x / rates[k] < _SUDDEN * gone
@@ -436,10 +438,8 @@ def _not_satisfied(run: Trajectory, failure: RunFailure, told: str) -> Reason:
     """Return why a constraint cannot be satisfied, beside what is `told`."""
     mechanism = _ended_in(run)[0]
     row = mechanism.rows[failure.component] if failure.component is not None else None
-    end = run.integration
-    if row is not None and row.rope_run is not None and end.q_final is not None and end.u_final is not None:
-        rows = ConstraintRows(run.ready.mechanism, run.parameters.tolist(), [], failure.time)
-        first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
+    if row is not None and row.rope_run is not None:
+        first, last = _first_and_last(run, failure.time)
         if met := _met([(row.name, ends) for ends in pairwise(row.points)], first, last):
             return Reason(f"{told}: {met}; end the run before", ends=True)
     if isinstance(row, VelocityRow):
@@ -459,8 +459,6 @@ def _not_finite(run: Trajectory, time: float) -> Reason:
     """Return which inputs have no finite value at a time near the end of a run, or else why, or what may have none."""
     mechanism, end = run.ready.mechanism, run.integration
     unknown = "a force or an expression has no finite value there, or the motion grows without bound"
-    if end.q_final is None or end.u_final is None:
-        return Reason(unknown)
     if names := _inputs_without_value(run, time):
         has = "has" if len(names) == 1 else "have"
         told = f"the input{'s' * (len(names) > 1)} {', '.join(names)} {has} no finite value there"
@@ -478,14 +476,13 @@ def _not_finite(run: Trajectory, time: float) -> Reason:
 
 def _inputs_without_value(run: Trajectory, time: float) -> list[str]:
     """Return the inputs without a finite value at the state in which a run ended, or at the next one."""
-    problem, end = run.problem, run.integration
-    if not run.ready.mechanism.inputs or end.q_final is None or end.u_final is None:
+    problem, x = run.problem, _final(run)
+    if not run.ready.mechanism.inputs:
         return []
-    x = np.concatenate([end.q_final, end.u_final])
     rates = np.nan_to_num(problem.rates(time, x), posinf=0.0, neginf=0.0)
     for part in _NEXT:
         ahead = part * problem.lasts
-        q, u = np.split(x + ahead * rates, [len(end.q_final)])
+        q, u = np.split(x + ahead * rates, [len(problem.q0)])
         (values,) = problem.compiled["inputs"](time + ahead, q, u, problem.parameters)
         names = [name for name, each in zip(run.ready.mechanism.inputs, values, strict=True) if not np.isfinite(each)]
         if names:
@@ -495,10 +492,9 @@ def _inputs_without_value(run: Trajectory, time: float) -> list[str]:
 
 def _without_value(run: Trajectory, time: float) -> str | None:
     """Return which force or rate has no finite value at the end of a run, or just behind it; None for none."""
-    system, end, (entered, values) = run.ready.system, run.integration, _ended_in(run)
-    x, nq = np.concatenate([end.q_final, end.u_final]), len(end.q_final)
-    problem = run.modes.legs[-1].problem if run.modes and run.modes.legs else run.problem
-    slope = np.nan_to_num(problem.rates(end.t_final, x))
+    system, (entered, values) = run.ready.system, _ended_in(run)
+    x, nq = _final(run), len(run.problem.q0)
+    slope = np.nan_to_num(_rates(run, run.integration.t_final, x))
     given = {symbol(e.name): v for e, v in zip(entered.parameters, values, strict=True) if e.source is Source.DECLARED}
     named = [symbol(c.name) for c in entered.coordinates] + [symbol(s.name) for s in entered.speeds]
     written = expressions_in(system, ("forces", "states"))
@@ -555,13 +551,11 @@ def wheel_left(run: Trajectory) -> str | None:
 
 def _advice_on_steps(run: Trajectory, time: float) -> str:
     """Return what to do about too many steps; a force that jumps with a speed is dry friction, which has a rest."""
-    mechanism, end = run.ready.mechanism, run.integration
-    if end.q_final is not None and end.u_final is not None:
-        rows = ConstraintRows(mechanism, run.parameters.tolist(), [], time)
-        first, last = rows.motion(run.ready.q0, run.ready.u0), rows.motion(end.q_final, end.u_final)
-        found = _met(_point_lines(mechanism), first, last) or _gimbal_lock(last) or _about_nothing(first, last)
-        if told := found or _turns_fast(run, time, last):
-            return told
+    mechanism = run.ready.mechanism
+    first, last = _first_and_last(run, time)
+    found = _met(_point_lines(mechanism), first, last) or _gimbal_lock(last) or _about_nothing(first, last)
+    if told := found or _turns_fast(run, time, last):
+        return told
     named = dict.fromkeys(leaf.data[1] for leaf in leaves(mechanism.kinks, "slot") if leaf.data[0] == "u")
     place = next((k for k in named if _jumps_with(run, time, k)), None)
     if place is None:
@@ -579,14 +573,11 @@ def _advice_on_steps(run: Trajectory, time: float) -> str:
 
 def _jumps_with(run: Trajectory, time: float, place: int) -> bool:
     """Return whether accelerations jump where a speed is at the end of a run: what changes does so however near."""
-    problem = run.problem if run.modes is None else run.modes.legs[-1].problem
     q, u = run.integration.q_final, run.integration.u_final
-    if q is None or u is None:
-        return False
     changes = []
     for beside in (part * np.abs(u).max(initial=1.0) for part in _WHY_FAILED_BESIDE):
         sides = [np.concatenate([q, u + side * beside * np.eye(len(u))[place]]) for side in (1.0, -1.0)]
-        above, below = (problem.rates(time, x)[len(q) :] for x in sides)
+        above, below = (_rates(run, time, x)[len(q) :] for x in sides)
         changes.append(float(np.abs(above - below).max()))
     return changes[1] > _KEPT * changes[0] > 0.0
 
@@ -615,25 +606,28 @@ def _singular(run: Trajectory, time: float) -> Reason:
     first = rows.motion(run.ready.q0, run.ready.u0)
     if vanishing := _in_line(first, motion) or _growing_speed(run, time, motion):
         return Reason(f"no step was found that leads on from t = {time:.6g} s: {vanishing}", ends=True)
-    end = np.concatenate([run.integration.q_final, run.integration.u_final])
     generic = mechanism.parameters.independent_rows(parameters)
     found = nearly_dependent(composite_body(mechanism, motion.state), generic)
     if run.modes is not None and run.modes.legs:
         from multibody_sym.motion.switching.jams import jams  # brings what runs without modes do without
 
-        if jams(run.modes.legs[-1], time, end):
+        if jams(run.modes.legs[-1], time, _final(run)):
             sliding = [row.name for row in mechanism.rows if row.sliding]
             return Reason(
                 f"friction jams at t = {time:.6g} s: with their friction the forces at {', '.join(sliding)} hardly "
                 "move what they press (Painleve's paradox), and no change of their sign was found behind which the "
                 "motion goes on; lower the friction, or end the run before"
             )
-    if found.independence > _APART and (part := _self_pressing_part(run, time)):
-        return Reason(
-            f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without mass "
-            "take no more of it; give them a mass, lower the friction, or end the run before"
-        )
     if found.independence > _APART:
+        from multibody_sym.motion.switching.jams import feeds_itself  # likewise
+        from multibody_sym.motion.switching.mode_run import ModeRun
+
+        modes = run.modes if isinstance(run.modes, ModeRun) and run.modes.legs else None
+        if modes is not None and (part := feeds_itself(modes.legs[-1], modes.switches.at(time, _final(run)))):
+            return Reason(
+                f"friction jams at t = {time:.6g} s: {part} makes nearly all of what presses it, as bodies without "
+                "mass take no more of it; give them a mass, lower the friction, or end the run before"
+            )
         return Reason(
             f"no step was found that leads on from t = {time:.6g} s, as near a singular position, though no "
             "constraints depend on each other there; take other steps or tolerances, or another method"
@@ -645,18 +639,6 @@ def _singular(run: Trajectory, time: float) -> Reason:
         "tolerances, or another method",
         ends=True,
     )
-
-
-def _self_pressing_part(run: Trajectory, time: float) -> str | None:
-    """Return the name of a part whose friction makes what presses it at a time near the end of a run, or None."""
-    from multibody_sym.motion.switching.jams import feeds_itself
-    from multibody_sym.motion.switching.mode_run import ModeRun  # brings what runs without modes do without
-
-    if not isinstance(run.modes, ModeRun) or not run.modes.legs:
-        return None
-    end = run.integration
-    facts = run.modes.switches.at(time, np.concatenate([end.q_final, end.u_final]))
-    return feeds_itself(run.modes.legs[-1], facts)
 
 
 def _ended_in(run: Trajectory) -> tuple[Mechanism, list[float]]:

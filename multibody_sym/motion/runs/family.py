@@ -342,8 +342,6 @@ def numbers_of(starts: Sequence[Start]) -> Numbers:
     return Numbers(*(np.array(rows, dtype=float) for rows in columns))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _LEAST: Final = 32
 _MOST: Final = 256
 _NUMBERS: Final = 1024

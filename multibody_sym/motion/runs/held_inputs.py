@@ -185,7 +185,15 @@ def sampled_inputs(inputs: Mapping[Any, Any]) -> tuple[Any, SampledInputs]:
 
     Raises ArgumentError where `every` is missing.
     """
-    laws = {_names_of(key): _law(key, value) for key, value in inputs.items() if callable(value)}
+    laws = dict[tuple[str, ...], Law]()
+    for key, law in inputs.items():
+        if callable(law):
+            names = key if isinstance(key, tuple) else (key,)
+            if not names or not all(isinstance(name, str) for name in names):
+                wanted = "name its input, or its inputs in a tuple"
+                raise ArgumentError(f"inputs has a function for {short_repr(key)}: {wanted}")
+            _verify_law(key, law)
+            laws[names] = law
     rest = {key: value for key, value in inputs.items() if not callable(value)}
     if "every" not in rest:
         raise ArgumentError('inputs has a function: "every" says how often it is called, such as {"every": "1 ms"}')
@@ -197,15 +205,8 @@ def sampled_inputs(inputs: Mapping[Any, Any]) -> tuple[Any, SampledInputs]:
     return rest, SampledInputs(laws, every)
 
 
-def _names_of(key: Any) -> tuple[str, ...]:
-    names = key if isinstance(key, tuple) else (key,)
-    if not names or not all(isinstance(name, str) for name in names):
-        raise ArgumentError(f"inputs has a function for {short_repr(key)}: name its input, or its inputs in a tuple")
-    return names
-
-
-def _law(key: Any, law: Law) -> Law:
-    """Return a function that can be called as a law. Raises ArgumentError for one that takes other arguments."""
+def _verify_law(key: Any, law: Law) -> None:
+    """Raise ArgumentError for a function that takes other arguments than a law."""
     try:
         signature(law).bind(0.0, np.zeros(0), np.zeros(0))
     except TypeError:
@@ -213,7 +214,6 @@ def _law(key: Any, law: Law) -> Law:
     except ValueError:
         message = f"nothing tells what inputs[{key!r}] takes: write lambda t, q, u: .., which calls it"
         raise ArgumentError(message) from None
-    return law
 
 
 def _told(names: tuple[str, ...]) -> str:

@@ -40,8 +40,6 @@ class MotionEndsError(FailedRunError):
     number = "R101"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 Progressed = Callable[[Samples, float], None] | None
 """Called with the new samples and the part of the time that is done."""
 

@@ -48,8 +48,11 @@ def run_in_stages(system: System, run: Run) -> Trajectory:
     """
     known = known_values(system)
     t_end = evaluate_float([system.simulation.t_end], known)[0]
-    times, runs, begun = _sample_times(system, t_end), list[Trajectory](), [0.0]
-    start: dict[str, float] = {}
+    runs, begun, start, samples = list[Trajectory](), [0.0], dict[str, float](), system.simulation.samples
+    if isinstance(samples, tuple):
+        times = np.array(evaluate_float(samples, known))
+    else:
+        times = np.linspace(0.0, t_end, int(evaluate_float([samples], known)[0]))
     for number, part in enumerate(stage_systems(system), 1):
         follows = system.then[number - 1] if number <= len(system.then) else None
         with in_stage(system, number):
@@ -62,7 +65,9 @@ def run_in_stages(system: System, run: Run) -> Trajectory:
         if follows is None or not ends:
             break
         begun.append(begun[-1] + done.t_final)
-        start = _end_of(done)
+        largest = {x: float(np.abs(y).max()) for x, y in {**done.whole.coordinates, **done.whole.speeds}.items()}
+        final = {**done.final["coordinates"], **done.final["speeds"]}  # of which some is rounding
+        start = {name: x if abs(x) > _ROUNDING * largest[name] else 0.0 for name, x in final.items()}
         start |= {name: float(done.whole[at_end(name, number)][-1]) for name in follows.initial or {}}
     return _joined(system, runs, begun)
 
@@ -93,21 +98,6 @@ def _stage_run(
     done = run(replace(own, simulation=settings))
     reached = done.stop is None and end < t_end - begin
     return done, reached or (done.stop is not None and done.stop["element"] == _NEXT)
-
-
-def _end_of(run: Trajectory) -> dict[str, float]:
-    """Return coordinates and speeds at the end of a run, 0 for what is rounding beside their largest values."""
-    largest = {name: float(np.abs(x).max()) for name, x in {**run.whole.coordinates, **run.whole.speeds}.items()}
-    final = {**run.final["coordinates"], **run.final["speeds"]}
-    return {name: x if abs(x) > _ROUNDING * largest[name] else 0.0 for name, x in final.items()}
-
-
-def _sample_times(system: System, t_end: float) -> Floats:
-    """Return the times of samples in all stages."""
-    samples, known = system.simulation.samples, known_values(system)
-    if isinstance(samples, tuple):
-        return np.array(evaluate_float(samples, known))
-    return np.linspace(0.0, t_end, int(evaluate_float([samples], known)[0]))
 
 
 def _stop(system: System, stage: Stage) -> Any:

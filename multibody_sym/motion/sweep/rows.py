@@ -74,17 +74,6 @@ Span = tuple[int, int]
 """The first number of some runs, and that after the last."""
 
 
-def missing_spans(done: Sequence[Span], total: int) -> Iterator[Span]:
-    """Yield what is left of the numbers from 0 to `total`; `done` spans do not overlap."""
-    begin = 0
-    for first, end in sorted(done):
-        if first > begin:
-            yield begin, first
-        begin = end
-    if begin < total:
-        yield begin, total
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # The journal of a study: rows as they come, in an SQLite database that outlives its process.
 #
@@ -135,8 +124,14 @@ class Journal:
         return sum(end - first for first, end in self.spans)
 
     def left(self, total: int) -> Iterator[Span]:
-        """Yield the numbers below `total` of runs that are not in it."""
-        return missing_spans(self.spans, total)
+        """Yield the numbers below `total` of runs that are not in it; its spans do not overlap."""
+        begin = 0
+        for first, end in sorted(self.spans):
+            if first > begin:
+                yield begin, first
+            begin = end
+        if begin < total:
+            yield begin, total
 
     def add(self, rows: StudyRows) -> None:
         """Append rows. Raises OutputError; what was there before is kept then, and nothing half written."""
@@ -216,7 +211,10 @@ def open_journal(name: str, key: str, total: int) -> Journal:
     with _errors(name):
         database = sqlite3.connect(name, timeout=0)
         try:
-            _lock(database)
+            database.execute("PRAGMA locking_mode = EXCLUSIVE")
+            database.execute("PRAGMA synchronous = NORMAL")
+            database.execute("BEGIN EXCLUSIVE")
+            database.commit()
             now = file_state(name)[:2]
             if not now or before not in ((), now):  # who had it has finished and deleted it
                 raise OutputError("another process has just finished this study", where=Where(file=name))
@@ -241,13 +239,6 @@ def _read(database: sqlite3.Connection, name: str, key: str, total: int) -> Jour
         journal.discard()
         raise
     return journal
-
-
-def _lock(database: sqlite3.Connection) -> None:
-    database.execute("PRAGMA locking_mode = EXCLUSIVE")
-    database.execute("PRAGMA synchronous = NORMAL")
-    database.execute("BEGIN EXCLUSIVE")
-    database.commit()
 
 
 def _begin(database: sqlite3.Connection, key: str) -> None:

@@ -245,14 +245,6 @@ _OUT: Final = 64
 """Tasks given to an executor, whose number of workers is unknown."""
 
 
-def processors() -> int:
-    """Return how many processors this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not Linux
-        return os.cpu_count() or 1
-
-
 @dataclass(eq=False)
 class Crew:
     """The workers: `submit(first, count)` gives a task to one; at most `most` are given out."""
@@ -768,8 +760,12 @@ def _journal(output: Any, task: Task, key: str) -> Journal:
 
 
 def _workers(given: Any) -> int:
+    """Return how many threads are asked for, by default one for each processor that this process may use."""
     if given is None:
-        return processors()
+        try:
+            return len(os.sched_getaffinity(0))
+        except AttributeError:  # not Linux
+            return os.cpu_count() or 1
     if not digits(given) or not 1 <= int(given) <= 1000:
         message = f"expected a number of workers, from 1 to 1000, got {short_repr(given)}"
         raise InputError(message, where=Where(path=("workers",)))

@@ -533,10 +533,6 @@ def _coming_back(after: _After, others: Collection[str]) -> set[str]:
     return back
 
 
-def _with_hidden(mode: Mode | None, hidden: tuple[str, ...]) -> Mode | None:
-    return mode if mode is None or not hidden else replace(mode, idle=(*mode.idle, *hidden))
-
-
 def _at_limit(facts: LawValues, mode: Mode | None, before: Mode) -> bool:
     """Return whether the mode after a switch is at its own limit, so that only a later instant decides.
 
@@ -578,10 +574,9 @@ def _lasting_state(
         yield from found.states
         yield from _find_states(problem, None).states
 
-    for state in asked():
-        if (mode := basic_mode(problem, state)) is not None:
-            return state, _with_hidden(mode, hidden)
-    return found.states[0], _with_hidden(problem.mode(found.states[0]), hidden)
+    basic = ((state, mode) for state in asked() if (mode := basic_mode(problem, state)) is not None)
+    state, mode = next(basic, (found.states[0], problem.mode(found.states[0])))
+    return state, replace(mode, idle=(*mode.idle, *hidden)) if hidden else mode
 
 
 def _state_soon_after(

@@ -162,8 +162,6 @@ def at_zero(parameters: Floats, values: Floats, sizes: Floats) -> tuple[Floats, 
     return best, error
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _LOSSLESS: Final = 1e-9
 """The part of what closing speeds take from an impact that is rounding of the energy it gives back."""
 _LONGEST: Final = 12

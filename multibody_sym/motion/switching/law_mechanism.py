@@ -160,10 +160,8 @@ def is_behind(facts: LawValues, element: LawElement) -> bool:
 
 def why_behind(element: LawElement) -> str:
     """Return why nothing is known of what has come in behind a face."""
-    skins = element.surfaces or ()
-    planes = (skin.plane for skin in skins if skin.plane is not None)
-    in_space = any(plane.beside and plane.ends is None for plane in planes)
-    return _INSIDE if in_space else _FROM_BEHIND
+    planes = (skin.plane for skin in element.surfaces or () if skin.plane is not None)
+    return _INSIDE if any(plane.beside and plane.ends is None for plane in planes) else _FROM_BEHIND
 
 
 def passed_through(bars: tuple[ThinBar, ...], samples: Iterator[LawValues]) -> str:

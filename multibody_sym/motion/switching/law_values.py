@@ -68,6 +68,12 @@ class Pattern:
         return self.shape[0] * self.shape[1] <= _FEW
 
 
+def ranges(first: Places, counts: Places) -> Places:
+    """Return the numbers from each first one on, so many, one after the other."""
+    ends = np.cumsum(counts)
+    return np.repeat(first - ends + counts, counts) + np.arange(ends[-1] if len(ends) else 0)
+
+
 @dataclass(frozen=True, eq=False)
 class SparseRows:
     """A matrix of a pattern, whose entries are `values` as they were given."""
@@ -99,8 +105,7 @@ class SparseRows:
         rows = np.asarray(at, dtype=np.intp)
         first = self.pattern.begins[rows]
         counts = self.pattern.begins[rows + 1] - first
-        ends = np.cumsum(counts)
-        read = np.repeat(first - ends + counts, counts) + np.arange(ends[-1] if len(ends) else 0)
+        read = ranges(first, counts)
         found = np.zeros((len(rows), self.pattern.shape[1]))
         found[np.repeat(np.arange(len(rows)), counts), self.pattern.columns[read]] = self.entries[read]
         return found

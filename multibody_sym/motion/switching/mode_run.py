@@ -283,8 +283,6 @@ def _works(stretches: Sequence[FineLeg], ends: Ends) -> list[_Work]:
     return works
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _RETURNS: Final = 2
 _GIVEN_UP: Final = 20
 _KEPT: Final = 1e4

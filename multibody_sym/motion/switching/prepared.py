@@ -641,8 +641,6 @@ class Switches:
         return facts.laws.at(facts.t - ago, q, u, facts.scale)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-
 _AT_ONCE: Final = 1e-3
 """The part of a mean step within which a return to a mode is no motion."""
 _UNSEEN: Final = 100.0
