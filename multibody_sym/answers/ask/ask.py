@@ -5,7 +5,7 @@ In: a solved start. Out: the answers by name, with formulas where they have some
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -93,12 +93,12 @@ def answers_of(solved: SolvedInstant) -> Answers:
             if ask is not solved.system.ask[name] and isinstance(written, SingleQuestion):
                 unit = written.unit(motion)  # of the answers that it names
                 parts = {end: replace(x, unit=unit or x.unit) for end, x in parts.items()}
+            on = named_by(solved.system.ask[name], solved.system.ask, solved.mechanism.symbols)
+            rests_on_them = bool(on) and all(worked[other].is_of_small_motion for other in on)
             worked[name] = worked[name]._replace(
                 at_start=question.at_start(),
                 is_later=question.is_later(),
-                is_of_small_motion=question.is_of_small_motion or bool(modes_named(ask)) or _rests_on(
-                    named_by(solved.system.ask[name], solved.system.ask, solved.mechanism.symbols), worked
-                ),
+                is_of_small_motion=question.is_of_small_motion or bool(modes_named(ask)) or rests_on_them,
                 parts=tuple(parts),
             )
             given[name] = {f"{name}{end}": x if closed else replace(x, expression=None) for end, x in parts.items()}
@@ -110,11 +110,6 @@ def answers_of(solved: SolvedInstant) -> Answers:
     reasons.put_back()
     every = (given.get(name, {name: answers[name]}) for name in solved.system.ask)
     return Answers({name: value for parts in every for name, value in parts.items()}, remarks, worked)
-
-
-def _rests_on(named: Collection[str], worked: Mapping[str, WorkedAnswer]) -> bool:
-    """Return whether a question is about answers alone that are of small motions."""
-    return bool(named) and all(worked[name].is_of_small_motion for name in named)
 
 
 def _answers_of_system(system: System) -> tuple[SolvedInstant, Mapping[str, Value], list[str]]:

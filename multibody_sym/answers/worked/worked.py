@@ -169,19 +169,6 @@ def _is_of_start(asked: WorkedAnswer, lines: Sequence[Line]) -> bool:
     return _names_forces([asked.at_start])
 
 
-def _expressions(lines: Sequence[Line]) -> list[Node]:
-    parts = (line.sides if isinstance(line, Formula) else line.words for line in lines)
-    return nodes_among(x for each in parts for x in each)
-
-
-def _quantities_asked(asked: Mapping[str, WorkedAnswer], lines: Mapping[str, Sequence[Line]]) -> list[Node]:
-    """Return the quantities at the start that questions name; none where all are to be found."""
-    of_start = [each for name, each in asked.items() if _is_of_start(each, lines[name])]
-    if any(each.at_start is None for each in of_start):
-        return []
-    return leaves([each.at_start for each in of_start if each.at_start is not None], "quantity")
-
-
 def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, WorkedAnswer]) -> Worked:
     """Return the steps of a solution, and those by which questions that are `asked` are answered.
 
@@ -190,18 +177,22 @@ def worked_steps(solved: SolvedInstant, solution: Solution, asked: Mapping[str, 
     expressions have no value at the exact start, such as a quotient 0/0, the steps end with the given values.
     """
     lines = {name: each.working.lines() for name, each in asked.items()}
-    by_run, named = any(BY_RUN in x for x in lines.values()), [x for each in lines.values() for x in _expressions(each)]
-    of_motion = not solution.at_rest and (by_run or _names_forces(named))  # lines of a theorem need no equations
+    every = [line for each in lines.values() for line in each]
+    named = nodes_among(x for line in every for x in (line.sides if isinstance(line, Formula) else line.words))
+    of_motion = not solution.at_rest and (BY_RUN in every or _names_forces(named))  # those of a theorem do not
     forces = any(x.data[0] in ("reaction", "tension", "multiplier") for x in leaves(named, "quantity"))
     needs_start = solution.at_rest or solved.needs_no_forces or not asked
+    of_start = [each.at_start for name, each in asked.items() if _is_of_start(each, lines[name])]
     found = None
-    if not needs_start and not any(_is_of_start(each, lines[name]) for name, each in asked.items()):
+    if not needs_start and not of_start:
         state = WorkedStep("State", tuple(Sentence((line,)) for line in solution.found))
         found, symbols = _given_alone(solved, *(x for x in (state, _conditions(solution)) if x.lines))
         if of_motion:
             found, symbols = _steps_of_motion(solved, solution, forces=forces)
     if found is None:
-        found, symbols, hides = _steps_at_start(solved, solution, _quantities_asked(asked, lines))
+        known = [x for x in of_start if x is not None]  # else all is to be found
+        wanted = leaves(known, "quantity") if len(known) == len(of_start) else []
+        found, symbols, hides = _steps_at_start(solved, solution, wanted)
         still = solution.at_rest or solved.needs_no_forces
         if not still and (hides or of_motion):
             found = _with_motion(solved, solution, found, forces=forces) or found
