@@ -196,10 +196,7 @@ def scene_of(system: System) -> Scene:
         strands=tuple(
             _spelt(_with_length(stage, x, [*lengths, *moved]), book, _LETTERS) for x in strands(stage, numbers)
         ),
-        dimensions=(
-            *(replace(x, component=in_letters(x.component, book)) for x in lengths),
-            *moved,
-        ),
+        dimensions=(*(replace(x, component=in_letters(x.component, book)) for x in lengths), *moved),
         angles=tuple(_spelt(each, book) for each in angles(stage, found)),
         arrows=tuple(_spelt(arrow, book) for arrow, _ in pairs),
         mechanism=stage.mechanism,
