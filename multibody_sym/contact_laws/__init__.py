@@ -8,9 +8,10 @@
     solve_mode             what a mode leads to (by QR, never by W = H M^-1 H^T), and whether it fulfils the laws
     uniqueness             which forces, and which motion, are unique; which of two modes follows at a limit
     impact_problem         the same for speeds: v+ = A x + D z - r, x = G (u+ - u-), z impulses, r = -v-
-    impact_sequence        in which order several contacts strike, and several at once; laws of Newton and Poisson;
+    impact_sequence        in which order several contacts strike, or together: Newton's and Poisson's law;
                            impulses of many contacts by sweeps (projected Gauss-Seidel)
-    routh_method           one contact, through compression and restitution, in the plane and in space; Stronge's law
+    routh_method           one contact alone, as a ball on the floor: through compression and restitution, in the plane
+                           and in space, by Newton's, Poisson's or Stronge's law
 
 In: a LawProblem or an ImpactProblem. Out: every state that is possible. Imports scalars: there is no mechanism here.
 """

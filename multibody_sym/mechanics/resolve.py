@@ -58,7 +58,7 @@ from multibody_sym.model.constraints import OnCurve, Rolling
 from multibody_sym.model.fields import Names
 from multibody_sym.model.joints import Foot, Initial, Joint, MovingJoint
 from multibody_sym.model.parameters import Tabled, input_dimensions
-from multibody_sym.model.state_words import StateCondition
+from multibody_sym.model.state_words import StateCondition, state_conditions
 from multibody_sym.model.steps import PARAMETER, Rotate, Translate
 from multibody_sym.model.system import System, expressions_in, verify_system, with_expressions
 from multibody_sym.scalars.elementary import leaves
@@ -337,7 +337,7 @@ def _stops(system: System, bodies: Sequence[TreeBody], rows: Sequence[Row]) -> d
 def _state_stops(system: System, elements: Sequence[LawElement]) -> dict[str, StateCondition]:
     """Return the states that end a run. Raises ModelError for those of unknown elements."""
     known = possible_words(elements)
-    found = {name: x for name, x in system.stop.items() if isinstance(x, StateCondition)}
+    found = state_conditions(system.stop)
     for name, condition in found.items():
         with at("stop", name):
             condition.verify(known)

@@ -1,7 +1,7 @@
 """What did the user say?
 
     fields                  kinds of fields: numbers, directions, choices, expressions; how each is read and written;
-                            unknown and missing keys
+                            unknown and missing keys ("did you mean" is put together in errors)
     argument_checks         arguments of public functions
     mistakes                all mistakes of a file at once
     system                  all that is declared under one name, as a tree of the file and back

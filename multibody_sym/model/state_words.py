@@ -132,6 +132,11 @@ def state_condition(value: Any) -> StateCondition | None:
     return None
 
 
+def state_conditions(stops: Mapping[str, Any]) -> dict[str, StateCondition]:
+    """Return the conditions that are states, by name."""
+    return {name: x for name, x in stops.items() if isinstance(x, StateCondition)}
+
+
 def _joined_error(written: str, state: str) -> ModelError:
     return ModelError(
         f"{written!r}: states are not joined with conditions by 'and' and 'or'; name the state alone, such as {state}",

@@ -44,7 +44,6 @@ from multibody_sym.pictures.page.picture import (
 )
 from multibody_sym.pictures.scene.items import (
     ArrowItem,
-    Face,
     Item,
     NamedLength,
     Path,
@@ -335,14 +334,14 @@ def _largest_scale(scene: Scene) -> float:
     drops = [item.form for item in scene.items if isinstance(item.form, Sphere) and item.body in misty]
     if drops:
         return min(_DROP / drop.radius for drop in drops)
-    bodies = (item for item in scene.items if item.role == "body" and not isinstance(item.form, Face))
+    bodies = (item for item in scene.items if item.role == "body" and item.form.face is None)
     if not all(each.loose for each in scene.strands) or not all(item.symbol is not None for item in bodies):
         return np.inf
     heights = [0.0]
     for item in scene.items:
         masses = (i for i in scene.items if i.role == "contact" and item.body in i.bodies)
-        if isinstance(item.form, Face) and item.form.endless and item.body >= 0 and any(masses):
-            heights.append(abs(float(np.dot(item.form.through, item.form.normal))))
+        if (face := item.form.face) is not None and face.endless and item.body >= 0 and any(masses):
+            heights.append(abs(float(np.dot(face.through, face.normal))))
     loose = [float(np.linalg.norm(np.ptp(strand.pieces, axis=(0, 1)))) for strand in scene.at().strands]
     return min([_STAGE / max(heights) if max(heights) > 0.0 else np.inf, *(_SPRING / each for each in loose if each)])
 

@@ -63,7 +63,6 @@ from multibody_sym.pictures.scene.items import (
     Axes,
     Item,
     PlacedStrand,
-    Polyline,
     TurnStop,
     across,
     unit,
@@ -369,8 +368,8 @@ def names_on_page(scene: Scene, sheet: Sheet, height: float) -> list[dict[str, A
 
 def _lines(sheet: Sheet, item: Item) -> Iterator[tuple[Floats, float]]:
     """Yield the lines of an item that are no curves, with half their width: rods by their middle."""
-    if isinstance(item.form, Polyline) and not item.form.closed:
-        yield from [(sheet.page(item.body, item.form.points), ROD / 2)] if len(item.form.points) <= _CURVE else []
+    if (line := item.form.open_line) is not None:
+        yield from [(sheet.page(item.body, line.points), ROD / 2)] if len(line.points) <= _CURVE else []
         return
     for mark in item_marks(sheet, item):
         if isinstance(mark, Arc) and mark.radius > _ROUND:

@@ -121,7 +121,7 @@ class Frames:
 
     @property
     def faces(self) -> list[Face]:
-        return [item.form for item in self.scene.items if item.body < 0 and isinstance(item.form, Face)]
+        return [face for item in self.scene.items if item.body < 0 and (face := item.form.face) is not None]
 
     @property
     def leaves_nothing(self) -> bool:

@@ -1,7 +1,7 @@
 """The equations as Programs: named, shaped inputs and outputs.
 
-    system             the Programs of a run: derivatives, projections, energy, outputs, events
-    every_mode         the same for all modes: numbers say which rows act
+    system             the Programs of a run: derivatives with Baumgarte's terms, projections, energy, outputs, events
+    every_mode         the same for all modes, Baumgarte's terms too: numbers say which rows act
     law_programs       the problem of contact laws: all rows, gaps and rates
     reactions          forces of joints, ropes and contacts; switching functions, which end a mode
     quantities         positions, reactions, momenta that outputs name; events: `stop`, kinks of inputs (`min`, `where`)

@@ -1,7 +1,8 @@
 """From a System to what runs: settings, Programs, functions, exports.
 
     settings                settings of a run in numbers; default tolerances; which runs go by time stepping
-    problem                 the initial value problem; how constraints are kept; Programs compiled or recalled
+    problem                 the initial value problem; constraints kept by projection, or by Baumgarte's terms, which
+                            dynamics/programs writes; Programs compiled or recalled
     records                 a system ready to run; names and units of its results
     functions               `compile`, `mass_matrix`, `inverse_dynamics`, `impact`
     export                  `export`: source code, names.json, samples of its self test

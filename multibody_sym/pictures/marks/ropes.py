@@ -29,7 +29,7 @@ from multibody_sym.pictures.page.picture import (
     Mark,
     Stroke,
 )
-from multibody_sym.pictures.scene.items import Face, Item, PlacedStrand, Polyline, Rail, Symbol
+from multibody_sym.pictures.scene.items import Face, Item, PlacedStrand, Rail, Symbol
 from multibody_sym.records import dataclass
 from multibody_sym.scalars.arrays import Floats
 
@@ -272,7 +272,7 @@ def struck_marks(sheet: Sheet, item: Item, symbol: Symbol) -> Iterator[Mark]:
     """Yield a hatched line where the edge of what strikes it comes to."""
     at, away = sheet.at(item.body, symbol.at), unit2(sheet.way(item.body, symbol.along))
     rods = (i.form for i in sheet.touched.get(item.bodies[1], ()) if i.role == "body")
-    half = ROD / 2 if any(isinstance(form, Polyline) and not form.closed for form in rods) else 0.0
+    half = ROD / 2 if any(form.open_line is not None for form in rods) else 0.0
     ends = at + (half + BOLD.width / 2) * away + np.outer([_STRUCK, -_STRUCK], left(away))
     yield hatched(ends, sheet.pen(item, BOLD), away, **sheet.named(item, LAYER_GROUND))
 

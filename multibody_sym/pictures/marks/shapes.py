@@ -518,7 +518,7 @@ def hanging_width(sheet: Sheet, item: Item, at: Floats, along: Floats, size: tup
 def bodies_with_a_size(sheet: Sheet, body: int) -> Iterator[Item]:
     """Yield what a body and its surfaces are seen as, but for rods."""
     for item in sheet.touched.get(body, ()):
-        if item.role in ("body", "surface") and (not isinstance(item.form, Polyline) or item.form.closed):
+        if item.role in ("body", "surface") and (item.form.open_line is None):
             yield item
 
 

@@ -281,7 +281,7 @@ def settle(scene: Scene, home: Placed, right: Floats, up: Floats, scale: float) 
             continue
         forms = [i.form for i in made.scene.items if i.body == item.body and i.role in ("body", "surface")]
         signs = (i for i in made.scene.items if i.role == "joint" and i.symbol is not None)
-        alone = len(forms) == 1 and isinstance(forms[0], Polyline) and not forms[0].closed
+        alone = len(forms) == 1 and forms[0].open_line is not None
         if alone and not any(item.body in sign.bodies for sign in signs):  # a rod that no joint holds
             other = next((b for b in item.bodies if b != item.body), item.body)
             at = made.page(item.body, item.form.bounds[0])
@@ -340,13 +340,13 @@ def _held_once(made: _Settling) -> list[_Rod]:
     """Return the rods that one joint holds and nothing else."""
     found = []
     for item in made.scene.items if made.scene.plane else ():
-        form = item.form
-        if item.role != "body" or not isinstance(form, Polyline) or form.closed or len(form.points) != 2:
+        line = item.form.open_line
+        if item.role != "body" or line is None or len(line.points) != 2:
             continue
         joints = [other for other in made.scene.items if other.role == "joint" and item.body in other.bodies]
         strands = [strand for strand in made.scene.strands if any(item.body == end.body for end in strand.anchors)]
         if len({joint.path for joint in joints}) == 1 and not strands and joints[0].bodies[1] == item.body:
-            ends = np.array([made.page(item.body, point) for point in form.points])
+            ends = np.array([made.page(item.body, point) for point in line.points])
             welded = any(joint.symbol is not None and joint.symbol.kind == "weld" for joint in joints)
             found.append(_Rod(item.body, joints[0].bodies[0], ends, welded))
     return found

@@ -72,6 +72,16 @@ class _Form:
         return None
 
     @property
+    def open_line(self) -> Polyline | None:
+        """It, if it is a line that encloses nothing."""
+        return None
+
+    @property
+    def face(self) -> Face | None:
+        """It, if it is a plane."""
+        return None
+
+    @property
     def bounds(self) -> Floats:
         """Points that bound it (n, 3)."""
         raise NotImplementedError
@@ -99,6 +109,10 @@ class Polyline(_Form):
     thin: bool = False
     chain: bool = False
     shows_body: ClassVar[bool] = True
+
+    @property
+    def open_line(self) -> Polyline | None:
+        return None if self.closed else self
 
     @property
     def bounds(self) -> Floats:
@@ -203,6 +217,10 @@ class Face(_Form):
     shows_body: ClassVar[bool] = True
     sized: ClassVar[bool] = False
     guides: ClassVar[bool] = True
+
+    @property
+    def face(self) -> Face | None:
+        return self
 
     @property
     def bounds(self) -> Floats:

@@ -47,7 +47,6 @@ from multibody_sym.pictures.scene.items import (
     NamedLength,
     Placed,
     PlacedStrand,
-    Polyline,
     Strand,
     View,
 )
@@ -275,7 +274,8 @@ def _size(stage: PlacedSystem, items: Sequence[Item], found: Mapping[str, Sequen
     """Return how far places of bodies and their forms reach at the start (m); 1 where all is at one place."""
     points = [stage.world(stage.number_of(name), place) for name, each in found.items() for place in each]
     for item in items:
-        curve = isinstance(item.form, Polyline) and not item.form.closed and len(item.form.points) > 2
+        line = item.form.open_line
+        curve = line is not None and len(line.points) > 2
         if not item.form.sized or (item.role in ("surface", "body") and (curve or isinstance(item.form, Bowl))):
             continue  # what reaches as far as the rest does says nothing of how far that is
         points += [stage.world(item.body, point) for point in item.form.bounds]

@@ -587,10 +587,10 @@ def _place(stage: PlacedSystem, contact: Contact, reference: str) -> tuple[int, 
 
 def _lies_still(stage: PlacedSystem, body: int, bodies: list[Item], normal: Floats) -> bool:
     """Return whether a body is a rod along a plane that does not move at the start."""
-    forms = [item.form for item in bodies if item.body == body and item.role == "body"]
-    if len(forms) != 1 or not isinstance(forms[0], Polyline) or forms[0].closed:
+    lines = [item.form.open_line for item in bodies if item.body == body and item.role == "body"]
+    if len(lines) != 1 or lines[0] is None:
         return False
-    heights = [float(stage.world(body, point) @ normal) for point in forms[0].points]
+    heights = [float(stage.world(body, point) @ normal) for point in lines[0].points]
     moving = stage.motion.bodies[body]
     still = float(np.abs([*moving.v_WB, *moving.w_WB]).max()) < _NEAR
     return still and float(np.ptp(heights)) < _NEAR * stage.lengths["size"]
