@@ -11,6 +11,7 @@ the weights.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import field
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
@@ -293,6 +294,8 @@ _ASIDE: Final = 1e-3
 """The part of a step by which a value is left at which more rows depend on each other than around it."""
 _HALVED: Final = 1e-17
 """The part of a step to which it is halved, where no rounding ends this before."""
+_SURE: Final = 1e-6
+"""The least excess by which a contradiction found elsewhere is one here."""
 _ONE: Final = 1e-12
 """The part of their size up to which two ends are one value."""
 
@@ -332,13 +335,21 @@ class _Looked:
 
 @dataclass(frozen=True)
 class _Search:
+    """A search; `_latest` is the contradiction found last, which often holds at the next value too: no linear program.
+    """
+
     conditions: ConditionsAt
+    _latest: list[InfeasibleRows] = field(default_factory=list)
 
     def look(self, value: float) -> _Looked:
         found = self.conditions(value)
         if found is None:
             return _Looked(value, False)
+        if self._latest and self._latest[0].excess(found) > _SURE:
+            return _Looked(value, False, self._latest[0])
         against = contradiction(found)
+        if against is not None:
+            self._latest[:] = [against]
         return _Looked(value, against is None, against)
 
     def intervals(self, grid: Sequence[float]) -> Iterator[Interval]:

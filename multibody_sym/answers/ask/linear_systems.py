@@ -609,7 +609,9 @@ class _Shortest:
             yield sum(terms, ZERO) / self(above)
 
     def _quotient(self, node: Node) -> Node | None:
+        used = set(leaves([node], "symbol"))  # monomials have an exponent for each letter
+        letters = {x: letter for x, letter in self.letters.items() if x in used}
         try:
-            return book_form(with_whole_angles(quotient_of(node, self.letters, _WORK)), apart=1.0)
+            return book_form(with_whole_angles(quotient_of(node, letters, _WORK)), apart=1.0)
         except NoClosedFormError:
             return None
