@@ -40,7 +40,7 @@ from multibody_sym.mechanics.changes import Overrides
 from multibody_sym.mechanics.declared_rows import driving_inputs
 from multibody_sym.mechanics.forces import applied_forces, applied_generalized_forces
 from multibody_sym.mechanics.load_records import JointSpring, Load, PointSpring
-from multibody_sym.mechanics.mechanism import Mechanism
+from multibody_sym.mechanics.mechanism import Mechanism, Source
 from multibody_sym.mechanics.motion import Motion, motion_of, state_of
 from multibody_sym.mechanics.points import position
 from multibody_sym.model.argument_checks import door, state_by_name
@@ -391,7 +391,8 @@ def _expressions(resolved: Mechanism, begin: Start, q: Floats) -> dict[str, str]
     count = len(resolved.coordinates)
     if resolved.one_way or resolved.rows or resolved.relative is not None or count != len(resolved.speeds):
         return {}
-    if count > _MOST_LETTERED:
+    declared = any(entry.source is Source.DECLARED for entry in resolved.parameters)
+    if count > _MOST_LETTERED or (count == 1 and not declared):  # a formula of the one coordinate has no letter then
         return {}
     there = replace(begin, q=tuple(q.tolist()), u=(0.0,) * count)
     try:

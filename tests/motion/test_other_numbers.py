@@ -61,8 +61,8 @@ def test_other_numbers_compile_nothing(text: str, compilations: list[object]) ->
     second = mbs.simulate(systems[1], backend="c")
     assert not compilations
     assert second.ready.compiled.path != begun.ready.compiled.path
-    for found, system in ((begun, systems[0]), (second, systems[1]), (first.run(), systems[0])):
-        wanted = mbs.simulate(system, backend="python")
+    wanted_of = [mbs.simulate(system, backend="python") for system in systems]
+    for found, wanted in zip((begun, second, first.run()), (*wanted_of, wanted_of[0]), strict=True):
         assert np.abs(found.q - wanted.q).max() <= 1e-9
         assert np.abs(found.u - wanted.u).max() <= 1e-9
     assert np.abs(begun.q[-1] - second.q[-1]).max() > 1e-3

@@ -13,6 +13,7 @@ import numpy as np
 from multibody_sym.analysis.modes.modes import Swing, accuracy, part_of_difference
 from multibody_sym.dynamics.start.parameters import known_values
 from multibody_sym.mechanics.mechanism import TIME, Mechanism
+from multibody_sym.mechanics.resolve import mechanism
 from multibody_sym.model.fields import AXES, Names
 from multibody_sym.model.state_words import Moment, StateCondition
 from multibody_sym.model.system import System
@@ -196,10 +197,20 @@ class Simulated:
 
     def _is_of_state(self, asked: Node) -> bool:
         """Return whether an expression is of time, coordinates, speeds and parameters: it needs no output."""
-        run = self._as_far_as_known()[0]
-        moving = {TIME, *(symbol(name) for name in (*run.coordinates, *run.speeds))}
-        named = leaves([asked], "symbol")
-        return not leaves([asked], "quantity") and all(x in moving or x in self._parameters for x in named)
+        if leaves([asked], "quantity"):
+            return False
+        return all(x in self._parameters or x in self._moving for x in leaves([asked], "symbol"))
+
+    @cached_property
+    def _moving(self) -> frozenset[Node]:
+        """Time, coordinates and speeds, which take no run to be known but of several stages."""
+        if self.system.then:
+            run = self._as_far_as_known()[0]
+            names = [*run.coordinates, *run.speeds]
+        else:
+            resolved = mechanism(self.system)
+            names = [each.name for each in (*resolved.coordinates, *resolved.speeds)]
+        return frozenset({TIME, *map(symbol, names)})
 
     def _values(
         self, asked: Node, duration: float | None, stop: Mapping[str, Any] | None = None, places: slice = _ALL
