@@ -209,7 +209,7 @@ class Simulated:
             names = [*run.coordinates, *run.speeds]
         else:
             resolved = mechanism(self.system)
-            names = [each.name for each in (*resolved.coordinates, *resolved.speeds)]
+            names = [*(c.name for c in resolved.coordinates), *(speed.name for speed in resolved.speeds)]
         return frozenset({TIME, *map(symbol, names)})
 
     def _values(
