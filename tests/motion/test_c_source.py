@@ -94,8 +94,8 @@ def test_it_includes_math_and_nothing_else():
 @pytest.mark.parametrize("sanitizer", ["address,undefined", ""], ids=["sanitized", "plain"])
 def test_a_driver_in_c_gets_the_motion_that_python_gets(tmp_path, sanitizer):
     write_sources(tmp_path)
-    flags = [f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"] if sanitizer else []
-    built = compiled(tmp_path, "-O1", *flags, "main.c", "model.c", *RUNTIME_SOURCES, "-lm", "-o", "driver")
+    flags = ["-O0", f"-fsanitize={sanitizer}", "-fno-sanitize-recover=all"] if sanitizer else ["-O1"]
+    built = compiled(tmp_path, *flags, "main.c", "model.c", *RUNTIME_SOURCES, "-lm", "-o", "driver")
     if sanitizer and "cannot find" in built.stderr:
         pytest.skip("needs the sanitizers' libraries")
     assert built.returncode == 0, built.stderr
