@@ -255,7 +255,7 @@ def test_a_warm_start_imports_nothing_heavy(fresh, monkeypatch):
     remember("system", compiled, {})
     code = (
         "import sys, numpy as np\n"
-        "from multibody_sym.motion.methods.explicit import METHODS\n"
+        "from multibody_sym.motion.methods.table import METHODS\n"
         "from multibody_sym.program import cache\n"
         "from multibody_sym.program.loading import recall\n"
         "from multibody_sym.motion.loop.problem import NO_MODE, Problem\n"
