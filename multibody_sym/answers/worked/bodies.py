@@ -123,7 +123,7 @@ class BodyLines:
         turns = all(x.is_zero for x in force.vector)
         size, direction = self.equations.words.turning(force.moment) if turns else self.equations.words.of(force.vector)
         if s is None and direction[0] == "along ":
-            yield Sentence((*direction[1:], ": ", self._named(action)))
+            yield Sentence((*direction[1:], ": ", self._named(force)))
             return
         known = self.equations.cut.known.get(s)
         if known is not None:
@@ -131,13 +131,13 @@ class BodyLines:
             return
         shown_size = self.exactly.written(size)
         words = self._short(direction, action)
-        yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(action)}, ", *words))
+        yield Sentence((shown_size if s is None else s * shown_size, f": {self._named(force)}, ", *words))
 
     def _driven(self, force: BodyForce, known: LinearForm) -> Iterator[Sentence]:
         """Yield what acts along a free direction of a joint: friction by its letter, and what drives."""
         for s, factor in known.terms.items():
             rubs = s in self.equations.actions.told
-            named = f"{self._acting(s)} {self.equations.actions.told[s]}" if rubs else self._drive(force)
+            named = f"{self._acting(s, force)} {self.equations.actions.told[s]}" if rubs else self._drive(force)
             sign = -1 if rubs and factor.sample < 0 else 1
             yield self._along(force, LinearForm({s: factor}, factor * 0), sign, named)
         if not known.rest.is_zero:
@@ -155,14 +155,16 @@ class BodyLines:
         shown = safely(self.exactly, value) * self.exactly.written(size) * sign
         return Sentence((shown, f": {named}, ", *self._short(direction, force.action)))
 
-    def _acting(self, s: Any) -> str:
+    def _acting(self, s: Any, force: BodyForce) -> str:
         letter = self.notation.text(s)[:1] if s in self._lettered else ""
-        return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, "force of")
+        other = self.words["moment" if all(x.is_zero for x in force.vector) else "force"]
+        return {FRICTION: "friction of", MOMENT: "friction of", NORMAL: "force of stop"}.get(letter, other)
 
-    def _named(self, action: Action) -> str:
+    def _named(self, force: BodyForce) -> str:
+        action, turns = force.action, all(x.is_zero for x in force.vector)
         of_symbol = action.kind in ("row", "reaction", "counter") and action.symbol in self._lettered
         letter = self._lettered[action.symbol] if of_symbol else ""
-        word = self.words.get(letter, self.words[action.kind])
+        word = self.words.get(letter, self.words["moment" if turns and action.kind == "row" else action.kind])
         return f"{word} {action.element}".strip()
 
     def _short(self, direction: Words, action: Action) -> Words:
