@@ -158,7 +158,13 @@ def description(scene: Scene, placed: Placed, shown: FigureContent) -> str:
         _sentence("Pulleys", _names_with_kinds(item for item in scene.items if item.role == "pulley")),
         _sentence("Contacts", _names_with_kinds(item for item in scene.items if item.role == "contact")),
         _sentence("Stops", [item.label for item in scene.items if item.role == "stop"]),
-        _sentence("Ropes, springs and the like", [f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands]),
+        _sentence(
+            "Ropes, springs and the like",
+            [
+                *(f"{s.name} ({s.kind.replace('_', ' ')})" for s in scene.strands),
+                *_names_with_kinds(item for item in scene.items if item.role == "force"),
+            ],
+        ),
         _sentence("Lengths and angles", _once([*lengths, *(angle.label for angle in scene.angles)])),
         _sentence("Forces", _once(a.name for a in scene.arrows if a.role not in (*_REACTIONS, "velocity"))),
         _sentence("Reactions", _once(a.name for a in scene.arrows if a.role in _REACTIONS)),

@@ -265,7 +265,11 @@ class StartValueQuestion(NumberQuestion):
             working.steps.append(lambda: kinematic_lines(motion.solved, self.value))
         if motion.solved.is_structure:
             working.steps.append(lambda: virtual_work_lines(motion.solved, self.value))
-        found = with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+        try:
+            found = with_letters(motion.solved, motion.solved.asked(self.value), {"": self.unit(motion)})[""]
+        except UNDEFINED as error:
+            working.notes.append(f"it has no value at the start: {error}")
+            return Value(None)
         if not found.unique:
             working.steps.append(lambda: open_force_lines(motion.solved))
         return found

@@ -590,6 +590,8 @@ def _units(mechanism: Mechanism, element: LawElement) -> dict[str, str]:
     units = dict.fromkeys(PRESSING.values(), "N")
     if element.kind == "friction":
         units[PRESSING["friction"]] = element.normals[0].unit or "N"
+    elif element.kind == "stop":
+        units[PRESSING[element.kind]] = unit_of(mechanism, element.normals[0])
     for part in element.frictions:
         named = zip(component_names(element, part), part.rows, strict=True)
         units |= {name: unit_of(mechanism, row) for name, row in named}

@@ -294,7 +294,7 @@ class TurnStop(_Form):
 class Symbol(_Form):
     """A sign of a `kind` at a place, whose size is the page's affair, with an axis and a direction along which it lies.
 
-    The kinds are the keys of `drawing.look`'s table of symbols.
+    The kinds are the keys of `SYMBOLS` in `marks/symbols.py`.
     """
 
     kind: str
