@@ -415,13 +415,17 @@ def fmu_of(
         stop_time=settings.t_end,
         tolerance=settings.rtol,
     )
-    twice = next((name for name, count in Counter(variable_names(found)).items() if count > 1), None)
-    if twice is not None:
-        message = f"two variables of the FMU would be called {twice!r}; rename what the model calls so"
-        raise InputError(message, number="M110")
+    _verify_names(found)
     if isinstance(contacts, ContactCode):
         found = _with_contacts(found, contacts)
     return MadeFmu(_with_units(found), tuple(_notes(system, placed, settings, found, contacts)))
+
+
+def _verify_names(fmu: Fmu) -> None:
+    twice = next((name for name, count in Counter(variable_names(fmu)).items() if count > 1), None)
+    if twice is not None:
+        message = f"two variables of the FMU would be called {twice!r}; rename what the model calls so"
+        raise InputError(message, number="M110")
 
 
 def write_fmu(fmu: Fmu, path: Path, fmi: Fmi) -> Path:
