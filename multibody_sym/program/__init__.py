@@ -7,6 +7,7 @@
     derivatives            derivatives of Programs
     tree_passes, loops     like bodies, and like values, as loops
     c_target, list_target  Programs as C, and as Python and JavaScript, which have lists: the files of an export
+    octave_target          Programs as functions of Octave and MATLAB, for trees of few bodies
     fmu_target             FMUs: description in XML, sources, archive
     replay                 Programs over the scalars of other tools; functions of CasADi and JAX
     target_layout          names in exports, templates filled in, samples and tolerance of their self test

@@ -73,11 +73,18 @@ def _javascript(programs: Mapping[str, Program], samples: Samples) -> dict[str, 
     return javascript_source(programs, samples)
 
 
+def _octave(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
+    from multibody_sym.program.octave_target import octave_source
+
+    return octave_source(programs, samples)
+
+
 LANGUAGES: Final[Mapping[str, ExportLanguage]] = {
     "c": ExportLanguage(
         _c, "cc -std=c99 -O2 -ffp-contract=off model.c solve.c selftest.c -lm -o selftest && ./selftest"
     ),
     "javascript": ExportLanguage(_javascript, "node selftest.mjs && node integrate.mjs 1"),
+    "octave": ExportLanguage(_octave, "octave-cli selftest.m && octave-cli integrate.m 1"),
     "python": ExportLanguage(_python, "python model.py && python integrate.py 1   (nothing but NumPy is needed)"),
 }
 FMU: Final = "fmu"

@@ -147,7 +147,7 @@ def export(
     The code needs nothing of this package; `integrate.py` beside Python code shows a loop that integrates it.
     `simulate.c` beside C goes from state to state of contacts, stops and ropes.
 
-    `to` is "c", "javascript", "python" or "fmu". `directory` is made if it is missing; for an FMU it is the file.
+    `to` is "c", "javascript", "octave", "python" or "fmu". `directory` is made if missing; for an FMU it is the file.
     `parameters` to `project` change the system for this call. `formalism` None selects the cheapest one. `fold` writes
     the values of all parameters into the code, which then reads none. `fmi` is the version of an FMU, 2 or 3.
     `functions` stand in the code, too: Functions of this system by names of one's own, or names of some such as
