@@ -43,7 +43,7 @@ from multibody_sym.program.target_layout import (
     wrap_items,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars import arrays, least_norm, rank
+from multibody_sym.scalars import arrays, floats, least_norm, rank
 from multibody_sym.scalars.node import Node
 from multibody_sym.scalars.tabulated import Tabulated
 
@@ -318,11 +318,11 @@ _PYTHON: Final = Syntax(
 _IMPORTED: Final = """\
 from math import asinh, atan, atan2, inf, nan, tanh
 
-from multibody_sym.scalars.arrays import (
+from multibody_sym.scalars.floats import (
     acos, acosh, asin, atanh, cos, cosh, divide, exp, log, on_lines, on_spline, power, sign, sin, sinh, sqrt, tan,
     to_knot,
 )
-from multibody_sym.scalars.arrays import pow as real_power
+from multibody_sym.scalars.floats import pow as real_power
 from multibody_sym.scalars.least_norm import solve_lists, solve_some"""
 _OWN: Final = """\
 from __future__ import annotations
@@ -338,7 +338,7 @@ real_power = pow"""
 _NEEDED: Final = "\nNothing is needed beside this file but NumPy."
 _FUTURE: Final = "from __future__ import annotations\n"
 _PACKAGE: Final = "from multibody_sym."
-OWN_ARITHMETIC: Final = (arrays, rank, least_norm)
+OWN_ARITHMETIC: Final = (arrays, floats, rank, least_norm)
 """The modules whose text stands in exported Python."""
 
 

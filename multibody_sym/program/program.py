@@ -40,8 +40,8 @@ from multibody_sym.program.statements import (
     targets,
 )
 from multibody_sym.records import dataclass
-from multibody_sym.scalars import arrays
-from multibody_sym.scalars.arrays import Floats, power
+from multibody_sym.scalars import floats
+from multibody_sym.scalars.arrays import Floats
 from multibody_sym.scalars.elementary import BUILD
 from multibody_sym.scalars.least_norm import solve_lists, solve_some
 from multibody_sym.scalars.node import FLOAT_OPERATIONS, Node
@@ -63,7 +63,7 @@ def integer_exponent(node: Node) -> int | None:
 
 _OF_ARRAYS: Final = "pow sqrt sin cos tan asin acos exp log sinh cosh acosh atanh sign"
 OPERATIONS: Final[dict[str, Callable[..., float]]] = (
-    FLOAT_OPERATIONS | {"div": arrays.divide} | {op: getattr(arrays, op) for op in _OF_ARRAYS.split()}
+    FLOAT_OPERATIONS | {"div": floats.divide} | {op: getattr(floats, op) for op in _OF_ARRAYS.split()}
 )
 """Every operation of a Node on floats that may be infinite or nan; `abs`, `min` and `max` are Python's own."""
 
@@ -685,7 +685,7 @@ class Interpreter:
     def operate(self, node: Node, arguments: Sequence[Any]) -> Any:
         """Return the value of an operation."""
         exponent = integer_exponent(node) if node.op == "pow" else None
-        return OPERATIONS[node.op](*node.own, *arguments) if exponent is None else power(arguments[0], exponent)
+        return OPERATIONS[node.op](*node.own, *arguments) if exponent is None else floats.power(arguments[0], exponent)
 
     def solve(self, statement: Solve, values: Values) -> list[list[Any]]:
         """Return solution, multipliers and report."""

@@ -20,7 +20,7 @@ from multibody_sym.program.program import OPERATIONS, Interpreter, Program, Valu
 from multibody_sym.program.statements import Callee, Solve
 from multibody_sym.program.target_layout import parameters
 from multibody_sym.records import dataclass
-from multibody_sym.scalars.arrays import cubic, line
+from multibody_sym.scalars.floats import cubic, line
 from multibody_sym.scalars.least_norm import PLAIN, row_spans
 from multibody_sym.scalars.node import ZERO, Node
 from multibody_sym.scalars.rank import CLEAR

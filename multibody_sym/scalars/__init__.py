@@ -6,8 +6,8 @@
     tabulated                 functions given by rows
     limits                    what contacts and friction allow
     sympy_bridge              the door to sympy
-    arrays, numbers           floats as C computes with them, their arrays and rounding, values between rows; numbers
-                              that a caller hands over
+    floats                    arithmetic as C performs it, values between the rows of tables; without NumPy
+    arrays, numbers           arrays of floats and their rounding; numbers that a caller hands over
     rank, pivoted_qr          which rows are independent, also beside rounding: one rule, every tolerance
     elimination               rows with few entries
     least_norm                x of least norm with A x = r, to the same bits as in C

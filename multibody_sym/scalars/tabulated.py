@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any, Final, Literal, overload
 
-from multibody_sym.scalars.arrays import cubic, line, on_lines, on_spline, to_knot
+from multibody_sym.scalars.floats import cubic, line, on_lines, on_spline, to_knot
 from multibody_sym.scalars.node import Node, as_node
 
 Row = tuple[Node, Node]

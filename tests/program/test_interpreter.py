@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from multibody_sym.program.program import OPERATIONS, interpret
 from multibody_sym.program.statements import Array, ShapeError
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.arrays import power
 from multibody_sym.scalars.elementary import BUILD
+from multibody_sym.scalars.floats import power
 from multibody_sym.scalars.node import number
 from multibody_sym.scalars.tabulated import Tabulated, TabulatedRows
 

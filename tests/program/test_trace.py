@@ -13,8 +13,8 @@ from random_programs import FUNCTIONS, ROUNDED, Maker
 from multibody_sym.program.program import OPERATIONS, Program, integer_exponent, interpret
 from multibody_sym.program.statements import Array, Assign, Call, ShapeError, Solve, UndefinedError
 from multibody_sym.program.trace import Trace
-from multibody_sym.scalars.arrays import power
 from multibody_sym.scalars.elementary import BUILD, postorder
+from multibody_sym.scalars.floats import power
 from multibody_sym.scalars.functions import cos, exp, maximum, sin, sqrt, where
 from multibody_sym.scalars.node import PI, Node, number, symbol
 from multibody_sym.scalars.tabulated import Tabulated, TabulatedRows
