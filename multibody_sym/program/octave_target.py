@@ -48,7 +48,7 @@ _CHOOSE: Final = "function x = mbs_choose(condition, yes, no)\nif condition\n   
 
 
 def octave_source(programs: Mapping[str, Program], samples: Samples) -> dict[str, str]:
-    """Return `mbs_<name>.m` for each program, those that they call, selftest.m, and for those of a run integrate.m.
+    """Return files by name: a function `mbs_<name>.m` for each program, selftest.m, and integrate.m for those of a run.
 
     Raises InputError for constraints, contacts, many bodies and tables, ProgramError where a name is none.
     """

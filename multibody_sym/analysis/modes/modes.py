@@ -58,7 +58,7 @@ _BESIDE: Final = 1e-3
 """The part of a swing beside a turn, as a run tells it, within which it is looked for."""
 _ROUNDED: Final = 4 * 2.3e-16
 _WORTH: Final = 1e-12
-"""How well it is known where it is told: runs are good to about 1e-11."""
+"""The relative error up to which a number of runs is stated: these are good to about 1e-11."""
 
 
 @dataclass(frozen=True)

@@ -588,9 +588,7 @@ def _forces_of(element: LawElement, instant: StateQuantities) -> Mapping[str, An
 
 def _units(mechanism: Mechanism, element: LawElement) -> dict[str, str]:
     units = dict.fromkeys(PRESSING.values(), "N")
-    if element.kind == "friction":
-        units[PRESSING["friction"]] = element.normals[0].unit or "N"
-    elif element.kind == "stop":
+    if element.normals:
         units[PRESSING[element.kind]] = unit_of(mechanism, element.normals[0])
     for part in element.frictions:
         named = zip(component_names(element, part), part.rows, strict=True)

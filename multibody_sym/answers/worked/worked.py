@@ -137,7 +137,7 @@ class ByLetters:
         """Yield what gives each letter, after what it is found from."""
         for node in self._says:
             one = self._needed.get(node)
-            if one is None or not one.formula:  # what is told as a number
+            if one is None or not one.formula:  # it has a number alone
                 continue
             sides = one.equation if one.expression is None else (node, one.expression)
             yield Formula(tuple(to_sympy(side, self._leaves) for side in sides or ()), before=(self._says[node],))

@@ -363,9 +363,7 @@ def fmu_of(
     """Return a system at its start as an FMU, from the Programs of an exported model.
 
     `contacts` take a co-simulation from state to state; or they say why nothing does, None where there are none.
-
-    Raises ModelError where the motion begins with an impact and where nothing moves, InputError where two variables
-    have one name.
+    Raises ModelError where the motion begins with an impact or nothing moves, InputError where a name stands twice.
     """
     mechanism, begin = placed.mechanism, placed.start
     _verify(system, placed, isinstance(contacts, ContactCode))

@@ -1,6 +1,6 @@
 """What the runs of one prepared system share: laws, modes, and a memory of what was decided.
 
-A run that chatters meets the same few switches again and again. What follows is what the search finds first as well.
+A run that chatters meets the same few switches again and again. The search would find the same state first.
 Where a speed has come to zero it begins with the mode to which that led before, and takes it where all laws hold; where
 a force has come to its limit, it flips what is there in the mode that ends as soon as that is clearly beyond. Here laws
 have to hold clearly, by three times of what the search allows; ties, impacts, friction in joints and in space are left
